@@ -1,0 +1,12 @@
+# npt_target_options(TARGET): warnings and instruction set of the project's own programs and tests. Never put on npt::npt:
+# a consumer chooses their own.
+function(npt_target_options target)
+  target_link_libraries(${target} PRIVATE npt::npt)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
+  if(NPT_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  if(NPT_NATIVE)
+    target_compile_options(${target} PRIVATE -march=native)
+  endif()
+endfunction()

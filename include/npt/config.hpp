@@ -1,0 +1,63 @@
+/// Version, instruction-set tag and the few macros of npt. Everything else in the library is macro-free.
+///
+/// Every entity lives in `npt::NPT_ABI`, an inline namespace named after the version and the instruction set that
+/// the translation unit is compiled for. Two units of one program built with different -march flags therefore use
+/// two sets of symbols, and the linker can't pick AVX-512 code for a machine without it.
+#pragma once
+
+#if !defined(__cplusplus) || __cplusplus < 202002L
+#error "npt needs C++20 (-std=c++20)"
+#endif
+
+#include <cassert>
+
+#define NPT_VERSION_MAJOR 0
+#define NPT_VERSION_MINOR 1
+#define NPT_VERSION_PATCH 0
+#define NPT_VERSION "0.1.0"
+
+#if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512BW__) && defined(__AVX512BF16__)
+#define NPT_ABI v0_avx512bf16
+#define NPT_ISA_NAME "avx512+bf16"
+#elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512BW__)
+#define NPT_ABI v0_avx512
+#define NPT_ISA_NAME "avx512"
+#elif defined(__AVX2__) && defined(__FMA__)
+#define NPT_ABI v0_avx2fma
+#define NPT_ISA_NAME "avx2+fma"
+#elif defined(__AVX__)
+#define NPT_ABI v0_avx
+#define NPT_ISA_NAME "avx"
+#elif defined(__SSE4_1__)
+#define NPT_ABI v0_sse4
+#define NPT_ISA_NAME "sse4.1"
+#elif defined(__SSE2__)
+#define NPT_ABI v0_sse2
+#define NPT_ISA_NAME "sse2"
+#elif defined(__aarch64__)
+#define NPT_ABI v0_neon64
+#define NPT_ISA_NAME "neon64"
+#else
+#define NPT_ABI v0_generic
+#define NPT_ISA_NAME "generic"
+#endif
+
+/// A broken precondition inside the library, never bad user data (that is an npt::Error).
+#define NPT_ASSERT(condition) assert(condition)
+
+#if defined(__GNUC__)
+#define NPT_ALWAYS_INLINE inline __attribute__((always_inline))
+#define NPT_NOINLINE __attribute__((noinline))
+#define NPT_RESTRICT __restrict__
+#else
+#define NPT_ALWAYS_INLINE inline
+#define NPT_NOINLINE
+#define NPT_RESTRICT
+#endif
+
+namespace npt::inline NPT_ABI {
+
+/// The instruction set this translation unit was compiled for, as in the name of the inline namespace.
+constexpr const char* compiled_isa() noexcept { return NPT_ISA_NAME; }
+
+}  // namespace npt::inline NPT_ABI
