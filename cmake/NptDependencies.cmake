@@ -1,7 +1,38 @@
-# What the headers need. xsimd's package of Debian 12 names -lxtl without finding it, hence xtl first.
-find_package(xtl REQUIRED)
-find_package(xtensor REQUIRED)
-find_package(xsimd REQUIRED)
-find_package(TBB REQUIRED)
-find_package(tinyobjloader REQUIRED)
-find_package(nlohmann_json REQUIRED)
+# Finds what the headers, programs and tests need, and names the Debian packages of everything missing at once.
+
+# npt_need(PACKAGE DEBIAN_PACKAGE): find_package, whose failure is remembered instead of ending the run. A macro, because
+# packages set variables in the scope that finds them.
+macro(npt_need package debian_package)
+  find_package(${package} QUIET)
+  if(NOT ${package}_FOUND)
+    list(APPEND npt_missing_packages ${debian_package})
+  endif()
+endmacro()
+
+set(npt_missing_packages "")
+# xsimd's target of Debian 12 links xtl without finding it, hence xtl first.
+npt_need(xtl libxtensor-dev)
+npt_need(xtensor libxtensor-dev)
+npt_need(xsimd libxsimd-dev)
+npt_need(TBB libtbb-dev)
+npt_need(tinyobjloader libtinyobjloader-dev)
+npt_need(nlohmann_json nlohmann-json3-dev)
+if(NPT_BUILD_PROGRAMS)
+  npt_need(CLI11 libcli11-dev)
+  find_path(NPT_STB_INCLUDE_DIR stb/stb_image_write.h DOC "Folder that holds stb/stb_image_write.h")
+  mark_as_advanced(NPT_STB_INCLUDE_DIR)
+  if(NOT NPT_STB_INCLUDE_DIR)
+    list(APPEND npt_missing_packages libstb-dev)
+  endif()
+endif()
+if(NPT_BUILD_TESTS)
+  npt_need(doctest doctest-dev)
+endif()
+
+if(npt_missing_packages)
+  list(REMOVE_DUPLICATES npt_missing_packages)
+  list(JOIN npt_missing_packages " " npt_missing_packages)
+  message(FATAL_ERROR "npt: these packages are missing: ${npt_missing_packages}\n"
+                      "On Debian and Ubuntu: sudo apt-get install ${npt_missing_packages}\n"
+                      "or run ${CMAKE_CURRENT_LIST_DIR}/install-dependencies.sh, which installs what is missing.")
+endif()

@@ -1,0 +1,129 @@
+/// What every file of the project looks like: how headers open, white space, and no path of one machine.
+#include <doctest/doctest.h>
+
+#include <structure/source_tree.hpp>
+
+#include <regex>
+
+namespace {
+
+using structure::SourceFile;
+
+/// Blanks out comments, so that a macro named in prose is no macro. Line comments are all the project uses.
+std::string without_comments(const std::string& text) {
+  std::string code;
+  for (const std::string& line : structure::lines_of(text)) code += line.substr(0, line.find("//")) + "\n";
+  return code;
+}
+
+std::vector<std::string> header_complaints(const SourceFile& header) {
+  std::vector<std::string> complaints;
+  const auto expect = [&](bool good, const char* what) {
+    if (!good) complaints.push_back(header.path + ": " + what);
+  };
+  const std::vector<std::string> lines = structure::lines_of(header.text);
+  const std::string code = without_comments(header.text);
+  const bool umbrella = header.path == "npt.hpp";
+
+  expect(!lines.empty() && lines[0].starts_with("/// "), "does not open with a /// comment that says what it is");
+  const auto first_code = std::ranges::find_if(lines, [](const auto& l) { return !l.starts_with("///"); });
+  expect(first_code != lines.end() && *first_code == "#pragma once", "#pragma once does not follow the opening");
+  expect(umbrella || code.find("namespace npt::inline NPT_ABI") != std::string::npos,
+         "nothing in namespace npt::inline NPT_ABI");
+  expect(!std::regex_search(code, std::regex(R"(namespace\s+npt\b(?!::inline NPT_ABI))")),
+         "opens namespace npt without its inline namespace");
+  expect(!std::regex_search(code, std::regex(R"(using\s+namespace)")), "using namespace in a header");
+  static const std::regex macro(R"(#\s*define\s+(\w+))");
+  for (std::sregex_iterator it(code.begin(), code.end(), macro), end; it != end; ++it)
+    expect(header.path == "config.hpp" && it->str(1).starts_with("NPT_"),
+           ("macro " + it->str(1) + ": macros are NPT_* and stand in config.hpp").c_str());
+  return complaints;
+}
+
+std::vector<std::string> text_complaints(const SourceFile& file) {
+  // Split literals, so that this file does not offend against itself.
+  static const std::regex machine_path(
+      "(^|[\\s\"'`(=])/("
+      "work|home|tmp|root|Users)/[\\w.]");
+  std::vector<std::string> complaints;
+  const std::vector<std::string> lines = structure::lines_of(file.text);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const auto complain = [&](const char* what) {
+      complaints.push_back(file.path + ":" + std::to_string(i + 1) + ": " + what);
+    };
+    if (lines[i].find('\t') != std::string::npos) complain("tab");
+    if (lines[i].ends_with(' ')) complain("blank at the end of the line");
+    if (lines[i].ends_with('\r')) complain("carriage return");
+    if (std::regex_search(lines[i], machine_path)) complain("absolute path of a machine");
+  }
+  if (!file.text.empty() && !file.text.ends_with('\n')) complaints.push_back(file.path + ": last line has no end");
+  return complaints;
+}
+
+/// Everything a person wrote: not the build folders, not data.
+std::vector<SourceFile> project_files() {
+  const std::filesystem::path root(NPT_SOURCE_DIR);
+  std::vector<SourceFile> files;
+  for (const char* folder : {"include", "examples", "tests", "bench", "cmake", "docs"})
+    for (SourceFile& file :
+         structure::read_tree(root / folder, {".hpp", ".cpp", ".md", ".txt", ".cmake", ".in", ".sh", ".py"}))
+      if (!file.path.starts_with("data/"))  // tests/data holds files that are wrong on purpose
+        files.push_back({std::string(folder) + "/" + file.path, std::move(file.text)});
+  for (const char* name : {"CMakeLists.txt", "CMakePresets.json", "README.md", "CHANGELOG.md", "LICENSE"})
+    files.push_back({name, structure::read_text(root / name)});
+  return files;
+}
+
+}  // namespace
+
+TEST_CASE("every public header says what it is, is guarded, and lives in the inline namespace") {
+  std::vector<std::string> complaints;
+  for (const SourceFile& header : structure::read_tree(NPT_SOURCE_DIR "/include/npt", {".hpp"}))
+    for (std::string& complaint : header_complaints(header)) complaints.push_back(std::move(complaint));
+  CHECK_MESSAGE(complaints.empty(), structure::join(complaints));
+}
+
+TEST_CASE("no tabs, no trailing blanks, no path of a machine in any file of the project") {
+  const std::vector<SourceFile> files = project_files();
+  REQUIRE(files.size() > 20);
+  std::vector<std::string> complaints;
+  for (const SourceFile& file : files)
+    for (std::string& complaint : text_complaints(file)) complaints.push_back(std::move(complaint));
+  CHECK_MESSAGE(complaints.empty(), structure::join(complaints));
+}
+
+TEST_CASE("the top level holds what a visitor expects and nothing else") {
+  const std::vector<std::string> known = {"CMakeLists.txt", "CMakePresets.json",
+                                          "LICENSE",        "CHANGELOG.md",
+                                          "README.md",      "include",
+                                          "examples",       "tests",
+                                          "bench",          "cmake",
+                                          "docs",           "build"};
+  for (const auto& entry : std::filesystem::directory_iterator(NPT_SOURCE_DIR)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with('.') || name == "out" || name == "CMakeUserPresets.json") continue;
+    CHECK_MESSAGE(std::ranges::find(known, name) != known.end(), name);
+  }
+}
+
+TEST_CASE("the conventions find each kind of offence") {
+  const auto bad_header = [](const std::string& text) { return header_complaints({"core/x.hpp", text}).size(); };
+  const std::string good = "/// A thing.\n#pragma once\n\nnamespace npt::inline NPT_ABI {\n}\n";
+  CHECK(bad_header(good) == 0);
+  CHECK(bad_header("#pragma once\nnamespace npt::inline NPT_ABI {\n}\n") == 1);
+  CHECK(bad_header("/// A thing.\nnamespace npt::inline NPT_ABI {\n}\n") == 1);
+  CHECK(bad_header("/// A thing.\n#pragma once\nnamespace npt {\n}\n") == 2);
+  CHECK(bad_header(good + "#define NPT_X 1\n") == 1);
+  CHECK(bad_header(good + "// #define X 1\n") == 0);
+  CHECK(bad_header(good + "using namespace std;\n") == 1);
+
+  const auto bad_text = [](const std::string& text) { return text_complaints({"README.md", text}).size(); };
+  CHECK(bad_text("good\n") == 0);
+  CHECK(bad_text("a\tb\n") == 1);
+  CHECK(bad_text("a \n") == 1);
+  CHECK(bad_text("a\r\n") == 1);
+  CHECK(bad_text("a") == 1);
+  CHECK(bad_text("see /ho"
+                 "me/someone/x\n") == 1);
+  CHECK(bad_text("see <https://example.org/home/x> and src/tmp/x\n") == 0);
+}

@@ -1,0 +1,184 @@
+/// The include rule: rooms.txt says which room includes which; every #include line of include/npt is held against it.
+#include <doctest/doctest.h>
+
+#include <structure/source_tree.hpp>
+
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+namespace {
+
+using structure::SourceFile;
+
+struct Rules {
+  std::map<std::string, std::set<std::string>> rooms;  ///< room -> every room it may include, itself among them
+  std::vector<std::pair<std::string, std::vector<std::string>>> libraries;  ///< prefix -> rooms or files
+  std::set<std::string> system;
+};
+
+Rules parse_rules(const std::string& text) {
+  Rules rules;
+  for (const std::string& line : structure::lines_of(text)) {
+    std::istringstream words(line);
+    std::string kind, name;
+    if (!(words >> kind) || kind.starts_with('#')) continue;
+    if (kind == "system") {
+      for (std::string header; words >> header;) rules.system.insert(header);
+      continue;
+    }
+    if ((kind != "room" && kind != "library") || !(words >> name) || !name.ends_with(':'))
+      throw std::runtime_error("rooms.txt: unreadable line '" + line + "'");
+    name.pop_back();
+    if (kind == "library") {
+      rules.libraries.emplace_back(name, std::vector<std::string>{std::istream_iterator<std::string>(words), {}});
+      continue;
+    }
+    if (rules.rooms.contains(name)) throw std::runtime_error("rooms.txt: room '" + name + "' stands twice");
+    std::set<std::string> reach{name};
+    for (std::string above; words >> above;) {
+      if (!rules.rooms.contains(above))
+        throw std::runtime_error("rooms.txt: room '" + name + "' names '" + above + "', which is not above it");
+      reach.merge(std::set<std::string>(rules.rooms.at(above)));
+    }
+    rules.rooms.emplace(name, std::move(reach));
+  }
+  return rules;
+}
+
+/// The room of a path below include/npt: its folder; config.hpp is a room of its own, npt.hpp the umbrella over all.
+std::string room_of(const std::string& path) {
+  const std::size_t slash = path.find('/');
+  return slash != std::string::npos ? path.substr(0, slash) : path.substr(0, path.rfind('.'));
+}
+
+struct Include {
+  std::string name;  ///< as between the brackets
+  bool quoted = false;
+  std::size_t line = 0;
+};
+
+std::vector<Include> includes_of(const std::string& text) {
+  static const std::regex pattern(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"].*)");
+  std::vector<Include> includes;
+  const std::vector<std::string> lines = structure::lines_of(text);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    std::smatch match;
+    if (std::regex_match(lines[i], match, pattern)) includes.push_back({match[2], match[1] == "\"", i + 1});
+  }
+  return includes;
+}
+
+/// What is wrong with one include of the file at `path`, or nothing.
+std::string complaint_about(const std::string& path, const Include& include, const Rules& rules) {
+  if (include.quoted) return "quotes: write #include <npt/...>";
+  const std::string room = room_of(path);
+  if (include.name.starts_with("npt/")) {
+    const std::string target = room_of(include.name.substr(4));
+    if (target == "npt") return "the umbrella is for users";
+    if (!rules.rooms.contains(target)) return "'" + target + "' is no room of rooms.txt";
+    if (room == "npt" || rules.rooms.at(room).contains(target)) return {};
+    return "room '" + room + "' may not include room '" + target + "'";
+  }
+  for (const auto& [prefix, places] : rules.libraries) {
+    if (!include.name.starts_with(prefix)) continue;
+    const auto holds = [&](const std::string& place) { return place == room || place == path; };
+    return std::ranges::any_of(places, holds) ? std::string() : "the library stays behind " + places.front();
+  }
+  const bool standard = include.name.find_first_of("./") == std::string::npos;
+  return standard || rules.system.contains(include.name) ? std::string() : "no library of rooms.txt";
+}
+
+std::vector<std::string> include_complaints(const std::vector<SourceFile>& headers, const Rules& rules) {
+  std::vector<std::string> complaints;
+  for (const SourceFile& header : headers) {
+    const std::string room = room_of(header.path);
+    if (room != "npt" && !rules.rooms.contains(room)) {
+      complaints.push_back(header.path + ": '" + room + "' is no room of rooms.txt");
+      continue;
+    }
+    for (const Include& include : includes_of(header.text)) {
+      const std::string complaint = complaint_about(header.path, include, rules);
+      if (!complaint.empty())
+        complaints.push_back(header.path + ":" + std::to_string(include.line) + ": <" + include.name +
+                             ">: " + complaint);
+    }
+  }
+  return complaints;
+}
+
+/// Headers that include each other in a circle, however long: what is left when every header all of whose own includes
+/// are settled has been taken away, again and again.
+std::vector<std::string> circular_headers(const std::vector<SourceFile>& headers) {
+  std::map<std::string, std::set<std::string>> open;
+  for (const SourceFile& header : headers)
+    for (const Include& include : (open[header.path], includes_of(header.text)))
+      if (include.name.starts_with("npt/")) open[header.path].insert(include.name.substr(4));
+  for (bool progress = true; progress;) {
+    progress = std::erase_if(open, [&](const auto& header) {
+                 return std::ranges::none_of(header.second, [&](const auto& name) { return open.contains(name); });
+               }) != 0;
+  }
+  std::vector<std::string> names;
+  for (const auto& [name, includes] : open) names.push_back(name);
+  return names;
+}
+
+const Rules& project_rules() {
+  static const Rules rules =
+      parse_rules(structure::read_text(std::filesystem::path(NPT_SOURCE_DIR) / "tests/structure/rooms.txt"));
+  return rules;
+}
+
+std::vector<SourceFile> public_headers() {
+  return structure::read_tree(std::filesystem::path(NPT_SOURCE_DIR) / "include/npt", {".hpp"});
+}
+
+}  // namespace
+
+TEST_CASE("every include stays within the rooms its own room may include") {
+  const std::vector<SourceFile> headers = public_headers();
+  REQUIRE(headers.size() > 4);
+  const std::vector<std::string> complaints = include_complaints(headers, project_rules());
+  CHECK_MESSAGE(complaints.empty(), structure::join(complaints));
+}
+
+TEST_CASE("no header includes itself by way of others") {
+  const std::vector<std::string> circular = circular_headers(public_headers());
+  CHECK_MESSAGE(circular.empty(), structure::join(circular));
+}
+
+TEST_CASE("include/npt holds headers only") {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(NPT_SOURCE_DIR "/include"))
+    if (entry.is_regular_file()) CHECK_MESSAGE(entry.path().extension() == ".hpp", entry.path().string());
+}
+
+TEST_CASE("the include rule finds each kind of offence") {
+  const Rules rules = parse_rules(
+      "room config:\nroom core: config\nroom simd: core\nroom mesh: core\nroom io: mesh\n"
+      "library xsimd/: simd\nlibrary tiny.h: io/obj.hpp\nsystem unistd.h\n");
+  const auto complaints = [&](const std::string& path, const std::string& line) {
+    return include_complaints({{path, line}}, rules);
+  };
+  CHECK(complaints("io/obj.hpp", "#include <npt/core/error.hpp>").empty());
+  CHECK(complaints("io/obj.hpp", "#include <tiny.h>").empty());
+  CHECK(complaints("io/obj.hpp", "#include <vector>").empty());
+  CHECK(complaints("io/obj.hpp", "#include <unistd.h>").empty());
+  CHECK(complaints("simd/batch.hpp", "#include <xsimd/xsimd.hpp>").empty());
+  CHECK(complaints("npt.hpp", "#include <npt/io/obj.hpp>").empty());
+
+  CHECK(complaints("core/error.hpp", "\n  #  include <npt/mesh/mesh.hpp> // why") ==
+        std::vector<std::string>{"core/error.hpp:2: <npt/mesh/mesh.hpp>: room 'core' may not include room 'mesh'"});
+  CHECK(complaints("mesh/mesh.hpp", "#include <npt/simd/batch.hpp>").size() == 1);
+  CHECK(complaints("mesh/mesh.hpp", "#include <xsimd/xsimd.hpp>").size() == 1);
+  CHECK(complaints("io/ply.hpp", "#include <tiny.h>").size() == 1);
+  CHECK(complaints("io/ply.hpp", "#include <boost/any.hpp>").size() == 1);
+  CHECK(complaints("io/ply.hpp", "#include \"obj.hpp\"").size() == 1);
+  CHECK(complaints("io/ply.hpp", "#include <npt/npt.hpp>").size() == 1);
+  CHECK(complaints("cellar/wine.hpp", "").size() == 1);
+
+  CHECK_THROWS_WITH(parse_rules("room a: b\nroom b:"), "rooms.txt: room 'a' names 'b', which is not above it");
+  CHECK(circular_headers({{"a.hpp", "#include <npt/b.hpp>"}, {"b.hpp", "#include <npt/a.hpp>"}, {"c.hpp", ""}}) ==
+        std::vector<std::string>{"a.hpp", "b.hpp"});
+}
