@@ -1,0 +1,85 @@
+"""What both converters share: errors that name file and place, pickles that can't run code, and safetensors output.
+
+Python's pickle is a program: a file can name any function and have it called. RestrictedUnpickler knows a fixed list of names,
+each mapped to a harmless stand-in, and refuses everything else before anything is called.
+"""
+
+import json
+import os
+import pickle
+import struct
+import sys
+import tempfile
+
+
+class ConvertError(Exception):
+    """Bad input. The message reads "file: place: found X, expected Y"."""
+
+
+class RestrictedUnpickler(pickle.Unpickler):
+    """An unpickler that resolves only the names of `allowed`: (module, name) -> stand-in."""
+
+    def __init__(self, stream, allowed, load_persistent=None, **options):
+        super().__init__(stream, **options)
+        self._allowed = allowed
+        self._load_persistent = load_persistent
+
+    def find_class(self, module, name):
+        try:
+            return self._allowed[module, name]
+        except KeyError:
+            raise pickle.UnpicklingError(f"found a reference to '{module}.{name}', which is not data: refused") from None
+
+    def persistent_load(self, pid):
+        if self._load_persistent is None:
+            raise pickle.UnpicklingError("found a reference to something outside of the pickle")
+        return self._load_persistent(pid)
+
+
+def unpickle(stream, file, place, allowed, load_persistent=None, **options):
+    """The next pickle of `stream`, or a ConvertError."""
+    try:
+        return RestrictedUnpickler(stream, allowed, load_persistent, **options).load()
+    except ConvertError:
+        raise
+    except EOFError:
+        raise ConvertError(f"{file}: {place}: found the end of the file inside of a pickle") from None
+    except Exception as error:  # a damaged pickle can raise nearly anything; nothing it names has been called
+        raise ConvertError(f"{file}: {place}: {error or type(error).__name__}") from None
+
+
+def write_safetensors(path, tensors, metadata):
+    """Writes {name: (dtype, shape, bytes)} in the given order. The file appears under its name only when it is complete."""
+    header, offset = {"__metadata__": {key: str(value) for key, value in metadata.items()}}, 0
+    for name, (dtype, shape, data) in tensors.items():
+        header[name] = {"dtype": dtype, "shape": list(shape), "data_offsets": [offset, offset + len(data)]}
+        offset += len(data)
+    text = json.dumps(header, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 8)
+    folder = os.path.dirname(os.path.abspath(path))
+    partial = None
+    try:
+        with tempfile.NamedTemporaryFile(dir=folder, prefix=os.path.basename(path) + ".", delete=False) as out:
+            partial = out.name
+            out.write(struct.pack("<Q", len(text)))
+            out.write(text)
+            for _, _, data in tensors.values():
+                out.write(data)
+        umask = os.umask(0)
+        os.umask(umask)
+        os.chmod(partial, 0o666 & ~umask)  # temporary files are private, results are not
+        os.replace(partial, path)
+    except OSError as error:
+        if partial is not None and os.path.exists(partial):
+            os.unlink(partial)
+        raise ConvertError(f"{path}: cannot write: {error.strerror}") from None
+
+
+def run(main):
+    """Runs a converter's main(): a ConvertError becomes one line on stderr and exit code 1."""
+    try:
+        main()
+    except ConvertError as error:
+        sys.exit(f"error: {error}")
+    except BrokenPipeError:
+        sys.exit(1)
