@@ -121,6 +121,7 @@ std::vector<std::string> circular_headers(const std::vector<SourceFile>& headers
                }) != 0;
   }
   std::vector<std::string> names;
+  names.reserve(open.size());
   for (const auto& [name, includes] : open) names.push_back(name);
   return names;
 }
