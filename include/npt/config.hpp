@@ -48,10 +48,12 @@
 #if defined(__GNUC__)
 #define NPT_ALWAYS_INLINE inline __attribute__((always_inline))
 #define NPT_NOINLINE __attribute__((noinline))
+#define NPT_LAMBDA_INLINE __attribute__((always_inline))
 #define NPT_RESTRICT __restrict__
 #else
 #define NPT_ALWAYS_INLINE inline
 #define NPT_NOINLINE
+#define NPT_LAMBDA_INLINE
 #define NPT_RESTRICT
 #endif
 

@@ -11,10 +11,10 @@ namespace npt::inline NPT_ABI {
 
 /// What an Error says. Any part may be empty; the message leaves it out then.
 struct ErrorParts {
-  std::string file;      ///< path of the file, or the name of the argument, that is at fault
-  std::string place;     ///< place in it: "line 12", "tensor 'decoder.conv1.weight'", "byte 812"
-  std::string found;     ///< what stands there
-  std::string expected;  ///< what should stand there
+  std::string file{};      ///< path of the file, or the name of the argument, that is at fault
+  std::string place{};     ///< place in it: "line 12", "tensor 'decoder.conv1.weight'", "byte 812"
+  std::string found{};     ///< what stands there
+  std::string expected{};  ///< what should stand there
 };
 
 /// Bad input. what() reads "file: place: found X, expected Y". The parts stay readable by program.

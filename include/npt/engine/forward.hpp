@@ -1,0 +1,401 @@
+/// Interprets a packed program: the forward pass.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/engine/packed_program.hpp>
+#include <npt/engine/workspace.hpp>
+#include <npt/kernel/moments.hpp>
+#include <npt/kernel/pointwise.hpp>
+#include <npt/parallel/executor.hpp>
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+namespace npt::inline NPT_ABI::engine {
+
+/// One pass over the sides in `memory`. A short-lived object: it only holds references.
+template <class T>
+class Forward {
+ public:
+  Forward(const PackedProgram<T>& packed, std::span<const kernel::RowTransform<T>> transforms,
+          WorkspaceStorage<T>& memory)
+      : packed_(packed), program_(packed.program()), transforms_(transforms), memory_(memory) {}
+
+  /// The encoder: memory.pose to `code`.
+  template <Executor E>
+  void encode(CodeStorage<T>& code, const E& executor) {
+    code_ = own_code_ = &code;
+    const Side<T>& side = memory_.pose;
+    side.split(code.coordinates);
+    code.first_item.clear();
+    for (const Instance<T>& pose : side.instances) code.first_item.push_back(pose.first_item);
+    for (const Tensor& t : program_.tensors)
+      if (t.storage == Storage::code) code.tiles[index(t.place)].grow_to(side.items.size() * code_stride(t));
+    prepare(side, true, executor.slots());
+    for (int s = 0; s < program_.encoder_sweeps; ++s) run(program_.sweep(s), side, executor);
+  }
+
+  /// The decoder: `code` and memory.identity to the results.
+  template <Executor E>
+  void decode(const CodeStorage<T>& code, const E& executor) {
+    code_ = &code;
+    own_code_ = nullptr;
+    run_decoder(executor);
+  }
+
+  /// The same for a code that nobody reads afterwards and of which each identity takes its own pose, group by group:
+  /// its memory becomes the decoder's first feature map.
+  template <Executor E>
+  void decode_and_spend(CodeStorage<T>& code, const E& executor) {
+    code_ = &code;
+    own_code_ = program_.code_alias >= 0 ? &code : nullptr;
+    run_decoder(executor);
+  }
+
+ private:
+  using Tensor = graph::Tensor;
+  using Stage = graph::Stage;
+  using Storage = graph::Storage;
+  struct Partial {
+    std::size_t mean = 0, squares = 0, maximum = 0;  ///< offsets in memory_.partial of [items][rows]
+  };
+
+  static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+  // ---- memory ----
+
+  /// The feature map that the decoder overwrites must have the wider of both strides.
+  std::size_t code_stride(const Tensor& t) const {
+    int channels = t.channels;
+    if (program_.code_alias >= 0 && program_.buffer_channels[index(program_.code_alias)] > channels)
+      channels = program_.buffer_channels[index(program_.code_alias)];
+    return kernel::tile_size(channels);
+  }
+  std::size_t buffer_stride(int b) const {
+    if (b == program_.code_alias) {
+      for (const Tensor& t : program_.tensors)
+        if (t.storage == Storage::code && t.place == 0) return code_stride(t);
+    }
+    return kernel::tile_size(program_.buffer_channels[index(b)]);
+  }
+
+  template <Executor E>
+  void run_decoder(const E& executor) {
+    const Side<T>& side = memory_.identity;
+    side.split(memory_.identity_coordinates);
+    prepare(side, false, executor.slots());
+    for (int s = program_.encoder_sweeps; s < program_.sweep_count; ++s) run(program_.sweep(s), side, executor);
+  }
+
+  void prepare(const Side<T>& side, bool over_pose, int slots) {
+    for (int b = 0; b < program_.buffer_count; ++b) {
+      const bool spend = !over_pose && own_code_ != nullptr && b == program_.code_alias;
+      buffer_stride_[index(b)] = buffer_stride(b);
+      if (!spend) memory_.buffers[index(b)].grow_to(side.items.size() * buffer_stride_[index(b)]);
+      buffer_[index(b)] = spend ? own_code_->tiles[0].data() : memory_.buffers[index(b)].data();
+    }
+    scratch_stride_ = 0;
+    for (int s = 0; s < program_.slot_count; ++s) {
+      slot_offset_[index(s)] = scratch_stride_;
+      scratch_stride_ += kernel::tile_size(program_.slot_channels[index(s)]);
+    }
+    memory_.scratch.grow_to(scratch_stride_ * index(slots));
+    int widest = 0;
+    for (int t = 0; t < program_.tensor_count; ++t) {
+      const Tensor& tensor = program_.tensor(t);
+      widest = tensor.channels > widest ? tensor.channels : widest;
+      if (tensor.from_pose != over_pose) continue;
+      MeshValues<T>& values = over_pose ? own_code_->values[index(t)] : memory_.values[index(t)];
+      values.stride = tensor.storage == Storage::pooled ? index(tensor.channels) * kernel::panel_width<T>
+                      : tensor.moments                  ? 2 * index(tensor.channels)
+                                                        : 0;
+      values.values.grow_to(side.instances.size() * values.stride);
+    }
+    memory_.sums.grow_to(2 * index(widest));
+  }
+
+  const MeshValues<T>& values_of(int t) const {
+    return program_.tensor(t).from_pose ? code_->values[index(t)] : memory_.values[index(t)];
+  }
+  /// For the sweep's own outputs.
+  MeshValues<T>& own_values_of(int t) {
+    return program_.tensor(t).from_pose ? own_code_->values[index(t)] : memory_.values[index(t)];
+  }
+
+  /// The instance of a tensor's own side that an item of the running side reads.
+  int instance_for(const Tensor& t, const Item& item, bool over_pose) const {
+    if (over_pose || !t.from_pose) return item.instance;
+    return memory_.identity.instances[index(item.instance)].code;
+  }
+
+  /// Number of the item on the tensor's own side.
+  std::size_t item_of(const Tensor& t, const Item& item, std::size_t number, bool over_pose) const {
+    if (over_pose || !t.from_pose) return number;
+    return index(code_->first_item[index(instance_for(t, item, over_pose))] + item.group);
+  }
+
+  /// Where the stage that runs writes its output.
+  T* output_tile(int t, std::size_t number, T* scratch) {
+    const Tensor& tensor = program_.tensor(t);
+    if (tensor.storage == Storage::buffer)
+      return buffer_[index(tensor.place)] + number * buffer_stride_[index(tensor.place)];
+    if (tensor.storage == Storage::code)
+      return own_code_->tiles[index(tensor.place)].data() + number * code_stride(tensor);
+    return scratch + slot_offset_[index(tensor.place)];
+  }
+
+  /// Where a tensor's tile for this item lies.
+  const T* tile(int t, const Item& item, std::size_t number, bool over_pose, const T* scratch) const {
+    const Tensor& tensor = program_.tensor(t);
+    switch (tensor.storage) {
+      case Storage::input:
+        return (tensor.from_pose ? code_->coordinates : memory_.identity_coordinates).data() +
+               item_of(tensor, item, number, over_pose) * kernel::tile_size(3);
+      case Storage::slot:
+      case Storage::none:
+        return scratch + slot_offset_[index(tensor.place)];
+      case Storage::buffer:
+        return buffer_[index(tensor.place)] + number * buffer_stride_[index(tensor.place)];
+      case Storage::code:
+        return code_->tiles[index(tensor.place)].data() +
+               item_of(tensor, item, number, over_pose) * code_stride(tensor);
+      case Storage::pooled:
+        break;
+    }
+    NPT_ASSERT(false);
+    return nullptr;
+  }
+
+  // ---- one sweep ----
+
+  template <Executor E>
+  void run(const graph::Sweep& sweep, const Side<T>& side, const E& executor) {
+    add_pooled_sources(sweep, side);
+    place_partials(sweep, side);
+    executor.for_each(static_cast<int>(side.items.size()), [&](int number, int slot) {
+      T* scratch = memory_.scratch.data() + index(slot) * scratch_stride_;
+      for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i)
+        run_stage(i, sweep, side, index(number), scratch);
+    });
+    for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i) merge(i, sweep, side);
+  }
+
+  /// Biases of this sweep's stages with the pooled sources' products, for every mesh.
+  void add_pooled_sources(const graph::Sweep& sweep, const Side<T>& side) {
+    std::size_t total = 0;
+    for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i) {
+      if (packed_.stage(i).pooled_columns == 0) continue;
+      bias_offset_[index(i)] = total;
+      total += side.instances.size() * index(program_.stage(i).rows);
+    }
+    memory_.bias.grow_to(total);
+    for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i)
+      if (packed_.stage(i).pooled_columns != 0)
+        for (int m = 0; m < static_cast<int>(side.instances.size()); ++m) add_pooled_sources(i, sweep, m);
+  }
+
+  void add_pooled_sources(int i, const graph::Sweep& sweep, int mesh) {
+    const Stage& stage = program_.stage(i);
+    const PackedStage<T>& packed = packed_.stage(i);
+    T* NPT_RESTRICT bias = memory_.bias.data() + bias_offset_[index(i)] + index(mesh) * index(stage.rows);
+    for (int r = 0; r < stage.rows; ++r) bias[r] = packed.weights.bias()[r];
+    const T* NPT_RESTRICT weights = packed.pooled_weights.data();
+    for (int s = 0; s < stage.source_count; ++s) {
+      const graph::Source& source = stage.sources[index(s)];
+      const Tensor& tensor = program_.tensor(source.tensor);
+      if (tensor.storage != Storage::pooled) continue;
+      const T* values = values_of(source.tensor).of(instance_for(tensor, Item{mesh, 0, 0}, sweep.over_pose));
+      for (int c = 0; c < source.channels; ++c, weights += stage.rows) {
+        const T x = values[index(c) * kernel::panel_width<T>];
+        for (int r = 0; r < stage.rows; ++r) bias[r] += weights[r] * x;
+      }
+    }
+  }
+
+  /// Room for what each group contributes to moments and maxima.
+  void place_partials(const graph::Sweep& sweep, const Side<T>& side) {
+    std::size_t total = 0;
+    const auto place = [&](std::size_t& offset, int channels) {
+      offset = total;
+      total += side.items.size() * index(channels);
+    };
+    for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i) {
+      const Stage& stage = program_.stage(i);
+      Partial& partial = partial_[index(i)];
+      if (program_.tensor(stage.output).moments) {
+        place(partial.mean, stage.rows);
+        place(partial.squares, stage.rows);
+      }
+      if (stage.gathers_maxima) place(partial.maximum, stage.rows);
+    }
+    memory_.partial.grow_to(total);
+  }
+
+  // ---- one stage of one group ----
+
+  using Args = std::array<kernel::PointwiseArgs<T>, graph::max_chain>;
+
+  /// What the steps of a chain read when it is applied to (a part of) tensor t.
+  Args arguments(const graph::Chain& chain, int t, const Item& item, std::size_t number, bool over_pose, T* scratch) {
+    Args args;
+    for (int c = 0; c < chain.count; ++c) {
+      const graph::Step& step = chain.steps[index(c)];
+      kernel::PointwiseArgs<T>& a = args[index(c)];
+      for (std::size_t k = 0; k < step.parameters.size(); ++k)
+        if (step.parameters[k] >= 0) a.parameters[k] = packed_.pointwise_parameters() + step.parameters[k];
+      if (step.normalises) {
+        const Tensor& tensor = program_.tensor(t);
+        a.mean = values_of(t).of(instance_for(tensor, item, over_pose));
+        a.inverse_deviation = a.mean + tensor.channels;
+      }
+      if (step.other >= 0) {
+        a.other = tile(step.other, item, number, over_pose, scratch);
+        a.other_channels = program_.tensor(step.other).channels;
+      }
+    }
+    return args;
+  }
+
+  /// Runs the sources through their chains into the operand tile, or finds the tile that already is the operand.
+  const T* operand(const Stage& stage, const Item& item, std::size_t number, bool over_pose, T* scratch, int k_count) {
+    if (stage.direct) return tile(stage.sources[0].tensor, item, number, over_pose, scratch);
+    T* packed = scratch + slot_offset_[index(stage.operand_slot)];
+    T* to = packed;
+    for (int s = 0; s < stage.source_count; ++s) {
+      const graph::Source& source = stage.sources[index(s)];
+      if (program_.tensor(source.tensor).storage == Storage::pooled) continue;
+      const Args args = arguments(source.chain, source.tensor, item, number, over_pose, scratch);
+      transforms_[index(source.chain.signature)]({.from = tile(source.tensor, item, number, over_pose, scratch),
+                                                  .to = to,
+                                                  .from_stride = kernel::panel_stride<T>(source.channels),
+                                                  .to_stride = kernel::panel_stride<T>(k_count),
+                                                  .first_panel = 0,
+                                                  .panels = kernel::used_panels<T>(item.valid),
+                                                  .first_channel = 0,
+                                                  .rows = source.channels,
+                                                  .args = args.data()});
+      to += index(source.channels) * kernel::panel_width<T>;
+    }
+    return packed;
+  }
+
+  void run_stage(int i, const graph::Sweep& sweep, const Side<T>& side, std::size_t number, T* scratch) {
+    const Stage& stage = program_.stage(i);
+    const Item& item = side.items[number];
+    const bool over_pose = sweep.over_pose;
+    const kernel::PackedWeights<T>& weights = packed_.stage(i).weights;
+    const int k_count = weights.k_count();
+    const int panels = kernel::used_panels<T>(item.valid);
+    const T* operand_tile = operand(stage, item, number, over_pose, scratch, k_count);
+    const Args args = arguments(stage.epilogue, stage.output, item, number, over_pose, scratch);
+    T* out = output_tile(stage.output, number, scratch);
+    const std::size_t out_stride = kernel::panel_stride<T>(stage.rows);
+    const T* bias = packed_.stage(i).pooled_columns == 0
+                        ? weights.bias()
+                        : memory_.bias.data() + bias_offset_[index(i)] + index(item.instance) * index(stage.rows);
+    const kernel::RowTransform<T> transform = transforms_[index(stage.epilogue.signature)];
+    alignas(simd_alignment) T raw[kernel::max_tile_rows * kernel::panel_width<T>];
+
+    for (int b = 0; b < weights.blocks().count; ++b) {
+      const int row = weights.blocks().first_row(b);
+      const int rows = weights.blocks().rows(b);
+      const kernel::MicroKernel<T> multiply = kernel::micro_kernels<T>[index(rows)];
+      T* out_rows = out + index(row) * kernel::panel_width<T>;
+      for (int p = 0; p < panels; ++p) {
+        T* to = out_rows + out_stride * index(p);
+        T* product = stage.epilogue.count == 0 ? to : raw;
+        multiply(k_count, weights.block(b), operand_tile + kernel::panel_stride<T>(k_count) * index(p), bias + row,
+                 product);
+        if (stage.epilogue.count != 0)
+          transform({.from = raw,
+                     .to = to,
+                     .from_stride = 0,
+                     .to_stride = 0,
+                     .first_panel = p,
+                     .panels = 1,
+                     .first_channel = row,
+                     .rows = rows,
+                     .args = args.data()});
+      }
+      gather(i, number, item.valid, row, rows, out_rows, out_stride);
+    }
+    if (stage.output == program_.output) {
+      T* result = side.instances[index(item.instance)].result.data();
+      kernel::join_coordinates(out, item.valid, result + 3 * index(item.group) * kernel::group_width);
+    }
+  }
+
+  void gather(int i, std::size_t number, int valid, int row, int rows, const T* values, std::size_t stride) {
+    const Stage& stage = program_.stage(i);
+    const Partial& partial = partial_[index(i)];
+    const std::size_t at = number * index(stage.rows) + index(row);
+    T* partials = memory_.partial.data();
+    if (program_.tensor(stage.output).moments)
+      kernel::gather_moments(values, stride, valid, rows, partials + partial.mean + at,
+                             partials + partial.squares + at);
+    if (stage.gathers_maxima) kernel::gather_maxima(values, stride, valid, rows, partials + partial.maximum + at);
+  }
+
+  // ---- the barrier ----
+
+  void merge(int i, const graph::Sweep& sweep, const Side<T>& side) {
+    const Stage& stage = program_.stage(i);
+    const Partial& partial = partial_[index(i)];
+    if (program_.tensor(stage.output).moments) {
+      for (int m = 0; m < static_cast<int>(side.instances.size()); ++m) {
+        const Instance<T>& mesh = side.instances[index(m)];
+        const std::size_t first = index(mesh.first_item) * index(stage.rows);
+        T* mean = own_values_of(stage.output).of(m);
+        kernel::merge_moments(memory_.partial.data() + partial.mean + first,
+                              memory_.partial.data() + partial.squares + first, mesh.vertices, stage.rows,
+                              memory_.sums.data(), mean, mean + stage.rows);
+      }
+    }
+    if (stage.gathers_maxima)
+      for (int t = 0; t < program_.tensor_count; ++t)
+        if (program_.tensor(t).pooled_from == stage.output)
+          for (int m = 0; m < static_cast<int>(side.instances.size()); ++m) pool(t, m, partial, sweep, side);
+  }
+
+  /// The groups' maxima merged, then the layers that stand between convolution and max_pool.
+  void pool(int t, int m, const Partial& partial, const graph::Sweep& sweep, const Side<T>& side) {
+    const Tensor& tensor = program_.tensor(t);
+    const Instance<T>& mesh = side.instances[index(m)];
+    T* pooled = own_values_of(t).of(m);  // a tile of one panel, of which only the first lane counts
+    const T* maxima = memory_.partial.data() + partial.maximum + index(mesh.first_item) * index(tensor.channels);
+    for (int c = 0; c < tensor.channels; ++c) {
+      T best = maxima[c];
+      for (int g = 1; g < kernel::group_count(mesh.vertices); ++g) {
+        const T x = maxima[index(g) * index(tensor.channels) + index(c)];
+        if (!(best >= x) && best == best) best = x;
+      }
+      pooled[index(c) * kernel::panel_width<T>] = best;
+    }
+    const Args args = arguments(tensor.chain, tensor.pooled_from, Item{m, 0, 0}, 0, sweep.over_pose, nullptr);
+    transforms_[index(tensor.chain.signature)]({.from = pooled,
+                                                .to = pooled,
+                                                .from_stride = 0,
+                                                .to_stride = 0,
+                                                .first_panel = 0,
+                                                .panels = 1,
+                                                .first_channel = 0,
+                                                .rows = tensor.channels,
+                                                .args = args.data()});
+  }
+
+  const PackedProgram<T>& packed_;
+  const graph::Program& program_;
+  std::span<const kernel::RowTransform<T>> transforms_;
+  WorkspaceStorage<T>& memory_;
+  const CodeStorage<T>* code_ = nullptr;
+  CodeStorage<T>* own_code_ = nullptr;  ///< the code, if it may be written
+  std::array<T*, graph::max_buffers> buffer_{};
+  std::array<std::size_t, graph::max_buffers> buffer_stride_{};
+  std::array<std::size_t, graph::max_stages> slot_offset_{};
+  std::array<std::size_t, graph::max_stages> bias_offset_{};
+  std::array<Partial, graph::max_stages> partial_{};
+  std::size_t scratch_stride_ = 0;
+};
+
+}  // namespace npt::inline NPT_ABI::engine

@@ -1,0 +1,91 @@
+/// A network with values for its parameters.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/aligned.hpp>
+#include <npt/core/parameter.hpp>
+#include <npt/core/random.hpp>
+#include <npt/graph/lower.hpp>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace npt::inline NPT_ABI {
+
+/// Parameters of a network: all learned tensors in one buffer on 64-byte boundaries. Copyable. Fresh ones are zero,
+/// attributes (such as the output's scale) have their default.
+template <class Net, class T = float>
+class Model {
+ public:
+  using Network = Net;
+  using Scalar = T;
+
+  Model() : values_(static_cast<std::size_t>(parameter_buffer_size(network()))) {
+    for_each_parameter(network(), [this](const Parameter& p) {
+      if (p.attribute) values_[static_cast<std::size_t>(p.offset)] = static_cast<T>(p.initial);
+    });
+  }
+
+  /// The network's layers, with their parameters' places.
+  static constexpr const Net& network() { return graph::bound_network<Net>; }
+
+  /// The buffer with everything, padding included.
+  std::span<T> buffer() { return values_.span(); }
+  std::span<const T> buffer() const { return values_.span(); }
+
+  /// The values of one tensor, row major.
+  std::span<T> values(const Parameter& p) { return slice(values_.span(), p); }
+  std::span<const T> values(const Parameter& p) const { return slice(values_.span(), p); }
+
+  /// Calls f(name, parameter, values) for every learned tensor, under the names of the public state dict.
+  template <class F>
+  void for_each_tensor(F&& f) {
+    for_each_named_parameter(network(), [&](const std::string& name, const Parameter& p) {
+      if (!p.attribute) f(name, p, values(p));
+    });
+  }
+  template <class F>
+  void for_each_tensor(F&& f) const {
+    for_each_named_parameter(network(), [&](const std::string& name, const Parameter& p) {
+      if (!p.attribute) f(name, p, values(p));
+    });
+  }
+  /// Calls f(name, value) for every attribute.
+  template <class F>
+  void for_each_attribute(F&& f) {
+    for_each_named_parameter(network(), [&](const std::string& name, const Parameter& p) {
+      if (p.attribute) f(name, values(p)[0]);
+    });
+  }
+  template <class F>
+  void for_each_attribute(F&& f) const {
+    for_each_named_parameter(network(), [&](const std::string& name, const Parameter& p) {
+      if (p.attribute) f(name, values(p)[0]);
+    });
+  }
+
+ private:
+  template <class Span>
+  static Span slice(Span all, const Parameter& p) {
+    return all.subspan(static_cast<std::size_t>(p.offset), static_cast<std::size_t>(p.size()));
+  }
+
+  AlignedBuffer<T> values_;
+};
+
+/// Seeded random weights: N(0, 1 / Cin) for weights and N(0, 0.1^2) for biases, each tensor from a stream of its own.
+/// Good for tests and timing; training has its own initialisations.
+template <class Net, class T>
+void randomise(Model<Net, T>& model, std::uint64_t seed) {
+  std::uint64_t stream = 0;
+  model.for_each_tensor([&](const std::string&, const Parameter& p, std::span<T> values) {
+    Random random(seed, stream++);
+    const double deviation = p.rank == 3 ? 1.0 / std::sqrt(static_cast<double>(p.dims[1])) : 0.1;
+    for (T& value : values) value = static_cast<T>(deviation * random.normal());
+  });
+}
+
+}  // namespace npt::inline NPT_ABI

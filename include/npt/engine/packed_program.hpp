@@ -1,0 +1,109 @@
+/// A program with its weights, packed once for the kernels. It doesn't refer to the model it was made from.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/aligned.hpp>
+#include <npt/graph/program.hpp>
+#include <npt/kernel/packed_weights.hpp>
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace npt::inline NPT_ABI::engine {
+
+/// One stage's weights. Columns that meet a pooled source are kept apart: their product is the same at every vertex and
+/// becomes part of the bias (the compact feature's first decoder convolution shrinks from 1027 to 3 columns).
+template <class T>
+struct PackedStage {
+  kernel::PackedWeights<T> weights;  ///< per-vertex columns, in the order of the sources
+  AlignedBuffer<T> pooled_weights;   ///< [pooled columns][rows]
+  int pooled_columns = 0;
+};
+
+template <class T>
+class PackedProgram {
+ public:
+  PackedProgram(const graph::Program& program, std::span<const T> parameters) : program_(program) {
+    for (int i = 0; i < program_.stage_count; ++i) stages_.push_back(pack(program_.stage(i), parameters));
+    copy_pointwise_parameters(parameters);
+  }
+
+  const graph::Program& program() const { return program_; }
+  const PackedStage<T>& stage(int i) const { return stages_[static_cast<std::size_t>(i)]; }
+  /// Parameters of pointwise layers; steps' offsets in program() refer to it.
+  const T* pointwise_parameters() const { return pointwise_.data(); }
+
+  std::size_t bytes() const {
+    std::size_t total = pointwise_.size() * sizeof(T);
+    for (const PackedStage<T>& s : stages_) total += s.weights.bytes() + s.pooled_weights.size() * sizeof(T);
+    return total;
+  }
+
+ private:
+  PackedStage<T> pack(const graph::Stage& stage, std::span<const T> parameters) const {
+    std::vector<int> columns;  // of the weight matrix, in the order in which the prologue lays out their operands
+    std::vector<int> pooled;
+    for (int s = 0; s < stage.source_count; ++s) {
+      const graph::Source& source = stage.sources[static_cast<std::size_t>(s)];
+      const bool is_pooled = program_.tensor(source.tensor).storage == graph::Storage::pooled;
+      for (int c = 0; c < source.channels; ++c) (is_pooled ? pooled : columns).push_back(source.first + c);
+    }
+    const auto weight = [&](int row, int column) {
+      return parameters[static_cast<std::size_t>(stage.weight) +
+                        static_cast<std::size_t>(row) * static_cast<std::size_t>(stage.columns) +
+                        static_cast<std::size_t>(column)];
+    };
+    PackedStage<T> packed;
+    packed.weights = kernel::PackedWeights<T>(
+        stage.rows, static_cast<int>(columns.size()),
+        [&](int row, int k) { return weight(row, columns[static_cast<std::size_t>(k)]); },
+        [&](int row) { return stage.bias_is_dead ? T(0) : parameters[static_cast<std::size_t>(stage.bias + row)]; });
+    packed.pooled_columns = static_cast<int>(pooled.size());
+    packed.pooled_weights = AlignedBuffer<T>(pooled.size() * static_cast<std::size_t>(stage.rows));
+    T* out = packed.pooled_weights.data();
+    for (const int column : pooled)
+      for (int row = 0; row < stage.rows; ++row) *out++ = weight(row, column);
+    return packed;
+  }
+
+  /// Calls f(step) for every pointwise step of the program.
+  template <class F>
+  void for_each_step(F&& f) {
+    const auto each = [&f](graph::Chain& chain) {
+      for (int c = 0; c < chain.count; ++c) f(chain.steps[static_cast<std::size_t>(c)]);
+    };
+    for (graph::Stage& stage : program_.stages) {
+      for (graph::Source& source : stage.sources) each(source.chain);
+      each(stage.epilogue);
+    }
+    for (graph::Tensor& tensor : program_.tensors) each(tensor.chain);
+  }
+
+  void copy_pointwise_parameters(std::span<const T> parameters) {
+    constexpr std::size_t align = simd_alignment / sizeof(T);
+    const auto padded = [](int n) { return (static_cast<std::size_t>(n) + align - 1) / align * align; };
+    std::size_t total = 0;
+    for_each_step([&](graph::Step& step) {
+      for (const int size : step.sizes) total += padded(size);
+    });
+    pointwise_ = AlignedBuffer<T>(total);
+    std::size_t next = 0;
+    for_each_step([&](graph::Step& step) {
+      for (std::size_t i = 0; i < step.parameters.size(); ++i) {
+        if (step.parameters[i] < 0) continue;
+        const auto from =
+            parameters.subspan(static_cast<std::size_t>(step.parameters[i]), static_cast<std::size_t>(step.sizes[i]));
+        for (std::size_t k = 0; k < from.size(); ++k) pointwise_[next + k] = from[k];
+        step.parameters[i] = static_cast<int>(next);
+        next += padded(step.sizes[i]);
+      }
+    });
+  }
+
+  graph::Program program_;
+  std::vector<PackedStage<T>> stages_;
+  AlignedBuffer<T> pointwise_;
+};
+
+}  // namespace npt::inline NPT_ABI::engine

@@ -1,0 +1,57 @@
+/// From a network's pointwise chains, which a program names by number, to compiled loops.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/graph/lower.hpp>
+#include <npt/kernel/pointwise.hpp>
+
+#include <array>
+#include <cstddef>
+#include <tuple>
+#include <utility>
+
+namespace npt::inline NPT_ABI::engine {
+
+namespace internal {
+
+/// Position of an operation in a list.
+template <class... Ops>
+constexpr std::size_t find_operation(graph::OperationList<Ops...>, graph::OperationId id) {
+  std::size_t next = 0;
+  std::size_t found = sizeof...(Ops);
+  ((&graph::operation_id<Ops> == id ? found = next++ : next++), ...);
+  return found;
+}
+
+template <std::size_t I, class List>
+struct OperationAt;
+template <std::size_t I, class... Ops>
+struct OperationAt<I, graph::OperationList<Ops...>> {
+  using type = std::tuple_element_t<I, std::tuple<Ops...>>;
+};
+
+/// The operation at position I of chain signature S of the network.
+template <class Net, std::size_t S, std::size_t I>
+using SignatureOperation = typename OperationAt<find_operation(typename graph::ResultOf<Net>::Operations{},
+                                                               graph::program_of<Net>.signatures[S].operations[I]),
+                                                typename graph::ResultOf<Net>::Operations>::type;
+
+template <class T, class Net, std::size_t S, std::size_t... I>
+constexpr kernel::RowTransform<T> transform_of(std::index_sequence<I...>) {
+  return &kernel::transform_rows<T, SignatureOperation<Net, S, I>...>;
+}
+
+template <class T, class Net, std::size_t... S>
+constexpr auto transforms_of(std::index_sequence<S...>) {
+  return std::array<kernel::RowTransform<T>, sizeof...(S)>{transform_of<T, Net, S>(
+      std::make_index_sequence<static_cast<std::size_t>(graph::program_of<Net>.signatures[S].count)>{})...};
+}
+
+}  // namespace internal
+
+/// The loops of a network's chains by signature number. Networks that use the same chains share them.
+template <class T, class Net>
+inline constexpr auto row_transforms = internal::transforms_of<T, Net>(
+    std::make_index_sequence<static_cast<std::size_t>(graph::program_of<Net>.signature_count)>{});
+
+}  // namespace npt::inline NPT_ABI::engine

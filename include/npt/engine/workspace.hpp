@@ -1,0 +1,141 @@
+/// The memory of a running network. It only ever grows, so that a warm call allocates nothing.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/aligned.hpp>
+#include <npt/graph/program.hpp>
+#include <npt/kernel/panel.hpp>
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace npt::inline NPT_ABI::engine {
+
+/// One mesh of a batch on one side, pose or identity.
+template <class T>
+struct Instance {
+  std::span<const T> coordinates;  ///< [V, 3]
+  std::span<T> result;             ///< [V, 3], identities only
+  int vertices = 0;
+  int first_item = 0;  ///< number of its first group among all groups of the side
+  int code = 0;        ///< identities: the pose that it takes
+};
+
+/// One group of one mesh: what a task works on.
+struct Item {
+  int instance;
+  int group;
+  int valid;  ///< vertices in the group
+};
+
+/// The meshes of one side and their groups.
+template <class T>
+struct Side {
+  std::vector<Instance<T>> instances;
+  std::vector<Item> items;
+
+  void clear() {
+    instances.clear();
+    items.clear();
+  }
+  void add(Instance<T> instance) {
+    instance.vertices = static_cast<int>(instance.coordinates.size() / 3);
+    instance.first_item = static_cast<int>(items.size());
+    for (int g = 0; g < kernel::group_count(instance.vertices); ++g) {
+      const int before = g * kernel::group_width;
+      const int rest = instance.vertices - before;
+      items.push_back({static_cast<int>(instances.size()), g, rest < kernel::group_width ? rest : kernel::group_width});
+    }
+    instances.push_back(instance);
+  }
+  /// Coordinates to tiles [items].
+  void split(AlignedBuffer<T>& tiles) const {
+    tiles.grow_to(items.size() * kernel::tile_size(3));
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      const T* xyz = instances[static_cast<std::size_t>(items[i].instance)].coordinates.data() +
+                     3 * static_cast<std::size_t>(items[i].group) * kernel::group_width;
+      kernel::split_coordinates(xyz, items[i].valid, tiles.data() + i * kernel::tile_size(3));
+    }
+  }
+};
+
+/// Values that the stages of one side leave for each mesh: a tensor's mean and 1 / deviation, or its pooled maxima.
+template <class T>
+struct MeshValues {
+  AlignedBuffer<T> values;
+  std::size_t stride = 0;  ///< elements a mesh
+  T* of(int instance) { return values.data() + static_cast<std::size_t>(instance) * stride; }
+  const T* of(int instance) const { return values.data() + static_cast<std::size_t>(instance) * stride; }
+};
+
+/// What the encoder leaves for the decoder, for one or several poses: feature maps, moments, pooled features.
+template <class T>
+struct CodeStorage {
+  std::vector<int> first_item;                             ///< by pose
+  AlignedBuffer<T> coordinates;                            ///< [items] coordinate tiles
+  std::array<AlignedBuffer<T>, graph::max_buffers> tiles;  ///< by code tensor: [items] tiles
+  std::array<MeshValues<T>, graph::max_tensors> values;    ///< by tensor
+
+  std::size_t size() const {
+    std::size_t n = coordinates.size();
+    for (const auto& b : tiles) n += b.size();
+    for (const auto& v : values) n += v.values.size();
+    return n;
+  }
+};
+
+/// The memory of one call. Not for use by two calls at a time.
+template <class T>
+struct WorkspaceStorage {
+  Side<T> pose, identity;
+  CodeStorage<T> code;
+  AlignedBuffer<T> identity_coordinates;  ///< [items] coordinate tiles
+  std::array<AlignedBuffer<T>, graph::max_buffers> buffers;
+  std::array<MeshValues<T>, graph::max_tensors> values;  ///< by tensor
+  AlignedBuffer<T> partial;    ///< by group: means and squared differences, or maxima, of the running sweep's outputs
+  AlignedBuffer<T> bias;       ///< by mesh: biases that hold a pooled source's share
+  AlignedBuffer<T> scratch;    ///< [slots of the executor][slots of the program] tiles
+  AlignedBuffer<double> sums;  ///< for merging moments
+
+  std::size_t bytes() const {
+    std::size_t n = code.size() + identity_coordinates.size() + partial.size() + bias.size() + scratch.size();
+    for (const auto& b : buffers) n += b.size();
+    for (const auto& v : values) n += v.values.size();
+    return n * sizeof(T) + sums.size() * sizeof(double);
+  }
+};
+
+}  // namespace npt::inline NPT_ABI::engine
+
+namespace npt::inline NPT_ABI {
+
+/// An encoded pose, to be given to many identities. Belongs to the engine that made it.
+template <class T = float>
+class PoseCode {
+ public:
+  /// Vertices of the pose mesh; 0: nothing encoded yet.
+  int vertices() const { return vertices_; }
+
+ private:
+  template <class, class, class>
+  friend class Engine;
+  int vertices_ = 0;
+  engine::CodeStorage<T> storage_;
+};
+
+/// Scratch memory of an engine's call, for hosts that want to say where it lives. An engine keeps its own otherwise.
+template <class T = float>
+class Workspace {
+ public:
+  /// Bytes held.
+  std::size_t bytes() const { return storage_.bytes(); }
+
+ private:
+  template <class, class, class>
+  friend class Engine;
+  engine::WorkspaceStorage<T> storage_;
+};
+
+}  // namespace npt::inline NPT_ABI

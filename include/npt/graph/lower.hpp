@@ -1,0 +1,464 @@
+/// From a recorded network to a program, in a constant expression.
+///
+/// 1. Every convolution becomes a stage. Its epilogue absorbs what follows and needs no moments: activations, and the
+/// sum with
+///    an earlier stage's output.
+/// 2. Its sources are what its operand resolves to: stored tensors, each read through the pointwise layers in between.
+/// 3. A stage runs in the first sweep in which the moments and maxima that it needs are known, or later if its output
+/// is
+///    only used later: a residual branch then lives and dies inside one task.
+/// 4. Tensors used within their sweep get a scratch slot, others a buffer; both are shared by lifetime.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/graph/program.hpp>
+
+#include <array>
+#include <cstddef>
+
+namespace npt::inline NPT_ABI::graph {
+
+namespace internal {
+
+class Lowering {
+ public:
+  constexpr explicit Lowering(const Graph& graph) : graph_(graph) {}
+
+  constexpr Program run() {
+    count_uses();
+    add_inputs();
+    for (int n = 0; n < graph_.count; ++n)
+      if (graph_[n].kind == NodeKind::conv) add_stage(n);
+    program_.output = tensor_of_[index(graph_.output)];
+    if (program_.output < 0 || tensor(program_.output).stage < 0)
+      throw "npt: a network must end in a convolution, with activations that need no moments behind it";
+    mark_moments();
+    assign_levels();
+    sort_stages();
+    make_sweeps();
+    assign_storage();
+    assign_signatures();
+    count_work();
+    return program_;
+  }
+
+ private:
+  static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
+  constexpr Stage& stage(int i) { return program_.stages[index(i)]; }
+  constexpr Tensor& tensor(int i) { return program_.tensors[index(i)]; }
+
+  struct Operand {
+    std::array<Source, max_sources> sources{};
+    int count = 0;
+    constexpr void push(const Source& source) {
+      if (count == max_sources) throw "npt: more than graph::max_sources operands in one concatenation";
+      sources[static_cast<std::size_t>(count++)] = source;
+    }
+  };
+
+  constexpr void count_uses() {
+    for (int n = 0; n < graph_.count; ++n)
+      for (const int operand : {graph_[n].first, graph_[n].second})
+        if (operand >= 0) {
+          ++uses_[index(operand)];
+          user_[index(operand)] = n;
+        }
+    ++uses_[index(graph_.output)];
+    for (int& t : tensor_of_) t = -1;
+  }
+
+  constexpr int add_tensor(const Tensor& t) {
+    if (program_.tensor_count == max_tensors) throw "npt: a network has more than graph::max_tensors stored tensors";
+    program_.tensors[index(program_.tensor_count)] = t;
+    return program_.tensor_count++;
+  }
+
+  constexpr void add_inputs() {
+    for (int n = 0; n < 2; ++n)
+      tensor_of_[index(n)] =
+          add_tensor({.channels = graph_[n].channels, .storage = Storage::input, .place = n, .from_pose = n == 0});
+  }
+
+  /// `first` and `channels`: the part of the node's channels that the step is applied to.
+  constexpr Step step_of(const Node& node, int first, int channels) const {
+    Step step{.operation = node.operation, .normalises = node.normalises};
+    if (node.second >= 0) {
+      step.other = tensor_of_[index(node.second)];
+      if (step.other < 0) throw "npt: a layer can only be conditioned on a network input or a stored tensor";
+    }
+    for (std::size_t i = 0; i < step.parameters.size(); ++i) {
+      if (node.parameters[i] < 0) continue;
+      const int size = node.parameter_sizes[i];
+      const int a_channel = size % node.channels == 0 ? size / node.channels : 0;  // 0: not per channel
+      step.parameters[i] = node.parameters[i] + first * a_channel;
+      step.sizes[i] = a_channel == 0 ? size : channels * a_channel;
+    }
+    return step;
+  }
+
+  /// Stored tensors and the chains through which node n is read from them.
+  constexpr Operand resolve(int n) {
+    const Node& node = graph_[n];
+    Operand operand;
+    if (tensor_of_[index(n)] >= 0) {
+      operand.push({.tensor = tensor_of_[index(n)], .channels = node.channels});
+    } else if (node.kind == NodeKind::pointwise) {
+      operand = resolve(node.first);
+      for (int s = 0; s < operand.count; ++s) {
+        Source& source = operand.sources[index(s)];
+        if (node.normalises && source.chain.count != 0)
+          throw "npt: instance_norm must follow a convolution and activations that nothing else uses";
+        source.chain.push(step_of(node, source.first, source.channels));
+      }
+    } else if (node.kind == NodeKind::cat) {
+      operand = resolve(node.first);
+      const Operand second = resolve(node.second);
+      for (int s = 0; s < second.count; ++s) {
+        Source source = second.sources[index(s)];
+        source.first += graph_[node.first].channels;
+        operand.push(source);
+      }
+    } else if (node.kind == NodeKind::max_pool) {
+      operand.push({.tensor = pool(n), .channels = node.channels});
+    } else {
+      throw "npt: one operand of a sum must be a convolution, with activations behind it that nothing else uses";
+    }
+    return operand;
+  }
+
+  /// The maximum is taken before the increasing layers in front of it, while the convolution's output is written.
+  constexpr int pool(int n) {
+    const Operand operand = resolve(graph_[n].first);
+    const Source& source = operand.sources[0];
+    if (operand.count != 1 || tensor(source.tensor).stage < 0)
+      throw "npt: max_pool must follow a convolution and increasing layers (instance_norm, relu, tanh)";
+    for (int m = graph_[n].first; tensor_of_[index(m)] < 0; m = graph_[m].first)
+      if (!graph_[m].increasing) throw "npt: only increasing layers may stand between a convolution and max_pool";
+    stage(tensor(source.tensor).stage).gathers_maxima = true;
+    const int pooled = add_tensor({.channels = graph_[n].channels,
+                                   .storage = Storage::pooled,
+                                   .stage = tensor(source.tensor).stage,
+                                   .pooled_from = source.tensor,
+                                   .chain = source.chain,
+                                   .from_pose = graph_[n].depends == depends_on_pose});
+    tensor_of_[index(n)] = pooled;
+    return pooled;
+  }
+
+  constexpr void add_stage(int conv) {
+    if (program_.stage_count == max_stages) throw "npt: a network has more than graph::max_stages convolutions";
+    const Node& node = graph_[conv];
+    Stage s{.node = conv, .weight = node.weight, .bias = node.bias, .rows = node.channels};
+    s.columns = graph_[node.first].channels;
+    const Operand operand = resolve(node.first);
+    s.source_count = operand.count;
+    s.sources = operand.sources;
+    s.direct = operand.count == 1 && operand.sources[0].chain.count == 0;
+    const int out = absorb_epilogue(conv, s.epilogue);
+    s.output = add_tensor(
+        {.channels = s.rows, .stage = program_.stage_count, .from_pose = graph_[out].depends == depends_on_pose});
+    tensor_of_[index(out)] = s.output;
+    stage(program_.stage_count++) = s;
+  }
+
+  /// Moves into the epilogue what follows the convolution; returns the node that the stage's output is.
+  constexpr int absorb_epilogue(int conv, Chain& epilogue) {
+    int n = conv;
+    while (uses_[index(n)] == 1 && n != graph_.output) {
+      const int next = user_[index(n)];
+      const Node& user = graph_[next];
+      if (user.kind == NodeKind::pointwise && user.first == n && !user.normalises) {
+        epilogue.push(step_of(user, 0, user.channels));
+      } else if (user.kind == NodeKind::sum) {
+        const int other = tensor_of_[index(user.first == n ? user.second : user.first)];
+        if (other < 0) break;
+        epilogue.push({.operation = &operation_id<kernel::AddTile>, .other = other});
+      } else {
+        break;
+      }
+      n = next;
+    }
+    return n;
+  }
+
+  constexpr void mark_moments() {
+    const auto mark = [this](int t, const Chain& chain) {
+      for (int i = 0; i < chain.count; ++i)
+        if (chain.steps[index(i)].normalises) {
+          if (tensor(t).stage < 0 || tensor(t).storage == Storage::pooled)
+            throw "npt: instance_norm needs the output of a convolution";
+          tensor(t).moments = true;
+        }
+    };
+    for (int i = 0; i < program_.stage_count; ++i)
+      for (int s = 0; s < stage(i).source_count; ++s)
+        mark(stage(i).sources[index(s)].tensor, stage(i).sources[index(s)].chain);
+    for (int t = 0; t < program_.tensor_count; ++t)
+      if (tensor(t).pooled_from >= 0) mark(tensor(t).pooled_from, tensor(t).chain);
+  }
+
+  /// Calls f(tensor, whether it is needed complete: its moments or its maxima) for everything stage i reads.
+  template <class F>
+  constexpr void for_each_use(int i, F&& f) {
+    const auto others = [&](const Chain& chain) {
+      for (int c = 0; c < chain.count; ++c)
+        if (chain.steps[index(c)].other >= 0) f(chain.steps[index(c)].other, false);
+    };
+    for (int s = 0; s < stage(i).source_count; ++s) {
+      const Source& source = stage(i).sources[index(s)];
+      bool complete = tensor(source.tensor).storage == Storage::pooled;
+      for (int c = 0; c < source.chain.count; ++c) complete = complete || source.chain.steps[index(c)].normalises;
+      f(source.tensor, complete);
+      others(source.chain);
+    }
+    others(stage(i).epilogue);
+  }
+
+  constexpr void assign_levels() {
+    int encoder_end = 0;
+    for (const bool encoder : {true, false}) {
+      for (int i = 0; i < program_.stage_count; ++i) {
+        if (tensor(stage(i).output).from_pose != encoder) continue;
+        int level = encoder ? 0 : encoder_end;
+        for_each_use(i, [&](int t, bool complete) {
+          if (tensor(t).stage < 0) return;
+          const int needed = stage(tensor(t).stage).level + (complete ? 1 : 0);
+          if (needed > level) level = needed;
+        });
+        stage(i).level = level;
+      }
+      if (encoder)
+        for (int i = 0; i < program_.stage_count; ++i)
+          if (tensor(stage(i).output).from_pose && stage(i).level + 1 > encoder_end) encoder_end = stage(i).level + 1;
+    }
+    program_.encoder_sweeps = encoder_end;
+    delay_stages();
+  }
+
+  /// A stage moves to the sweep of its first user if no user needs its output complete.
+  constexpr void delay_stages() {
+    for (int i = program_.stage_count - 1; i >= 0; --i) {
+      const int out = stage(i).output;
+      if (tensor(out).from_pose || out == program_.output || tensor(out).moments || stage(i).gathers_maxima) continue;
+      int latest = 1 << 20;
+      for (int j = i + 1; j < program_.stage_count; ++j)
+        for_each_use(j, [&](int t, bool) {
+          if (t == out && stage(j).level < latest) latest = stage(j).level;
+        });
+      if (latest != 1 << 20) stage(i).level = latest;
+    }
+  }
+
+  constexpr void sort_stages() {
+    std::array<Stage, max_stages> sorted{};
+    std::array<int, max_stages> moved{};
+    int count = 0;
+    for (int level = 0; count < program_.stage_count; ++level)
+      for (int i = 0; i < program_.stage_count; ++i)
+        if (stage(i).level == level) {
+          moved[index(i)] = count;
+          sorted[index(count++)] = stage(i);
+        }
+    program_.stages = sorted;
+    for (int t = 0; t < program_.tensor_count; ++t)
+      if (tensor(t).stage >= 0) tensor(t).stage = moved[index(tensor(t).stage)];
+  }
+
+  constexpr void make_sweeps() {
+    for (int i = 0; i < program_.stage_count; ++i) {
+      if (i == 0 || stage(i).level != stage(i - 1).level) {
+        program_.sweeps[index(program_.sweep_count)] = {.first_stage = i,
+                                                        .over_pose = tensor(stage(i).output).from_pose};
+        ++program_.sweep_count;
+      }
+      ++program_.sweeps[index(program_.sweep_count - 1)].stage_count;
+      stage(i).level = program_.sweep_count - 1;
+    }
+    program_.encoder_sweeps = 0;
+    while (program_.encoder_sweeps < program_.sweep_count && program_.sweeps[index(program_.encoder_sweeps)].over_pose)
+      ++program_.encoder_sweeps;
+  }
+
+  // Lifetimes are counted in quarter stages: a prologue writes its operand at 4 i and reads its sources then, the
+  // product and the epilogue end at 4 i + 2, where the output appears. What the epilogue adds is read just before the
+  // output takes its place, row by row, so that both may share memory: it ends at 4 i + 1.
+  struct Lifetime {
+    int begin = 0, end = 0;
+    constexpr bool overlaps(const Lifetime& o) const { return begin <= o.end && o.begin <= end; }
+  };
+
+  constexpr Lifetime lifetime(int t) {
+    Lifetime life{4 * tensor(t).stage + 2, 4 * tensor(t).stage + 2};
+    const auto extend = [&life](int end) {
+      if (end > life.end) life.end = end;
+    };
+    for (int i = 0; i < program_.stage_count; ++i) {
+      const Stage& s = stage(i);
+      for (int k = 0; k < s.source_count; ++k) {
+        const Source& source = s.sources[index(k)];
+        if (source.tensor == t) extend(s.direct ? 4 * i + 2 : 4 * i);
+        for (int c = 0; c < source.chain.count; ++c)
+          if (source.chain.steps[index(c)].other == t) extend(4 * i);
+      }
+      for (int c = 0; c < s.epilogue.count; ++c)
+        if (s.epilogue.steps[index(c)].other == t) {
+          const bool aligned = c == s.epilogue.count - 1 || tensor(t).channels == s.rows;
+          extend(aligned ? 4 * i + 1 : 4 * i + 2);
+        }
+    }
+    if (t == program_.output) extend(4 * tensor(t).stage + 3);
+    return life;
+  }
+
+  constexpr bool used_after_sweep(int t) {
+    const int sweep = stage(tensor(t).stage).level;
+    bool later = false;
+    for (int i = 0; i < program_.stage_count; ++i)
+      if (stage(i).level > sweep) for_each_use(i, [&](int u, bool) { later = later || u == t; });
+    return later;
+  }
+  constexpr bool used_at_all(int t) {
+    bool used = t == program_.output;
+    for (int i = 0; i < program_.stage_count; ++i) for_each_use(i, [&](int u, bool) { used = used || u == t; });
+    return used;
+  }
+
+  struct Allocation {
+    std::array<std::array<Lifetime, max_stages>, max_stages> tenants{};
+    std::array<int, max_stages> counts{};
+    int places = 0;
+    constexpr int take(const Lifetime& life, int limit) {
+      int place = 0;
+      for (; place < places; ++place) {
+        bool free = true;
+        for (int k = 0; k < counts[index(place)]; ++k) free = free && !tenants[index(place)][index(k)].overlaps(life);
+        if (free) break;
+      }
+      if (place == limit) throw "npt: a network needs more than graph::max_buffers stored tensors at a time";
+      if (place == places) ++places;
+      tenants[index(place)][index(counts[index(place)]++)] = life;
+      return place;
+    }
+  };
+
+  static constexpr void widen(int& channels, int with) {
+    if (with > channels) channels = with;
+  }
+
+  constexpr void assign_storage() {
+    Allocation buffers, slots;
+    Lifetime code_life;
+    for (int i = 0; i < program_.stage_count; ++i) {
+      Stage& s = stage(i);
+      if (!s.direct) {
+        s.operand_slot = slots.take({4 * i, 4 * i + 2}, max_stages);
+        widen(program_.slot_channels[index(s.operand_slot)], s.columns);
+      }
+      Tensor& out = tensor(s.output);
+      const Lifetime life = lifetime(s.output);
+      if (!used_at_all(s.output) || !used_after_sweep(s.output)) {
+        out.storage = used_at_all(s.output) ? Storage::slot : Storage::none;
+        out.place = slots.take(life, max_stages);
+        widen(program_.slot_channels[index(out.place)], out.channels);
+      } else if (out.from_pose && used_by_decoder(s.output)) {
+        out.storage = Storage::code;
+        out.place = program_.code_count++;
+        if (out.place == 0) code_life = life;
+      } else {
+        out.storage = Storage::buffer;
+        out.place = buffers.take(life, max_buffers);
+        widen(program_.buffer_channels[index(out.place)], out.channels);
+      }
+    }
+    program_.buffer_count = buffers.places;
+    program_.slot_count = slots.places;
+    for (int b = 0; program_.code_count == 1 && b < buffers.places && program_.code_alias < 0; ++b)
+      if (buffers.tenants[index(b)][0].begin > code_life.end) program_.code_alias = b;
+    find_pairing();
+    find_dead_biases();
+  }
+
+  constexpr bool used_by_decoder(int t) {
+    bool used = false;
+    for (int i = 0; i < program_.stage_count; ++i)
+      if (!tensor(stage(i).output).from_pose) for_each_use(i, [&](int u, bool) { used = used || u == t; });
+    return used;
+  }
+
+  constexpr void find_pairing() {
+    for (int i = 0; i < program_.stage_count; ++i)
+      if (!tensor(stage(i).output).from_pose)
+        for_each_use(i, [&](int t, bool) {
+          if (tensor(t).from_pose && tensor(t).storage != Storage::pooled) program_.paired = true;
+        });
+  }
+
+  constexpr void find_dead_biases() {
+    for (int i = 0; i < program_.stage_count; ++i) {
+      const int out = stage(i).output;
+      bool dead = stage(i).epilogue.count == 0 && tensor(out).moments;
+      const auto check = [&](const Chain& chain) { dead = dead && chain.count > 0 && chain.steps[0].normalises; };
+      for (int j = 0; j < program_.stage_count; ++j) {
+        for (int s = 0; s < stage(j).source_count; ++s)
+          if (stage(j).sources[index(s)].tensor == out) check(stage(j).sources[index(s)].chain);
+        for (int c = 0; c < stage(j).epilogue.count; ++c) dead = dead && stage(j).epilogue.steps[index(c)].other != out;
+      }
+      for (int t = 0; t < program_.tensor_count; ++t)
+        if (tensor(t).pooled_from == out) check(tensor(t).chain);
+      stage(i).bias_is_dead = dead;
+    }
+  }
+
+  constexpr void sign(Chain& chain) {
+    for (int s = 0; s < program_.signature_count && chain.signature < 0; ++s) {
+      const Signature& known = program_.signatures[index(s)];
+      bool same = known.count == chain.count;
+      for (int c = 0; same && c < chain.count; ++c)
+        same = known.operations[index(c)] == chain.steps[index(c)].operation;
+      if (same) chain.signature = s;
+    }
+    if (chain.signature >= 0) return;
+    if (program_.signature_count == max_signatures) throw "npt: more than graph::max_signatures kinds of chains";
+    Signature& fresh = program_.signatures[index(program_.signature_count)];
+    fresh.count = chain.count;
+    for (int c = 0; c < chain.count; ++c) fresh.operations[index(c)] = chain.steps[index(c)].operation;
+    chain.signature = program_.signature_count++;
+  }
+
+  constexpr void assign_signatures() {
+    for (int i = 0; i < program_.stage_count; ++i) {
+      for (int s = 0; s < stage(i).source_count; ++s) sign(stage(i).sources[index(s)].chain);
+      sign(stage(i).epilogue);
+    }
+    for (int t = 0; t < program_.tensor_count; ++t)
+      if (tensor(t).storage == Storage::pooled) sign(tensor(t).chain);
+  }
+
+  constexpr void count_work() {
+    for (int n = 0; n < graph_.count; ++n) {
+      const Node& node = graph_[n];
+      if (node.kind == NodeKind::conv)
+        program_.multiply_adds += static_cast<double>(node.channels) * graph_[node.first].channels;
+      if (node.kind == NodeKind::pointwise && node.second >= 0)
+        program_.multiply_adds += 2.0 * node.channels * graph_[node.second].channels;
+    }
+  }
+
+  const Graph& graph_;
+  Program program_{};
+  std::array<int, max_nodes> uses_{};
+  std::array<int, max_nodes> user_{};
+  std::array<int, max_nodes> tensor_of_{};
+};
+
+}  // namespace internal
+
+constexpr Program lower(const Graph& graph) { return internal::Lowering(graph).run(); }
+
+/// The network with its parameters' places, and its program. Both are constants of the network's type.
+template <class Net>
+inline constexpr Net bound_network = bind_parameters<Net>();
+template <class Net>
+inline constexpr Program program_of = lower(record(bound_network<Net>));
+
+}  // namespace npt::inline NPT_ABI::graph

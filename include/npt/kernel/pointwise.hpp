@@ -1,0 +1,124 @@
+/// Pointwise layers: what one is to the kernels, and how a chain of them is applied to rows of a tile.
+///
+/// A pointwise operation maps one value of one channel at one vertex to another. It is a type with static members;
+/// derive from Pointwise for the defaults. What it needs besides the value comes in three parts, each computed once and
+/// held in registers:
+///   column(args, v)  for a register of vertices: e.g. the coordinates that SPAdaIN is conditioned on
+///   row(args, c)     for a channel: e.g. its mean, or its modulation weights, broadcast
+///   apply(x, row, column, position)
+/// Chains are compiled into one loop that a stage runs while it reads (prologue) or writes (epilogue) a tile, so a
+/// pointwise layer costs no pass over memory.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/kernel/panel.hpp>
+#include <npt/simd/batch.hpp>
+
+#include <array>
+#include <cstddef>
+#include <tuple>
+#include <utility>
+
+namespace npt::inline NPT_ABI::kernel {
+
+/// Most parameter tensors a pointwise layer may have.
+inline constexpr int max_pointwise_parameters = 4;
+
+/// What a pointwise operation may read. The engine fills what the operation declares and leaves the rest null.
+template <class T>
+struct PointwiseArgs {
+  const T* parameters[max_pointwise_parameters] = {};  ///< the layer's tensors, first channel first
+  const T* mean = nullptr;                             ///< [C] the input's mean over the vertices (if normalises)
+  const T* inverse_deviation = nullptr;                ///< [C] 1 / sqrt(variance + eps)        (if normalises)
+  const T* other = nullptr;                            ///< tile of the second input (if other_channels != 0)
+  int other_channels = 0;                              ///< its channels
+};
+
+/// Where a register stands: panel of the tile, register in the panel.
+struct Position {
+  int panel;
+  int part;
+};
+
+/// Defaults of a pointwise operation.
+struct Pointwise {
+  struct Nothing {};
+  static constexpr bool normalises = false;  ///< needs mean and deviation of its input over all vertices
+  static constexpr bool increasing =
+      false;  ///< x <= y implies f(x) <= f(y): a maximum over vertices may be taken before it
+  template <class T>
+  static NPT_ALWAYS_INLINE Nothing column(const PointwiseArgs<T>&, Position) {
+    return {};
+  }
+  template <class T>
+  static NPT_ALWAYS_INLINE Nothing row(const PointwiseArgs<T>&, int) {
+    return {};
+  }
+};
+
+/// The operation that adds a second tile: a residual connection. Recorded by `a + b`, never written by users.
+struct AddTile : Pointwise {
+  static constexpr const char* name = "add";
+  template <class T>
+  struct Column {
+    const T* tile;
+  };
+  template <class T>
+  static NPT_ALWAYS_INLINE Column<T> column(const PointwiseArgs<T>& args, Position at) {
+    return {args.other + panel_stride<T>(args.other_channels) * static_cast<std::size_t>(at.panel) +
+            at.part * simd::lanes<T>};
+  }
+  template <class T>
+  static NPT_ALWAYS_INLINE std::size_t row(const PointwiseArgs<T>&, int c) {
+    return static_cast<std::size_t>(c) * panel_width<T>;
+  }
+  template <class T>
+  static NPT_ALWAYS_INLINE simd::Batch<T> apply(simd::Batch<T> x, std::size_t row, const Column<T>& column) {
+    return x + simd::load(column.tile + row);
+  }
+};
+
+/// Rows of a tile to transform: from and to may be the same memory.
+template <class T>
+struct RowRange {
+  const T* from;
+  T* to;
+  std::size_t from_stride;  ///< elements from one panel to the next
+  std::size_t to_stride;
+  int first_panel;  ///< number in the tile of the first panel (for the operations' columns)
+  int panels;
+  int first_channel;  ///< channel number of the first row (for the operations' rows)
+  int rows;
+  const PointwiseArgs<T>* args;  ///< one for each operation of the chain
+};
+
+template <class T>
+using RowTransform = void (*)(const RowRange<T>&);
+
+/// Applies Ops, first to last, to every value of the range. An empty chain copies.
+template <class T, class... Ops>
+NPT_NOINLINE void transform_rows(const RowRange<T>& range) {
+  [&]<std::size_t... I>(std::index_sequence<I...>) {
+    for (int p = 0; p < range.panels; ++p) {
+      const T* from = range.from + range.from_stride * static_cast<std::size_t>(p);
+      T* to = range.to + range.to_stride * static_cast<std::size_t>(p);
+      const auto columns = [&]([[maybe_unused]] int part) NPT_LAMBDA_INLINE {
+        return std::tuple{Ops::template column<T>(range.args[I], Position{range.first_panel + p, part})...};
+      };
+      [[maybe_unused]] const std::array column{columns(0), columns(1)};
+      for (int c = 0; c < range.rows; ++c) {
+        [[maybe_unused]] const std::tuple row{Ops::template row<T>(range.args[I], range.first_channel + c)...};
+        simd::unroll<panel_registers>([&](auto q) NPT_LAMBDA_INLINE {
+          simd::Batch<T> x = simd::load(from + q * simd::lanes<T>);
+          ((x = Ops::template apply<T>(x, std::get<I>(row), std::get<I>(column[q]))), ...);
+          simd::store(to + q * simd::lanes<T>, x);
+        });
+        from += panel_width<T>;
+        to += panel_width<T>;
+      }
+    }
+  }
+  (std::index_sequence_for<Ops...>{});
+}
+
+}  // namespace npt::inline NPT_ABI::kernel

@@ -1,0 +1,39 @@
+/// Hyperbolic tangent with a scale: y = scale * tanh(x), elementwise.
+/// The paper's output is tanh (scale 1, section 3.4); the released code uses 2 tanh. The scale is an attribute of the
+/// network: a number in the weights' metadata under the name that the network gives it, not a learned tensor.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/parameter.hpp>
+#include <npt/kernel/pointwise.hpp>
+
+namespace npt::inline NPT_ABI {
+
+struct ScaledTanh : kernel::Pointwise {
+  static constexpr const char* name = "tanh";
+  Parameter scale = Parameter::number(1.0);
+
+  static constexpr void visit(auto& self, auto&& visitor) { visitor("scale", self.scale); }
+
+  template <class T>
+  static NPT_ALWAYS_INLINE simd::Batch<T> row(const kernel::PointwiseArgs<T>& args, int) {
+    return simd::broadcast(args.parameters[0][0]);
+  }
+  template <class T>
+  static NPT_ALWAYS_INLINE simd::Batch<T> apply(simd::Batch<T> x, const simd::Batch<T>& scale, Nothing) {
+    return scale * simd::tanh(x);
+  }
+};
+
+/// tanh without a scale, for networks of one's own.
+struct Tanh : kernel::Pointwise {
+  static constexpr const char* name = "tanh";
+  static constexpr bool increasing = true;
+  template <class T>
+  static NPT_ALWAYS_INLINE simd::Batch<T> apply(simd::Batch<T> x, Nothing, Nothing) {
+    return simd::tanh(x);
+  }
+};
+inline constexpr Tanh tanh{};
+
+}  // namespace npt::inline NPT_ABI

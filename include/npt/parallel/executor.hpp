@@ -1,0 +1,39 @@
+/// How the engine runs its tasks. An executor is any type with
+///   int slots() const                          the most tasks that ever run at the same time
+///   void for_each(int count, const F& f) const   calls f(i, slot) once for each i in 0 .. count - 1 and returns when
+///   all are
+///                                              done; slot < slots(), and no two running calls share a slot
+/// Results never depend on the executor: every sum over vertices has a fixed order.
+#pragma once
+
+#include <npt/config.hpp>
+
+#include <concepts>
+
+namespace npt::inline NPT_ABI {
+
+namespace parallel::internal {
+struct Probe {
+  void operator()(int, int) const {}
+};
+}  // namespace parallel::internal
+
+template <class E>
+concept Executor = requires(const E& executor, const parallel::internal::Probe& f) {
+  { executor.slots() } -> std::convertible_to<int>;
+  executor.for_each(1, f);
+};
+
+/// Runs everything in the calling thread.
+class SerialExecutor {
+ public:
+  int slots() const { return 1; }
+
+  template <class F>
+  void for_each(int count, const F& f) const {
+    for (int i = 0; i < count; ++i) f(i, 0);
+  }
+};
+static_assert(Executor<SerialExecutor>);
+
+}  // namespace npt::inline NPT_ABI

@@ -1,0 +1,111 @@
+/// The SIMD vocabulary of the kernels: the only room that includes xsimd.
+///
+/// Batch<T> is the widest register of the translation unit's instruction set. Only what the kernels need is named here,
+/// so that what xsimd 8.1 gets wrong (no fused multiply-add for AVX-512) is mended in one place.
+#pragma once
+
+#include <npt/config.hpp>
+#include <xsimd/xsimd.hpp>
+
+#include <array>
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+
+// g++ 12 takes the deliberately undefined register in its own AVX-512 intrinsics for a mistake of whoever uses them
+// (GCC bug 105593).
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#endif
+
+namespace npt::inline NPT_ABI::simd {
+
+template <class T>
+using Batch = xsimd::batch<T>;
+
+/// Lanes of a register.
+template <class T>
+inline constexpr int lanes = static_cast<int>(Batch<T>::size);
+
+template <class T>
+NPT_ALWAYS_INLINE Batch<T> load(const T* from) {
+  return Batch<T>::load_aligned(from);
+}
+template <class T>
+NPT_ALWAYS_INLINE void store(T* to, const Batch<T>& x) {
+  x.store_aligned(to);
+}
+template <class T>
+NPT_ALWAYS_INLINE Batch<T> broadcast(T x) {
+  return Batch<T>(x);
+}
+
+/// a * b + c, rounded once wherever the instruction set has it.
+template <class T>
+NPT_ALWAYS_INLINE Batch<T> fma(const Batch<T>& a, const Batch<T>& b, const Batch<T>& c) {
+  // xsimd 8.1 has no AVX-512 overload: g++ contracts its a * b + c, clang 14 does not and runs at half of the peak.
+#if defined(__AVX512F__)
+  if constexpr (std::is_same_v<T, float> && lanes<T> == 16)
+    return Batch<T>(_mm512_fmadd_ps(a, b, c));
+  else if constexpr (std::is_same_v<T, double> && lanes<T> == 8)
+    return Batch<T>(_mm512_fmadd_pd(a, b, c));
+  else
+    return xsimd::fma(a, b, c);
+#else
+  return xsimd::fma(a, b, c);
+#endif
+}
+
+/// max(0, x) that keeps NaN: x86's max returns its second operand when either is NaN.
+template <class T>
+NPT_ALWAYS_INLINE Batch<T> relu(const Batch<T>& x) {
+  return xsimd::max(Batch<T>(T(0)), x);
+}
+
+/// The larger of the running maximum m and x; NaN from either side stays.
+template <class T>
+NPT_ALWAYS_INLINE Batch<T> running_max(const Batch<T>& m, const Batch<T>& x) {
+  return xsimd::select(m != m, m, xsimd::max(m, x));
+}
+
+template <class T>
+NPT_ALWAYS_INLINE Batch<T> tanh(const Batch<T>& x) {
+  return xsimd::tanh(x);
+}
+template <class T>
+NPT_ALWAYS_INLINE Batch<T> exp(const Batch<T>& x) {
+  return xsimd::exp(x);
+}
+
+/// Sum over the lanes, in an order fixed by the instruction set.
+template <class T>
+NPT_ALWAYS_INLINE T reduce_add(const Batch<T>& x) {
+  return xsimd::hadd(x);
+}
+
+/// x where lane + first < count, else `other`.
+template <class T>
+NPT_ALWAYS_INLINE Batch<T> keep_first(const Batch<T>& x, int first, int count, const Batch<T>& other) {
+  alignas(64) static constexpr auto iota = [] {
+    std::array<T, lanes<T>> values{};
+    for (int i = 0; i < lanes<T>; ++i) values[static_cast<std::size_t>(i)] = static_cast<T>(i);
+    return values;
+  }();
+  return xsimd::select(load(iota.data()) < Batch<T>(static_cast<T>(count - first)), x, other);
+}
+
+/// Calls f(integral_constant 0), ..., f(integral_constant N - 1): the loop that compilers can't leave rolled, so that
+/// accumulators indexed by it stay in registers (g++ 12 spills them in plain loops).
+template <int N, class F>
+NPT_ALWAYS_INLINE void unroll(F&& f) {
+  [&]<int... I>(std::integer_sequence<int, I...>) NPT_LAMBDA_INLINE { (f(std::integral_constant<int, I>{}), ...); }
+  (std::make_integer_sequence<int, N>{});
+}
+
+}  // namespace npt::inline NPT_ABI::simd
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif

@@ -1,0 +1,120 @@
+/// The network of the paper in plain double loops, written from its text and without any of the library's kernels: what
+/// the fused engine is compared with.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace reference {
+
+/// [C, V], row major.
+struct Map {
+  std::size_t channels = 0, vertices = 0;
+  std::vector<double> values;
+  Map() = default;
+  Map(std::size_t c, std::size_t v) : channels(c), vertices(v), values(c * v) {}
+  double* row(std::size_t c) { return values.data() + c * vertices; }
+  const double* row(std::size_t c) const { return values.data() + c * vertices; }
+};
+
+/// Tensors by the names of the public state dict, row major.
+using Weights = std::map<std::string, std::vector<double>>;
+
+inline Map conv(const Weights& weights, const std::string& name, const Map& x) {
+  const std::vector<double>& w = weights.at(name + ".weight");
+  const std::vector<double>& b = weights.at(name + ".bias");
+  Map y(b.size(), x.vertices);
+  constexpr std::size_t strip = 256;  // vertices at a time, for the cache
+  for (std::size_t begin = 0; begin < x.vertices; begin += strip) {
+    const std::size_t end = std::min(begin + strip, x.vertices);
+    for (std::size_t o = 0; o < y.channels; ++o) {
+      double* out = y.row(o);
+      for (std::size_t v = begin; v < end; ++v) out[v] = b[o];
+      for (std::size_t i = 0; i < x.channels; ++i) {
+        const double weight = w[o * x.channels + i];
+        const double* in = x.row(i);
+        for (std::size_t v = begin; v < end; ++v) out[v] += weight * in[v];
+      }
+    }
+  }
+  return y;
+}
+
+inline Map instance_norm(Map x) {
+  for (std::size_t c = 0; c < x.channels; ++c) {
+    double* row = x.row(c);
+    const double n = static_cast<double>(x.vertices);
+    double mean = 0, variance = 0;
+    for (std::size_t v = 0; v < x.vertices; ++v) mean += row[v] / n;
+    for (std::size_t v = 0; v < x.vertices; ++v) variance += (row[v] - mean) * (row[v] - mean) / n;
+    for (std::size_t v = 0; v < x.vertices; ++v) row[v] = (row[v] - mean) / std::sqrt(variance + 1e-5);
+  }
+  return x;
+}
+
+inline Map relu(Map x) {
+  for (double& value : x.values) value = value < 0 ? 0 : value;
+  return x;
+}
+
+struct Variant {
+  bool relu_conv = false;
+  bool pooled = false;
+  double output_scale = 1;
+};
+
+inline Map spadain(const Weights& w, const std::string& name, const Map& x, const Map& identity, bool normalise) {
+  const Map gamma = conv(w, name + ".conv_weight", identity);
+  const Map beta = conv(w, name + ".conv_bias", identity);
+  Map y = normalise ? instance_norm(x) : x;
+  for (std::size_t i = 0; i < y.values.size(); ++i) y.values[i] = gamma.values[i] * y.values[i] + beta.values[i];
+  return y;
+}
+
+inline Map unit(const Weights& w, const std::string& block, const std::string& norm, const std::string& convolution,
+                const Map& x, const Map& identity, const Variant& variant, bool normalise) {
+  const Map y = spadain(w, block + "." + norm, x, identity, normalise);
+  return variant.relu_conv ? conv(w, block + "." + convolution, relu(y)) : relu(conv(w, block + "." + convolution, y));
+}
+
+inline Map block(const Weights& w, const std::string& name, const Map& x, const Map& identity, const Variant& variant,
+                 bool normalise) {
+  const Map first = unit(w, name, "spadain1", "conv1", x, identity, variant, normalise);
+  Map y = unit(w, name, "spadain2", "conv2", first, identity, variant, normalise);
+  const Map skip = unit(w, name, "spadain_res", "conv_res", x, identity, variant, normalise);
+  for (std::size_t i = 0; i < y.values.size(); ++i) y.values[i] += skip.values[i];
+  return y;
+}
+
+inline Map encode(const Weights& w, Map x) {
+  for (const char* name : {"encoder.conv1", "encoder.conv2", "encoder.conv3"})
+    x = relu(instance_norm(conv(w, name, x)));
+  return x;
+}
+
+/// pose [3, Vp], identity [3, V] -> [3, V].
+inline Map forward(const Weights& w, const Map& pose, const Map& identity, const Variant& variant) {
+  const Map feature = encode(w, pose);
+  Map x(feature.channels + 3, identity.vertices);
+  for (std::size_t c = 0; c < feature.channels; ++c)
+    for (std::size_t v = 0; v < identity.vertices; ++v)
+      x.row(c)[v] =
+          variant.pooled ? *std::max_element(feature.row(c), feature.row(c) + feature.vertices) : feature.row(c)[v];
+  for (std::size_t c = 0; c < 3; ++c) std::copy_n(identity.row(c), identity.vertices, x.row(feature.channels + c));
+  x = conv(w, "decoder.conv1", x);
+  x = block(w, "decoder.spadain_block1", x, identity, variant, !variant.pooled);
+  x = conv(w, "decoder.conv2", x);
+  x = block(w, "decoder.spadain_block2", x, identity, variant, true);
+  x = conv(w, "decoder.conv3", x);
+  x = block(w, "decoder.spadain_block3", x, identity, variant, true);
+  x = conv(w, "decoder.conv4", x);
+  for (double& value : x.values) value = variant.output_scale * std::tanh(value);
+  return x;
+}
+
+}  // namespace reference
