@@ -1,0 +1,82 @@
+/// Random poses and shapes as the paper's data set draws them.
+/// Source    Wang et al., "Neural Pose Transfer by Spatially Adaptive Instance Normalization", CVPR 2020, supplement,
+/// Table 6 Numerics  a draw depends on the generator's seed, stream and position only: use one stream for each mesh of
+/// a set
+#pragma once
+
+#include <npt/body/skeleton.hpp>
+#include <npt/config.hpp>
+#include <npt/core/random.hpp>
+
+#include <array>
+#include <cstddef>
+#include <initializer_list>
+#include <numbers>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// Range of one angle, in degrees.
+struct AngleRange {
+  double low = 0;
+  double high = 0;
+};
+/// Ranges of a joint's three axis-angle components.
+using JointRange = std::array<AngleRange, 3>;
+
+namespace body::internal {
+
+constexpr std::array<JointRange, smpl_joint_count> make_pose_ranges() {
+  constexpr AngleRange zero{};
+  std::array<JointRange, smpl_joint_count> table{};
+  // Numbers of joints as the paper prints them, from 1.
+  const auto set = [&table](std::initializer_list<int> numbers, AngleRange x, AngleRange y, AngleRange z) {
+    for (const int n : numbers) table[static_cast<std::size_t>(n - 1)] = {x, y, z};
+  };
+  set({1}, {-2, 2}, {-2, 2}, {-2, 2});
+  set({2}, {-90, 0}, zero, {0, 40});
+  set({3}, {-90, 0}, zero, {-40, 0});
+  set({4, 7, 10, 11, 12}, {-1, 1}, {-1, 1}, {-1, 1});
+  set({5, 6}, {0, 100}, zero, zero);
+  set({8, 9}, {-10, 10}, {-10, 10}, {-1, 1});
+  set({13, 16}, {-3, 3}, {-3, 3}, {-3, 3});
+  set({14, 15, 17, 18}, zero, {-30, 30}, {-30, 30});
+  set({19}, zero, {-60, 0}, zero);
+  set({20}, zero, {0, 60}, zero);
+  set({21, 22}, {-10, 10}, {-10, 10}, {-1, 1});
+  set({23}, {-5, 5}, {0, 10}, {-10, 0});
+  set({24}, {-5, 5}, {-10, 0}, {0, 10});
+  return table;
+}
+
+}  // namespace body::internal
+
+/// Table 6: [24] ranges in degrees, in SMPL's order of joints.
+inline constexpr std::array<JointRange, smpl_joint_count> paper_pose_ranges = body::internal::make_pose_ranges();
+
+/// [24, 3] axis angles in radians, each uniform in its range of Table 6. Always takes 72 draws.
+inline std::array<float, 3 * smpl_joint_count> sample_pose(Random& random) {
+  std::array<float, 3 * smpl_joint_count> pose{};
+  for (std::size_t i = 0; i < pose.size(); ++i) {
+    const AngleRange range = paper_pose_ranges[i / 3][i % 3];
+    pose[i] = static_cast<float>(random.uniform(range.low, range.high) * (std::numbers::pi / 180.0));
+  }
+  return pose;
+}
+
+enum class ShapeDistribution {
+  normal,  ///< standard normal: a body model's directions are in standard deviations
+  uniform  ///< uniform in [-4, 4], as the paper's released data set
+};
+
+/// `count` shape parameters.
+inline std::vector<float> sample_shape(Random& random, std::size_t count,
+                                       ShapeDistribution distribution = ShapeDistribution::normal) {
+  std::vector<float> betas(count);
+  for (float& beta : betas) {
+    beta = static_cast<float>(distribution == ShapeDistribution::normal ? random.normal() : random.uniform(-4.0, 4.0));
+  }
+  return betas;
+}
+
+}  // namespace npt::inline NPT_ABI

@@ -1,0 +1,53 @@
+/// SMPL's skeleton (Loper et al., "SMPL: A Skinned Multi-Person Linear Model", SIGGRAPH Asia 2015): 24 joints, their
+/// names, their order and their parents.
+#pragma once
+
+#include <npt/config.hpp>
+
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+namespace npt::inline NPT_ABI {
+
+inline constexpr std::size_t smpl_joint_count = 24;
+
+/// `left` is the body's own left, at x > 0 for a body that faces +z.
+enum class SmplJoint : std::size_t {
+  pelvis,
+  left_hip,
+  right_hip,
+  spine1,
+  left_knee,
+  right_knee,
+  spine2,
+  left_ankle,
+  right_ankle,
+  spine3,
+  left_foot,
+  right_foot,
+  neck,
+  left_collar,
+  right_collar,
+  head,
+  left_shoulder,
+  right_shoulder,
+  left_elbow,
+  right_elbow,
+  left_wrist,
+  right_wrist,
+  left_hand,
+  right_hand
+};
+
+constexpr std::size_t index(SmplJoint joint) { return static_cast<std::size_t>(joint); }
+
+inline constexpr std::array<int, smpl_joint_count> smpl_parents{-1, 0, 0, 0,  1,  2,  3,  4,  5,  6,  7,  8,
+                                                                9,  9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21};
+
+inline constexpr std::array<std::string_view, smpl_joint_count> smpl_joint_names{
+    "pelvis",     "l_hip",      "r_hip",   "spine1",  "l_knee",  "r_knee",   "spine2",   "l_ankle",
+    "r_ankle",    "spine3",     "l_foot",  "r_foot",  "neck",    "l_collar", "r_collar", "head",
+    "l_shoulder", "r_shoulder", "l_elbow", "r_elbow", "l_wrist", "r_wrist",  "l_hand",   "r_hand"};
+
+}  // namespace npt::inline NPT_ABI

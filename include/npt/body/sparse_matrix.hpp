@@ -1,0 +1,63 @@
+/// A sparse matrix, row by row (CSR): joint regressors and skin weights.
+///   row r holds entries start[r] .. start[r + 1] - 1, in ascending columns
+#pragma once
+
+#include <npt/config.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+struct SparseMatrix {
+  std::size_t rows = 0;
+  std::size_t columns = 0;
+  std::vector<std::uint32_t> start{0};  ///< [rows + 1]
+  std::vector<std::uint32_t> column;    ///< [entries]
+  std::vector<float> value;             ///< [entries]
+
+  /// The entries of a dense row-major [rows, columns] array that are not 0 (a NaN is kept).
+  static SparseMatrix from_dense(std::span<const float> dense, std::size_t rows, std::size_t columns) {
+    NPT_ASSERT(dense.size() == rows * columns);
+    SparseMatrix m;
+    m.columns = columns;
+    for (std::size_t r = 0; r < rows; ++r) {
+      for (std::size_t c = 0; c < columns; ++c) {
+        const float v = dense[r * columns + c];
+        if (v != 0.0F) m.append(static_cast<std::uint32_t>(c), v);
+      }
+      m.end_row();
+    }
+    return m;
+  }
+
+  std::vector<float> to_dense() const {
+    std::vector<float> dense(rows * columns, 0.0F);
+    for (std::size_t r = 0; r < rows; ++r) {
+      for (std::size_t i = start[r]; i < start[r + 1]; ++i) dense[r * columns + column[i]] = value[i];
+    }
+    return dense;
+  }
+
+  /// Adds an entry to the row under construction; end_row() closes that row.
+  void append(std::uint32_t c, float v) {
+    column.push_back(c);
+    value.push_back(v);
+  }
+  void end_row() {
+    start.push_back(static_cast<std::uint32_t>(value.size()));
+    ++rows;
+  }
+
+  double row_sum(std::size_t r) const {
+    double sum = 0;
+    for (std::size_t i = start[r]; i < start[r + 1]; ++i) sum += static_cast<double>(value[i]);
+    return sum;
+  }
+
+  friend bool operator==(const SparseMatrix&, const SparseMatrix&) = default;
+};
+
+}  // namespace npt::inline NPT_ABI
