@@ -22,6 +22,7 @@ from convert_common import ConvertError, run, unpickle, write_safetensors
 SMPL_JOINTS = ("pelvis l_hip r_hip spine1 l_knee r_knee spine2 l_ankle r_ankle spine3 l_foot r_foot neck l_collar r_collar head "
                "l_shoulder r_shoulder l_elbow r_elbow l_wrist r_wrist l_hand r_hand")
 FIELDS = ("v_template", "shapedirs", "J_regressor", "weights", "f", "kintree_table")
+OPTIONAL = ("posedirs",)
 LARGEST_ARRAY = 2**30  # the largest real one, 300 shape directions in double, is 75 MB
 
 
@@ -155,7 +156,7 @@ def read_npz(path):
     fields = {}
     try:
         with zipfile.ZipFile(path) as archive:
-            for name in FIELDS:
+            for name in FIELDS + OPTIONAL:
                 if f"{name}.npy" not in archive.namelist():
                     continue
                 if archive.getinfo(f"{name}.npy").file_size > LARGEST_ARRAY:
@@ -200,7 +201,7 @@ def read_model(path):
     if missing:
         raise ConvertError(f"{path}: found no {', '.join(missing)}, expected a body model in SMPL's layout")
     arrays = {}
-    for name in FIELDS:
+    for name in (name for name in FIELDS + OPTIONAL if name in fields):
         try:
             arrays[name] = plain(fields[name])
         except ConvertError as error:
@@ -217,6 +218,8 @@ def check_model(arrays, path, shapes_wanted):
     v, j = (arrays[name].shape[0] if arrays[name].ndim == 2 else 0 for name in ("v_template", "J_regressor"))
     expected = {"v_template": (v, 3), "shapedirs": (v, 3, None), "J_regressor": (j, v), "weights": (v, j), "f": (None, 3),
                 "kintree_table": (2, j)}
+    if "posedirs" in arrays:
+        expected["posedirs"] = (v, 3, 9 * (j - 1))
     problems = []
     for name, shape in expected.items():
         found = arrays[name].shape
@@ -266,7 +269,9 @@ def main():
     if len(names.split()) != joints:
         raise ConvertError(f"--joint-names: found {len(names.split())} names, expected {joints}")
     tensors = {}
-    for name in ("v_template", "shapedirs", "J_regressor", "weights", "f", "parents"):
+    for name in ("v_template", "shapedirs", "posedirs", "J_regressor", "weights", "f", "parents"):
+        if name not in arrays:
+            continue
         dtype, code = ("I32", "<i4") if name in ("f", "parents") else ("F32", "<f4")
         tensors[name] = (dtype, arrays[name].shape, np.ascontiguousarray(arrays[name], dtype=code).tobytes())
     metadata = {"joint_names": names, "unit": arguments.unit, "up": arguments.up, "front": arguments.front, "rest_pose": "T",

@@ -82,11 +82,12 @@ def npz(**changes):
 class SmplConverter(ConverterTest):
     script = "smpl_to_safetensors.py"
 
-    def assert_holds_model(self, tensors, shapes=10):
+    def assert_holds_model(self, tensors, shapes=10, posedirs=True):
         m = model()
         m["shapedirs"] = m["shapedirs"][:, :, :shapes]
         m["parents"] = np.concatenate([[-1], m["kintree_table"][0, 1:]])
-        self.assertEqual(list(tensors), ["v_template", "shapedirs", "J_regressor", "weights", "f", "parents"])
+        names = ["v_template", "shapedirs", "posedirs", "J_regressor", "weights", "f", "parents"]
+        self.assertEqual(list(tensors), names if posedirs else names[:2] + names[3:])
         for name, (dtype, shape, data) in tensors.items():
             self.assertEqual((dtype, tuple(shape)), ("I32" if name in ("f", "parents") else "F32", m[name].shape), name)
             found = np.frombuffer(data, "<i4" if dtype == "I32" else "<f4").reshape(shape)
@@ -96,7 +97,7 @@ class SmplConverter(ConverterTest):
 class GoodModels(SmplConverter):
     def test_old_pickles_with_chumpy_and_scipy(self):
         tensors, metadata = self.converted(self.file("a.pkl", old_pickle()), "--licence", "none")
-        self.assert_holds_model(tensors)
+        self.assert_holds_model(tensors, posedirs=False)
         self.assertEqual(metadata["joint_names"].split()[0], "pelvis")
         self.assertEqual((metadata["unit"], metadata["up"], metadata["licence"]), ("metre", "y", "none"))
 
@@ -145,6 +146,7 @@ class BadModels(SmplConverter):
         bad = m["v_template"].copy()
         bad[4, 1] = np.nan
         self.refused(self.file("a.npz", npz(v_template=bad)), "v_template: element [4, 1]")
+        self.refused(self.file("a.npz", npz(posedirs=m["posedirs"][:, :, :9])), "posedirs: found shape [6, 3, 9]", "[6, 3, 207]")
         self.refused(self.file("a.npz", npz(f=m["f"] + 3)), "f: found vertex 8", "0 to 5")
         table = m["kintree_table"].copy()
         table[0, 5] = 9
