@@ -4,22 +4,21 @@
 
 #include <npt/config.hpp>
 
-#include <concepts>
-#include <cstddef>
-#include <span>
-
 namespace npt::inline NPT_ABI {
 
-/// Specialise with
-///   using Result = the owning tensor type returned to the host;
-///   template <class T> static Points<T> read(const E&)   // [V, 3] row major; throws npt::Error on another shape
-///   template <class T> static std::pair<Result, std::span<T>> make(std::size_t vertices)
+/// Specialise for E with
+///   template <class T> static auto read(const E& e);    an object whose span() is [V, 3], row major, of T: a view of
+///   e's memory
+///                                                      or an evaluated copy. Throws npt::Error on any other shape.
+///   template <class T> static auto make(std::size_t vertices);   a new [V, 3] tensor to return to the host
+///   template <class T> static std::span<T> write(Tensor& tensor);  its memory
 template <class E>
 struct TensorAdapter;
 
+/// A type with a TensorAdapter.
 template <class E>
 concept HostTensor = requires {
-  typename TensorAdapter<E>::Result;
+  sizeof(TensorAdapter<E>);
 };
 
 }  // namespace npt::inline NPT_ABI

@@ -1,0 +1,153 @@
+/// What a network was lowered to, as text: sweeps, stages, what rides along with each product, and where everything
+/// lives.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/parameter.hpp>
+#include <npt/graph/lower.hpp>
+#include <npt/kernel/panel.hpp>
+
+#include <cstddef>
+#include <cstdio>
+#include <string>
+
+namespace npt::inline NPT_ABI {
+
+namespace graph::internal {
+
+template <class... Ops>
+std::string operation_name(OperationList<Ops...>, OperationId id) {
+  std::string name;
+  ((&operation_id<Ops> == id ? void(name = Ops::name) : void()), ...);
+  return name;
+}
+
+template <class Net>
+class Explanation {
+ public:
+  std::string text() {
+    line("%d stages in %d sweeps; %d of them encode the pose. %.0f multiply-adds a vertex.", program_.stage_count,
+         program_.sweep_count, program_.encoder_sweeps, program_.multiply_adds);
+    line("%s", program_.paired ? "Pose and identity vertices meet pairwise: equal counts are needed."
+                               : "The pose reaches the identity through a pooled feature: any vertex counts.");
+    std::size_t channels = 0;
+    for (int b = 0; b < program_.buffer_count; ++b) channels += width(program_.buffer_channels, b);
+    for (const Tensor& t : program_.tensors)
+      if (t.storage == Storage::code && program_.code_alias < 0) channels += static_cast<std::size_t>(t.channels);
+    line("Feature maps kept between sweeps: %zu floats a vertex. Scratch of a task: %d tiles.", channels,
+         program_.slot_count);
+    for (int s = 0; s < program_.sweep_count; ++s) sweep(s);
+    return text_;
+  }
+
+ private:
+  template <class... Args>
+  void line(const char* format, Args... args) {
+    char buffer[512];
+    std::snprintf(buffer, sizeof buffer, format, args...);
+    text_ += buffer;
+    text_ += '\n';
+  }
+
+  static std::size_t width(const auto& widths, int i) {
+    return static_cast<std::size_t>(widths[static_cast<std::size_t>(i)]);
+  }
+
+  void sweep(int s) {
+    const Sweep& sweep = program_.sweep(s);
+    line("\nsweep %d, over the %s mesh's vertices", s + 1, sweep.over_pose ? "pose" : "identity");
+    for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i) stage(program_.stage(i));
+  }
+
+  void stage(const Stage& stage) {
+    const std::string shape = std::to_string(stage.columns) + " -> " + std::to_string(stage.rows);
+    line("  %-32s %-13s %s", name_of(stage.weight).c_str(), shape.c_str(),
+         (sources(stage) + "  =>  " + output(stage)).c_str());
+  }
+
+  std::string sources(const Stage& stage) {
+    std::string text;
+    for (int s = 0; s < stage.source_count; ++s) {
+      const Source& source = stage.sources[static_cast<std::size_t>(s)];
+      if (s != 0) text += " ++ ";
+      text += tensor_name(source.tensor) + chain(source.chain);
+    }
+    return text;
+  }
+
+  std::string output(const Stage& stage) {
+    const Tensor& out = program_.tensor(stage.output);
+    std::string text = stage.bias_is_dead ? "(bias unused)" : "+ bias";
+    text += chain(stage.epilogue);
+    switch (out.storage) {
+      case Storage::slot:
+        text += stage.output == program_.output ? " -> result" : " -> scratch " + std::to_string(out.place);
+        break;
+      case Storage::buffer:
+        text += " -> map " + std::to_string(out.place);
+        break;
+      case Storage::code:
+        text += " -> code";
+        break;
+      case Storage::none:
+        text += " -> nothing";
+        break;
+      default:
+        break;
+    }
+    if (out.moments) text += ", moments";
+    if (stage.gathers_maxima) text += ", maxima";
+    return text;
+  }
+
+  std::string chain(const Chain& chain) {
+    std::string text;
+    for (int c = 0; c < chain.count; ++c) {
+      const Step& step = chain.steps[static_cast<std::size_t>(c)];
+      text += " | " + operation_name(typename ResultOf<Net>::Operations{}, step.operation);
+      if (step.other >= 0) text += "(" + tensor_name(step.other) + ")";
+    }
+    return text;
+  }
+
+  std::string tensor_name(int t) const {
+    const Tensor& tensor = program_.tensor(t);
+    switch (tensor.storage) {
+      case Storage::input:
+        return tensor.place == 0 ? "pose" : "identity";
+      case Storage::slot:
+        return "scratch " + std::to_string(tensor.place);
+      case Storage::buffer:
+        return "map " + std::to_string(tensor.place);
+      case Storage::code:
+        return "code";
+      case Storage::pooled:
+        return "maxima";
+      case Storage::none:
+        break;
+    }
+    return "nothing";
+  }
+
+  static std::string name_of(int weight) {
+    std::string found = "?";
+    for_each_named_parameter(bound_network<Net>, [&](const std::string& name, const Parameter& p) {
+      if (p.offset == weight) found = name.substr(0, name.rfind('.'));
+    });
+    return found;
+  }
+
+  const Program& program_ = program_of<Net>;
+  std::string text_;
+};
+
+}  // namespace graph::internal
+
+/// The lowered network as text, one line a stage: the convolution, its shape, what it reads and through which pointwise
+/// layers, and what happens to the product before it is stored.
+template <class Net>
+std::string explain() {
+  return graph::internal::Explanation<Net>().text();
+}
+
+}  // namespace npt::inline NPT_ABI

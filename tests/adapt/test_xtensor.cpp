@@ -1,0 +1,70 @@
+#include <doctest/doctest.h>
+
+#include <npt/adapt/xtensor.hpp>
+
+#include <string>
+#include <xtensor/xadapt.hpp>
+#include <xtensor/xarray.hpp>
+#include <xtensor/xview.hpp>
+
+#include "support/nets.hpp"
+
+namespace {
+using Net = npt::PoseTransferNet<16>;
+
+npt::Model<Net> random_model() {
+  npt::Model<Net> model;
+  npt::randomise(model, 5);
+  return model;
+}
+
+xt::xtensor<float, 2> tensor_of(const std::vector<float>& points) {
+  const std::array<std::size_t, 2> shape{points.size() / 3, 3};
+  return xt::adapt(points, shape);
+}
+}  // namespace
+
+TEST_CASE("xtensor expressions of every kind give what spans give") {
+  const npt::Engine engine(random_model(), 1);
+  const auto pose = support::random_points<float>(50, 1);
+  const auto identity = support::random_points<float>(50, 2);
+  std::vector<float> plain(150);
+  engine(pose, identity, plain);
+  const auto equals_plain = [&](const xt::xtensor<float, 2>& result) {
+    CHECK(result.shape()[0] == 50);
+    CHECK(result.shape()[1] == 3);
+    return std::equal(plain.begin(), plain.end(), result.begin());
+  };
+  const xt::xtensor<float, 2> a = tensor_of(pose), b = tensor_of(identity);
+  CHECK(equals_plain(engine(a, b)));
+
+  const xt::xarray<float> dynamic = a;
+  CHECK(equals_plain(engine(dynamic, b)));
+
+  const xt::xtensor<double, 2> doubles = xt::cast<double>(a);
+  CHECK(equals_plain(engine(doubles, b)));
+
+  const xt::xtensor<float, 2, xt::layout_type::column_major> column_major = a;
+  CHECK(equals_plain(engine(column_major, b)));
+
+  CHECK(equals_plain(engine(a * 1.0F, b)));  // lazy
+
+  xt::xtensor<float, 2> wide = xt::zeros<float>({std::size_t{60}, std::size_t{5}});
+  xt::view(wide, xt::range(4, 54), xt::range(1, 4)) = a;
+  CHECK(equals_plain(engine(xt::view(wide, xt::range(4, 54), xt::range(1, 4)), b)));
+  xt::xtensor<float, 2> tall = xt::zeros<float>({std::size_t{60}, std::size_t{3}});
+  xt::view(tall, xt::range(4, 54), xt::all()) = a;
+  CHECK(equals_plain(engine(xt::view(tall, xt::range(4, 54), xt::all()), b)));  // contiguous, with an offset
+
+  const std::array<std::size_t, 2> shape{50, 3};
+  CHECK(equals_plain(engine(xt::adapt(pose, shape), xt::adapt(identity, shape))));
+}
+
+TEST_CASE("a tensor of another shape is an error that shows the shape") {
+  const npt::Engine engine(random_model(), 1);
+  const xt::xtensor<float, 2> good = xt::zeros<float>({std::size_t{4}, std::size_t{3}});
+  const xt::xtensor<float, 2> bad = xt::zeros<float>({std::size_t{3}, std::size_t{4}});
+  CHECK_THROWS_WITH_AS(engine(bad, good), "tensor: found shape [3, 4], expected [V, 3]", npt::Error);
+  const xt::xarray<float> flat = xt::zeros<float>({std::size_t{12}});
+  CHECK_THROWS_WITH_AS(engine(good, flat), "tensor: found shape [12], expected [V, 3]", npt::Error);
+}
