@@ -1,0 +1,103 @@
+/// Normals from faces, weighted by area, and their renewal after the vertices moved.
+/// Requires  a valid mesh (validate.hpp)
+/// Source    Newell's method for faces of any size: the sum of the cross products of successive corners is twice the
+/// area
+///           times the normal, also for faces that are not flat.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/mesh/mesh.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// Twice the area of face f times its unit normal. Corners are taken relative to the first one: far from the origin the
+/// products would cancel.
+inline Vec3d face_area_vector(const Mesh& mesh, std::size_t f) {
+  const std::span<const std::uint32_t> face = mesh.face(f);
+  Vec3d sum;
+  if (face.empty()) return sum;
+  const Vec3d origin = mesh.positions[face[0]].as<double>();
+  for (std::size_t i = 1; i + 1 < face.size(); ++i)
+    sum += cross(mesh.positions[face[i]].as<double>() - origin, mesh.positions[face[i + 1]].as<double>() - origin);
+  return sum;
+}
+
+/// One unit normal a vertex, the area-weighted mean of its faces'; (0, 0, 0) where no face with an area touches it.
+inline std::vector<Vec3f> vertex_normals(const Mesh& mesh) {
+  std::vector<Vec3d> sums(mesh.vertex_count());
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const Vec3d area = face_area_vector(mesh, f);
+    for (const std::uint32_t v : mesh.face(f)) sums[v] += area;
+  }
+  std::vector<Vec3f> normals(sums.size());
+  for (std::size_t v = 0; v < sums.size(); ++v) normals[v] = normalised(sums[v]).as<float>();
+  return normals;
+}
+
+namespace internal {
+
+/// Replaces `normal` by the direction of `sum` where it has one.
+inline void set_direction(Vec3f& normal, Vec3d sum) {
+  const Vec3d direction = normalised(sum);
+  if (direction != Vec3d{}) normal = direction.as<float>();
+}
+
+/// Normals that corners refer to. The corners of one vertex that share a stored normal lie on one smooth piece around
+/// it: their normal becomes the area-weighted mean of their faces', so hard edges stay hard. Exporters also let distant
+/// vertices share a stored normal because the two happened to be equal in the old pose. A shared normal therefore stays
+/// shared as long as its vertices agree, and a vertex that now has another direction gets a new entry at the end.
+inline void recompute_corner_normals(Mesh& mesh) {
+  struct Use {
+    Vec3d sum;
+    std::uint32_t index = no_index;
+  };
+  const auto key = [&](std::size_t c) { return std::uint64_t{mesh.corner_normal[c]} << 32 | mesh.corners[c]; };
+  std::unordered_map<std::uint64_t, Use> uses;
+  uses.reserve(mesh.corners.size());
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const Vec3d area = face_area_vector(mesh, f);
+    for (std::size_t c = mesh.face_start[f]; c < mesh.face_start[f + 1]; ++c)
+      if (mesh.corner_normal[c] != no_index) uses[key(c)].sum += area;
+  }
+  const std::vector<Vec3f> stored = mesh.normals;
+  std::vector<bool> taken(stored.size());
+  for (std::size_t c = 0; c < mesh.corners.size(); ++c) {
+    if (mesh.corner_normal[c] == no_index) continue;
+    Use& use = uses[key(c)];
+    if (use.index == no_index) {
+      const std::uint32_t old = mesh.corner_normal[c];
+      Vec3f normal = stored[old];
+      set_direction(normal, use.sum);
+      // 1e-5: what rounding of the positions leaves between corners of one flat face.
+      const bool fits = !taken[old] || dot(normal - mesh.normals[old], normal - mesh.normals[old]) < 1e-10F;
+      use.index = fits ? old : static_cast<std::uint32_t>(mesh.normals.size());
+      if (!fits) mesh.normals.push_back(normal);
+      if (!taken[old]) mesh.normals[old] = normal;
+      taken[old] = true;
+    }
+    mesh.corner_normal[c] = use.index;
+  }
+}
+
+}  // namespace internal
+
+/// Renews the normals of a mesh whose positions changed; a mesh without normals stays without. One normal a vertex:
+/// each becomes the vertex's. An index at each corner: see internal::recompute_corner_normals. What no face determines
+/// (points, faces without area, normals that nothing refers to) keeps its value.
+inline void recompute_normals(Mesh& mesh) {
+  if (mesh.normals.empty()) return;
+  if (!mesh.corner_normal.empty()) {
+    internal::recompute_corner_normals(mesh);
+  } else if (mesh.normals.size() == mesh.vertex_count()) {
+    const std::vector<Vec3f> renewed = vertex_normals(mesh);
+    for (std::size_t v = 0; v < renewed.size(); ++v) internal::set_direction(mesh.normals[v], renewed[v].as<double>());
+  }
+}
+
+}  // namespace npt::inline NPT_ABI

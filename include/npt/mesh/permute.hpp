@@ -1,0 +1,126 @@
+/// Orders of vertices: applying one to a mesh, and an order derived from the coordinates alone.
+/// An order is read as order[new position] = old vertex.
+/// Shapes    xyz: [V, 3] floats, row major
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/core/random.hpp>
+#include <npt/mesh/mesh.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// The order that undoes `order`: inverse[old vertex] = new position. Throws npt::Error unless `order` holds each of
+/// 0 .. V - 1 once.
+inline std::vector<std::uint32_t> inverse_order(std::span<const std::uint32_t> order) {
+  std::vector<std::uint32_t> inverse(order.size(), no_index);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::uint32_t old = order[i];
+    if (old >= order.size() || inverse[old] != no_index)
+      throw Error({.file = "vertex order",
+                   .place = "entry " + std::to_string(i),
+                   .found = std::to_string(old) + (old < order.size() ? " for the second time" : ""),
+                   .expected = "each number below " + std::to_string(order.size()) + " once"});
+    inverse[old] = static_cast<std::uint32_t>(i);
+  }
+  return inverse;
+}
+
+/// The same surface with its vertices in another order: positions, normals (where one a vertex) and properties move,
+/// corners point to the new places. Faces and all else stay. Throws npt::Error unless `order` is a permutation of the
+/// vertices.
+inline Mesh permute_vertices(const Mesh& mesh, std::span<const std::uint32_t> order) {
+  if (order.size() != mesh.vertex_count())
+    throw Error({.file = "vertex order",
+                 .found = std::to_string(order.size()) + " entries",
+                 .expected = std::to_string(mesh.vertex_count()) + ", one for each vertex"});
+  const std::vector<std::uint32_t> place = inverse_order(order);
+  const auto gather = [&order](auto& to, const auto& from) {
+    for (std::size_t i = 0; i < order.size(); ++i) to[i] = from[order[i]];
+  };
+  Mesh result = mesh;
+  gather(result.positions, mesh.positions);
+  if (mesh.corner_normal.empty() && mesh.normals.size() == mesh.vertex_count()) gather(result.normals, mesh.normals);
+  for (std::size_t p = 0; p < mesh.properties.size(); ++p)
+    gather(result.properties[p].values, mesh.properties[p].values);
+  for (std::uint32_t& corner : result.corners) corner = place[corner];
+  return result;
+}
+
+namespace internal {
+
+/// A number whose unsigned order is the order of the float's values; NaN beyond the infinities, so the order is total.
+inline std::uint32_t order_key(float x) {
+  const std::uint32_t bits = std::bit_cast<std::uint32_t>(x);
+  return bits & 0x80000000U ? ~bits : bits | 0x80000000U;
+}
+
+/// Point v by value: -0 is 0.
+inline std::array<std::uint32_t, 3> value_key(std::span<const float> xyz, std::size_t v) {
+  return {order_key(xyz[3 * v] + 0.0F), order_key(xyz[3 * v + 1] + 0.0F), order_key(xyz[3 * v + 2] + 0.0F)};
+}
+
+/// Point v by its bits: -0 stands before 0.
+inline std::array<std::uint32_t, 3> bit_key(std::span<const float> xyz, std::size_t v) {
+  return {order_key(xyz[3 * v]), order_key(xyz[3 * v + 1]), order_key(xyz[3 * v + 2])};
+}
+
+}  // namespace internal
+
+/// The vertices in lexicographic order of (x, y, z), -0 equal to 0. A permutation of the vertices changes only which of
+/// bitwise equal points comes first: the sequence of coordinates stays the same bit for bit.
+inline std::vector<std::uint32_t> canonical_order(std::span<const float> xyz) {
+  struct Entry {
+    std::array<std::uint32_t, 3> value, bits;
+    std::uint32_t vertex;
+  };
+  std::vector<Entry> entries(xyz.size() / 3);
+  for (std::size_t v = 0; v < entries.size(); ++v)
+    entries[v] = {internal::value_key(xyz, v), internal::bit_key(xyz, v), static_cast<std::uint32_t>(v)};
+  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return a.value != b.value ? a.value < b.value : a.bits != b.bits ? a.bits < b.bits : a.vertex < b.vertex;
+  });
+  std::vector<std::uint32_t> order(entries.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = entries[i].vertex;
+  return order;
+}
+
+/// canonical_order followed by a fixed permutation that depends on the seed and V only. Pose and identity vertices are
+/// paired by position in the network's input; paired in lexicographic order they would be correlated by x, which
+/// training, on shuffled pairs, never shows. As invariant under permutation of the input as canonical_order.
+inline std::vector<std::uint32_t> canonical_shuffle(std::span<const float> xyz, std::uint64_t seed) {
+  const std::vector<std::uint32_t> order = canonical_order(xyz);
+  Random random(seed);
+  std::vector<std::uint32_t> shuffled = random_permutation(static_cast<std::uint32_t>(order.size()), random);
+  for (std::uint32_t& place : shuffled) place = order[place];
+  return shuffled;
+}
+
+/// representative[v]: the vertex that comes first in canonical_order among those at the same point as v (v itself where
+/// it is alone). Coincident vertices can't be told apart by their coordinates: giving each the result of its
+/// representative makes a result independent of the vertex order.
+inline std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz,
+                                                             std::span<const std::uint32_t> canonical) {
+  std::vector<std::uint32_t> representative(canonical.size());
+  for (std::size_t i = 0; i < canonical.size(); ++i) {
+    const std::uint32_t v = canonical[i];
+    const bool same = i > 0 && internal::value_key(xyz, v) == internal::value_key(xyz, canonical[i - 1]);
+    representative[v] = same ? representative[canonical[i - 1]] : v;
+  }
+  return representative;
+}
+
+inline std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz) {
+  return coincident_representatives(xyz, canonical_order(xyz));
+}
+
+}  // namespace npt::inline NPT_ABI

@@ -1,0 +1,81 @@
+/// A given number of points on a mesh, for networks that pair pose and identity vertices one to one.
+/// Points are drawn by area, uniformly within a triangle, with counter-based random numbers: the same seed gives the
+/// same points everywhere. They depend on the faces' order and points but not on the vertices' numbers. Shapes    xyz:
+/// [V, 3] floats, row major; result: [count] Requires  triangle indices below V
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/random.hpp>
+#include <npt/mesh/mesh.hpp>
+#include <npt/mesh/normalise.hpp>
+#include <npt/mesh/topology.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+namespace internal {
+
+/// count of the vertices: without repeats while they last, then all of them and random repeats.
+inline std::vector<Vec3f> resample_vertices(std::span<const float> xyz, std::size_t count, Random& random) {
+  const auto vertices = static_cast<std::uint32_t>(xyz.size() / 3);
+  std::vector<std::uint32_t> chosen = random_permutation(vertices, random);
+  if (count > vertices) std::ranges::sort(chosen);
+  chosen.resize(std::min<std::size_t>(count, vertices));
+  while (chosen.size() < count) chosen.push_back(random.below(vertices));
+  std::vector<Vec3f> points(count);
+  for (std::size_t i = 0; i < count; ++i) points[i] = point(xyz, chosen[i]).as<float>();
+  return points;
+}
+
+/// sums[t]: the area (times two) of triangles 0 .. t.
+inline std::vector<double> cumulative_areas(std::span<const float> xyz, std::span<const Triangle> triangles) {
+  std::vector<double> sums(triangles.size());
+  double sum = 0;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const auto [a, b, c] = triangles[t];
+    const Vec3d p = point(xyz, a);
+    sums[t] = sum += length(cross(point(xyz, b) - p, point(xyz, c) - p));
+  }
+  return sums;
+}
+
+}  // namespace internal
+
+/// `count` points on the triangles. Exactly the vertices, in their order, when count is their number. Points instead of
+/// a surface (no triangles, or none with an area): vertices, without repeats when count is less than their number,
+/// otherwise all and random repeats. Throws npt::Error for no vertices.
+inline std::vector<Vec3f> resample(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
+                                   std::uint64_t seed) {
+  internal::expect_points(xyz, "mesh to resample");
+  std::vector<Vec3f> points(count);
+  if (count == xyz.size() / 3) {
+    for (std::size_t v = 0; v < count; ++v) points[v] = internal::point(xyz, v).as<float>();
+    return points;
+  }
+  Random random(seed);
+  const std::vector<double> areas = internal::cumulative_areas(xyz, triangles);
+  if (areas.empty() || !(areas.back() > 0)) return internal::resample_vertices(xyz, count, random);
+  for (Vec3f& result : points) {
+    const double target = random.uniform() * areas.back();
+    const auto found = std::upper_bound(areas.begin(), areas.end() - 1, target);
+    const auto [a, b, c] = triangles[static_cast<std::size_t>(found - areas.begin())];
+    // The square root makes the density uniform over the triangle (Osada et al., "Shape Distributions", 2002, eq. 1).
+    const double r = std::sqrt(random.uniform()), s = random.uniform();
+    result = (internal::point(xyz, a) * (1 - r) + internal::point(xyz, b) * (r * (1 - s)) +
+              internal::point(xyz, c) * (r * s))
+                 .as<float>();
+  }
+  return points;
+}
+
+inline std::vector<Vec3f> resample(const Mesh& mesh, std::size_t count, std::uint64_t seed) {
+  return resample(mesh.coordinates(), triangulate(mesh), count, seed);
+}
+
+}  // namespace npt::inline NPT_ABI

@@ -1,0 +1,82 @@
+/// What a mesh's faces say without its positions: triangles, edges, neighbours.
+/// Requires  a valid mesh (validate.hpp)
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/mesh/mesh.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// Each face as a fan around its first corner: (0, i, i + 1). By topology only, so that one mesh in two poses has the
+/// same triangles; choosing the shorter diagonal of a quad, as tinyobjloader does, breaks that. Face order is kept.
+inline std::vector<Triangle> triangulate(const Mesh& mesh) {
+  std::vector<Triangle> triangles;
+  triangles.reserve(mesh.corners.size() - std::min(mesh.corners.size(), 2 * mesh.face_count()));
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::span<const std::uint32_t> face = mesh.face(f);
+    for (std::size_t i = 1; i + 1 < face.size(); ++i) triangles.push_back({face[0], face[i], face[i + 1]});
+  }
+  return triangles;
+}
+
+using Edge = std::array<std::uint32_t, 2>;
+
+/// The undirected edges {a, b}, a < b, each once, ascending. Sides of faces, not the diagonals of their triangles. A
+/// side from a vertex to itself is none.
+inline std::vector<Edge> unique_edges(const Mesh& mesh) {
+  std::vector<Edge> edges;
+  edges.reserve(mesh.corners.size());
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::span<const std::uint32_t> face = mesh.face(f);
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const std::uint32_t a = face[i], b = face[i + 1 < face.size() ? i + 1 : 0];
+      if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
+    }
+  }
+  std::ranges::sort(edges);
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  return edges;
+}
+
+/// The neighbours of every vertex in compressed rows: those of v are vertices[start[v]] .. vertices[start[v + 1] - 1],
+/// ascending.
+struct Neighbours {
+  std::vector<std::size_t> start;       ///< [V + 1]
+  std::vector<std::uint32_t> vertices;  ///< [2 E]
+
+  std::span<const std::uint32_t> of(std::size_t v) const {
+    return std::span(vertices).subspan(start[v], start[v + 1] - start[v]);
+  }
+};
+
+/// The neighbours that `edges` (each once) give `vertex_count` vertices.
+inline Neighbours neighbours(std::span<const Edge> edges, std::size_t vertex_count) {
+  Neighbours result;
+  result.start.assign(vertex_count + 1, 0);
+  for (const Edge& edge : edges)
+    for (const std::uint32_t v : edge) ++result.start[v + 1];
+  for (std::size_t v = 0; v < vertex_count; ++v) result.start[v + 1] += result.start[v];
+  result.vertices.resize(2 * edges.size());
+  std::vector<std::size_t> next(result.start.begin(), result.start.end() - 1);
+  for (const Edge& edge : edges) {
+    result.vertices[next[edge[0]]++] = edge[1];
+    result.vertices[next[edge[1]]++] = edge[0];
+  }
+  for (std::size_t v = 0; v < vertex_count; ++v)
+    std::sort(result.vertices.begin() + static_cast<std::ptrdiff_t>(result.start[v]),
+              result.vertices.begin() + static_cast<std::ptrdiff_t>(result.start[v + 1]));
+  return result;
+}
+
+inline Neighbours neighbours(const Mesh& mesh) { return neighbours(unique_edges(mesh), mesh.vertex_count()); }
+
+}  // namespace npt::inline NPT_ABI
