@@ -16,8 +16,11 @@ class ConvertError(Exception):
     """Bad input. The message reads "file: place: found X, expected Y"."""
 
 
-class RestrictedUnpickler(pickle.Unpickler):
-    """An unpickler that resolves only the names of `allowed`: (module, name) -> stand-in."""
+class RestrictedUnpickler(pickle._Unpickler):
+    """An unpickler that resolves only the names of `allowed`: (module, name) -> stand-in.
+
+    The standard library's own one in Python: the one in C reserves gigabytes for a damaged index into its memo.
+    """
 
     def __init__(self, stream, allowed, load_persistent=None, **options):
         super().__init__(stream, **options)

@@ -138,7 +138,7 @@ def read_zip(path):
     try:
         archive = zipfile.ZipFile(path)
         names = archive.namelist()
-    except (zipfile.BadZipFile, OSError, ValueError) as error:
+    except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
         raise ConvertError(f"{path}: found a damaged zip archive ({error}), expected a PyTorch checkpoint") from None
     with archive:
         pickles = [name for name in names if name.endswith("data.pkl") and name.count("/") == 1]
