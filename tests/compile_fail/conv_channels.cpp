@@ -1,0 +1,18 @@
+// expect: the channels of this expression (Given) differ from what the layer takes (Wanted)
+// expect: 64
+// expect: 128
+#include <npt/engine/engine.hpp>
+#include <npt/layer/relu.hpp>
+
+// 64 channels piped into a convolution that takes 128.
+struct Net {
+  npt::Conv1x1<3, 64> first;
+  npt::Conv1x1<128, 3> second;
+  static constexpr void visit(auto& self, auto&& visitor) {
+    visitor("first", self.first);
+    visitor("second", self.second);
+  }
+  constexpr auto operator()(auto, auto identity) const { return identity | first | npt::relu | second; }
+};
+
+npt::Engine<Net> make(const npt::Model<Net>& model) { return npt::Engine<Net>(model); }

@@ -1,0 +1,2 @@
+// expect: the channels differ
+static_assert(false, "something else");

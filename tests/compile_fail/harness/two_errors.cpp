@@ -1,0 +1,3 @@
+// expect: first
+static_assert(false, "first");
+static_assert(false, "second");

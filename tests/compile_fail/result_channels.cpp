@@ -1,0 +1,11 @@
+// expect: the channels of this expression (Given) differ from what the layer takes (Wanted)
+#include <npt/engine/engine.hpp>
+
+// A network has to end in three coordinates.
+struct Net {
+  npt::Conv1x1<3, 4> only;
+  static constexpr void visit(auto& self, auto&& visitor) { visitor("only", self.only); }
+  constexpr auto operator()(auto, auto identity) const { return identity | only; }
+};
+
+constexpr auto program = npt::graph::program_of<Net>;

@@ -1,0 +1,18 @@
+// expect: the channels of this expression (Given) differ from what the layer takes (Wanted)
+#include <npt/engine/engine.hpp>
+#include <npt/layer/res_block.hpp>
+
+// A residual block of 32 channels on an expression of 16.
+struct Net {
+  npt::Conv1x1<3, 16> first;
+  npt::SPAdaIN<32> norm;
+  npt::Conv1x1<16, 3> last;
+  static constexpr void visit(auto& self, auto&& visitor) {
+    visitor("first", self.first);
+    visitor("norm", self.norm);
+    visitor("last", self.last);
+  }
+  constexpr auto operator()(auto, auto identity) const { return norm(identity | first, identity) | last; }
+};
+
+constexpr auto program = npt::graph::program_of<Net>;
