@@ -67,7 +67,7 @@ NPT_ALWAYS_INLINE Batch<T> relu(const Batch<T>& x) {
 /// The larger of the running maximum m and x; NaN from either side stays.
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> running_max(const Batch<T>& m, const Batch<T>& x) {
-  return xsimd::select(m != m, m, xsimd::max(m, x));
+  return xsimd::select(xsimd::isnan(m), m, xsimd::max(m, x));  // xsimd's m != m is false for NaN with AVX-512
 }
 
 template <class T>

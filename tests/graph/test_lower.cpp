@@ -1,0 +1,148 @@
+#include <doctest/doctest.h>
+
+#include <npt/graph/lower.hpp>
+#include <npt/net/pose_transfer_net.hpp>
+
+namespace graph = npt::graph;
+using graph::Storage;
+
+namespace {
+
+template <class Net>
+constexpr const graph::Program& program = graph::program_of<Net>;
+
+/// Stages that follow one another in a sweep.
+constexpr int stages_in_sweep(const graph::Program& p, int sweep) { return p.sweep(sweep).stage_count; }
+
+constexpr int count_storage(const graph::Program& p, Storage storage) {
+  int n = 0;
+  for (int t = 0; t < p.tensor_count; ++t) n += p.tensor(t).storage == storage ? 1 : 0;
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("the paper's network lowers to 16 stages in 10 sweeps with two feature maps, at compile time") {
+  constexpr const graph::Program& p = program<npt::PoseTransferNet<>>;
+  static_assert(p.stage_count == 16);
+  static_assert(p.sweep_count == 10);
+  static_assert(p.encoder_sweeps == 3);
+  static_assert(p.multiply_adds == 6035762);  // docs/performance.md counts the same by hand
+  static_assert(p.paired);
+  static_assert(p.code_count == 1);
+  // h and the residual unit's output; the code takes the place of h when nobody else needs it.
+  static_assert(p.buffer_count == 2);
+  static_assert(p.code_alias >= 0);
+  static_assert(p.slot_count == 2);
+  CHECK(p.tensor(p.output).channels == 3);
+}
+
+TEST_CASE("a block's second half and the next convolution run in one sweep, without a feature map in between") {
+  constexpr const graph::Program& p = program<npt::PoseTransferNet<>>;
+  static_assert(stages_in_sweep(p, 5) == 3);
+  constexpr int first = p.sweep(5).first_stage;
+  CHECK(p.tensor(p.stage(first).output).storage == Storage::slot);
+  CHECK(p.tensor(p.stage(first + 1).output).storage == Storage::slot);
+  CHECK(p.stage(first + 2).direct);  // reads the sum as it lies
+  // The sum rides in the skip branch's epilogue: relu, then add.
+  CHECK(p.stage(first + 1).epilogue.count == 2);
+  CHECK(p.stage(first + 1).epilogue.steps[1].other == p.stage(first).output);
+}
+
+TEST_CASE("biases that only reach an instance norm are dead") {
+  const auto dead = [](const graph::Program& p) {
+    int rows = 0;
+    for (int i = 0; i < p.stage_count; ++i) rows += p.stage(i).bias_is_dead ? p.stage(i).rows : 0;
+    return rows;
+  };
+  CHECK(dead(program<npt::PoseTransferNet<>>) == 64 + 128 + 1024 + 1027 + 513 + 256);
+  CHECK(dead(program<npt::PoseTransferNet<1024, npt::ReluConv>>) == 64 + 128 + 1024 + 2 * (1027 + 513 + 256));
+}
+
+TEST_CASE("the pooled feature needs no pairing, stores no encoder output, and merges its first block into one sweep") {
+  constexpr const graph::Program& p = program<npt::PoseTransferNet<1024, npt::ConvRelu, npt::Pooled>>;
+  static_assert(!p.paired);
+  static_assert(p.code_count == 0);
+  static_assert(count_storage(p, Storage::none) == 1);
+  static_assert(count_storage(p, Storage::pooled) == 1);
+  static_assert(p.sweep_count == 8);
+  static_assert(stages_in_sweep(p, 3) == 5);
+  CHECK(p.stage(2).gathers_maxima);
+}
+
+TEST_CASE("widths follow the bottleneck by integer division") {
+  constexpr const graph::Program& p = program<npt::PoseTransferNet<61>>;
+  CHECK(p.stage(3).rows == 64);
+  CHECK(p.stage(7).rows == 32);
+  CHECK(p.stage(11).rows == 16);
+}
+
+namespace {
+
+/// An expression used three times.
+struct SharedNet {
+  npt::Conv1x1<3, 8> a;
+  npt::Conv1x1<8, 8> b, c;
+  npt::Conv1x1<8, 3> last;
+  static constexpr void visit(auto& self, auto&& visitor) {
+    visitor("a", self.a);
+    visitor("b", self.b);
+    visitor("c", self.c);
+    visitor("last", self.last);
+  }
+  constexpr auto operator()(auto, auto identity) const {
+    const auto x = identity | a | npt::relu;
+    return (x + (x | b | npt::relu) + (x | c)) | last;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("an expression that is used several times is computed once") {
+  constexpr const graph::Program& p = program<SharedNet>;
+  static_assert(p.stage_count == 4);
+  static_assert(p.sweep_count == 1);  // nothing needs moments: one sweep, no barrier
+  static_assert(count_storage(p, Storage::buffer) == 0);
+  static_assert(p.multiply_adds == 24 + 64 + 64 + 24);
+  CHECK(p.encoder_sweeps == 0);
+}
+
+TEST_CASE("slots and buffers that are alive at the same time never share memory") {
+  const auto check = [](const graph::Program& p) {
+    // Replay: when a stage runs, whatever it reads must still hold the tensor that it means.
+    std::array<int, graph::max_stages> slots{}, buffers{};
+    slots.fill(-1);
+    buffers.fill(-1);
+    const auto holds = [&](int t) {
+      const graph::Tensor& tensor = p.tensor(t);
+      const auto place = static_cast<std::size_t>(tensor.place);
+      if (tensor.storage == Storage::slot) return slots[place] == t;
+      if (tensor.storage == Storage::buffer) return buffers[place] == t;
+      return true;
+    };
+    for (int i = 0; i < p.stage_count; ++i) {
+      const graph::Stage& stage = p.stage(i);
+      for (int s = 0; s < stage.source_count; ++s) {
+        const graph::Source& source = stage.sources[static_cast<std::size_t>(s)];
+        CHECK(holds(source.tensor));
+        for (int c = 0; c < source.chain.count; ++c)
+          if (source.chain.steps[static_cast<std::size_t>(c)].other >= 0)
+            CHECK(holds(source.chain.steps[static_cast<std::size_t>(c)].other));
+      }
+      if (!stage.direct) slots[static_cast<std::size_t>(stage.operand_slot)] = 1000 + i;
+      for (int c = 0; c < stage.epilogue.count; ++c)
+        if (stage.epilogue.steps[static_cast<std::size_t>(c)].other >= 0)
+          CHECK(holds(stage.epilogue.steps[static_cast<std::size_t>(c)].other));
+      const graph::Tensor& out = p.tensor(stage.output);
+      if (stage.direct) CHECK(holds(stage.sources[0].tensor));
+      if (!stage.direct && out.storage == Storage::slot) CHECK(out.place != stage.operand_slot);
+      if (out.storage == Storage::slot) slots[static_cast<std::size_t>(out.place)] = stage.output;
+      if (out.storage == Storage::buffer) buffers[static_cast<std::size_t>(out.place)] = stage.output;
+    }
+  };
+  check(program<npt::PoseTransferNet<>>);
+  check(program<npt::PoseTransferNet<128, npt::ReluConv>>);
+  check(program<npt::PoseTransferNet<128, npt::ConvRelu, npt::Pooled>>);
+  check(program<npt::PoseTransferNet<128, npt::ReluConv, npt::Pooled>>);
+  check(program<SharedNet>);
+}

@@ -1,0 +1,42 @@
+#include <doctest/doctest.h>
+
+#include <npt/core/aligned.hpp>
+#include <npt/core/random.hpp>
+#include <npt/kernel/micro_kernel.hpp>
+
+#include <cmath>
+#include <limits>
+
+namespace kernel = npt::kernel;
+
+TEST_CASE_TEMPLATE("the micro-kernel of every height equals a plain product", T, float, double) {
+  constexpr int width = kernel::panel_width<T>;
+  npt::Random random(1);
+  for (int rows = 1; rows <= kernel::max_tile_rows; ++rows)
+    for (const int k_count : {0, 1, 3, 67, 1027}) {
+      const auto fill = [&](int n) {
+        npt::AlignedBuffer<T> buffer(static_cast<std::size_t>(n) + 1);
+        for (T& x : buffer.span()) x = static_cast<T>(random.uniform(-1, 1));
+        return buffer;
+      };
+      const auto weights = fill(rows * k_count), operand = fill(width * k_count), bias = fill(rows);
+      npt::AlignedBuffer<T> tile(static_cast<std::size_t>(rows * width));
+      kernel::micro_kernels<T>[static_cast<std::size_t>(rows)](k_count, weights.data(), operand.data(), bias.data(),
+                                                               tile.data());
+      double worst = 0;
+      for (int r = 0; r < rows; ++r)
+        for (int v = 0; v < width; ++v) {
+          double expected = static_cast<double>(bias.data()[r]), size = std::abs(expected);
+          for (int k = 0; k < k_count; ++k) {
+            const double term =
+                static_cast<double>(weights.data()[k * rows + r]) * static_cast<double>(operand.data()[k * width + v]);
+            expected += term;
+            size += std::abs(term);
+          }
+          worst = std::max(worst, std::abs(static_cast<double>(tile.data()[r * width + v]) - expected) / size);
+        }
+      CAPTURE(rows);
+      CAPTURE(k_count);
+      CHECK(worst < 30 * static_cast<double>(std::numeric_limits<T>::epsilon()));
+    }
+}
