@@ -1,0 +1,97 @@
+/// What several subcommands understand: lists of texts and numbers, and checks of outputs before long work.
+#pragma once
+
+#include <npt/core/error.hpp>
+#include <npt/io/file.hpp>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+namespace program {
+
+/// "a,b,c" to a, b, c. "\," is a comma within a text, "\n" a new line, "\\" a backslash.
+inline std::vector<std::string> split_list(std::string_view text) {
+  std::vector<std::string> parts(1);
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == ',') {
+      parts.emplace_back();
+    } else if (text[i] == '\\' && i + 1 < text.size()) {
+      ++i;
+      parts.back() += text[i] == 'n' ? '\n' : text[i];
+    } else {
+      parts.back() += text[i];
+    }
+  }
+  return parts;
+}
+
+/// Numbers separated by commas, blanks or line ends.
+/// Errors    npt::Error that names `argument` and the word that is no finite number.
+inline std::vector<float> parse_numbers(std::string_view text, const std::string& argument) {
+  std::vector<float> numbers;
+  const auto separates = [](char c) { return c == ',' || std::isspace(static_cast<unsigned char>(c)) != 0; };
+  for (std::size_t i = 0; i < text.size();) {
+    if (separates(text[i])) {
+      ++i;
+      continue;
+    }
+    const auto end = static_cast<std::size_t>(
+        std::find_if(text.begin() + static_cast<std::ptrdiff_t>(i), text.end(), separates) - text.begin());
+    const std::string_view word = text.substr(i, end - i);
+    float value = 0;
+    const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (result.ec != std::errc() || result.ptr != word.data() + word.size() || !std::isfinite(value))
+      throw npt::Error(
+          {argument, "number " + std::to_string(numbers.size() + 1), "'" + std::string(word) + "'", "a number"});
+    numbers.push_back(value);
+    i = end;
+  }
+  return numbers;
+}
+
+/// Lower case, with its dot: ".ply".
+inline std::string extension_of(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+/// Throws npt::Error unless `path` ends with one of the extensions.
+inline void expect_extension(const std::filesystem::path& path, std::span<const std::string_view> extensions) {
+  const std::string extension = extension_of(path);
+  if (std::ranges::find(extensions, extension) != extensions.end()) return;
+  std::string expected;
+  for (std::string_view e : extensions) expected += (expected.empty() ? "" : " or ") + std::string(e);
+  throw npt::Error(
+      {path.string(), {}, extension.empty() ? "a name without extension" : "extension " + extension, expected});
+}
+
+/// True where both names lead to one file.
+inline bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code code;
+  if (std::filesystem::equivalent(a, b, code)) return true;
+  const auto resolved = [](const std::filesystem::path& path) {
+    std::error_code ignored;
+    return std::filesystem::weakly_canonical(path, ignored);
+  };
+  return resolved(a) == resolved(b) && !resolved(a).empty();
+}
+
+/// Throws npt::Error unless a file could be written at `path`, and refuses an output that is one of the inputs. Nothing
+/// stays behind. Call it before long work.
+inline void check_output(const std::filesystem::path& path, std::span<const std::filesystem::path> inputs) {
+  for (const std::filesystem::path& input : inputs)
+    if (same_file(path, input))
+      throw npt::Error({path.string(), {}, "an output that is also an input", "another name for the output"});
+  npt::AtomicFile attempt(path);
+}
+
+}  // namespace program

@@ -1,0 +1,96 @@
+/// The program npt: finds the subcommand, runs it, and turns what goes wrong into a message and an exit status:
+/// 0 done, 1 bad input or a failure, 2 bad arguments, 130 interrupted.
+#include "interrupt.hpp"
+#include "subcommand.hpp"
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <string>
+#include <vector>
+
+namespace {
+
+enum ExitStatus : int { done = 0, failed = 1, bad_arguments = 2, interrupted = 130 };
+
+std::vector<const program::Subcommand*> subcommands() {
+  std::vector<const program::Subcommand*> list = program::Subcommand::all();
+  std::ranges::sort(list, {}, &program::Subcommand::name);
+  return list;
+}
+
+/// CLI11 would call it an unexpected argument.
+void check_subcommand(int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  std::string known;
+  for (const program::Subcommand* subcommand : subcommands()) {
+    if (subcommand->name == argv[1]) return;
+    known += (known.empty() ? "" : ", ") + subcommand->name;
+  }
+  throw CLI::ArgumentMismatch("unknown subcommand '" + std::string(argv[1]) + "', expected one of: " + known);
+}
+
+int complain(const std::string& message, int status) {
+  std::cout.flush();
+  std::cerr << "npt: error: " << message << '\n';
+  return status;
+}
+
+int complain_about_arguments(const CLI::App& app, const CLI::ParseError& error) {
+  std::string name = "npt";
+  for (const CLI::App* used : app.get_subcommands()) name += " " + used->get_name();
+  return complain(error.what() + std::string("\nRun '") + name + " --help' for the arguments.", bad_arguments);
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Neural pose transfer: gives one mesh the pose of another.", "npt");
+  app.set_version_flag("--version", std::string("npt " NPT_VERSION));
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(36);
+  for (const program::Subcommand* subcommand : subcommands())
+    subcommand->add(*app.add_subcommand(subcommand->name, subcommand->description));
+  try {
+    check_subcommand(argc, argv);
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    const auto used = app.get_subcommands();
+    std::cout << (used.empty() ? app.help() : used.front()->help("npt"));
+  } catch (const CLI::CallForVersion& version) {
+    std::cout << version.what() << '\n';
+  } catch (const CLI::ParseError& error) {
+    return complain_about_arguments(app, error);
+  }
+  return done;
+}
+
+/// What was printed may not have arrived: a full disk is an error, a reader that has seen enough (head) is not.
+int finish_output(int status) {
+  errno = 0;
+  std::cout.flush();
+  if (std::cout || status != done) return status;
+  if (errno == EPIPE) return done;
+  return complain(std::string("standard output: ") + (errno != 0 ? std::strerror(errno) : "can't be written"), failed);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    return finish_output(run(argc, argv));
+  } catch (const program::Interrupted&) {
+    return complain("interrupted", interrupted);
+  } catch (const std::bad_alloc&) {
+    return complain("out of memory", failed);
+  } catch (const std::exception& error) {
+    return complain(error.what(), failed);
+  } catch (...) {
+    return complain("unknown failure", failed);
+  }
+}

@@ -1,0 +1,79 @@
+/// A line on standard error that says how far long work is: done and total, rate, time left. Nothing is printed where
+/// standard error is no terminal.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+#include <unistd.h>
+
+namespace program {
+
+/// "3 s", "2 min 05 s", "1 h 07 min".
+inline std::string duration_text(double seconds) {
+  const auto whole = static_cast<long long>(seconds + 0.5);
+  const auto two_digits = [](long long v) { return (v < 10 ? "0" : "") + std::to_string(v); };
+  if (whole < 60) return std::to_string(whole) + " s";
+  if (whole < 3600) return std::to_string(whole / 60) + " min " + two_digits(whole % 60) + " s";
+  return std::to_string(whole / 3600) + " h " + two_digits(whole / 60 % 60) + " min";
+}
+
+class Progress {
+ public:
+  /// `what` in the plural: "pairs", "meshes".
+  Progress(std::string what, std::size_t total, bool shown = isatty(STDERR_FILENO) != 0)
+      : what_(std::move(what)), total_(total), shown_(shown && total > 1) {
+    draw();
+  }
+  ~Progress() { clear(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void advance() {
+    ++done_;
+    // Ten times a second: a terminal costs more than many a small piece of work.
+    if (std::chrono::steady_clock::now() - drawn_ >= std::chrono::milliseconds(100) || done_ == total_) draw();
+  }
+
+  /// Takes the line away, so that a message can be printed; the next advance() brings it back.
+  void clear() {
+    if (!shown_ || width_ == 0) return;
+    std::fprintf(stderr, "\r%*s\r", static_cast<int>(width_), "");
+    std::fflush(stderr);
+    width_ = 0;
+    drawn_ = {};
+  }
+
+  /// The line for `done` pieces after `seconds`.
+  std::string line(std::size_t done, double seconds) const {
+    std::string text = std::to_string(done) + "/" + std::to_string(total_) + " " + what_;
+    if (done == 0 || seconds <= 0) return text;
+    const double rate = static_cast<double>(done) / seconds;
+    char number[32];
+    std::snprintf(number, sizeof number, rate < 10 ? "%.2f" : "%.0f", rate);
+    text += std::string(", ") + number + "/s";
+    if (done < total_) text += ", " + duration_text(static_cast<double>(total_ - done) / rate) + " left";
+    return text;
+  }
+
+ private:
+  void draw() {
+    if (!shown_) return;
+    drawn_ = std::chrono::steady_clock::now();
+    const std::string text = line(done_, std::chrono::duration<double>(drawn_ - start_).count());
+    const std::size_t padding = width_ > text.size() ? width_ - text.size() : 0;
+    std::fprintf(stderr, "\r%s%*s", text.c_str(), static_cast<int>(padding), "");
+    std::fflush(stderr);
+    width_ = text.size();
+  }
+
+  std::string what_;
+  std::size_t total_, done_ = 0, width_ = 0;
+  bool shown_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), drawn_{};
+};
+
+}  // namespace program

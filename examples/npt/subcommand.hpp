@@ -1,0 +1,43 @@
+/// The program's subcommands. Each has a file of its own, which registers it:
+///
+///   void add(CLI::App& command) {
+///     auto options = std::make_shared<Options>();
+///     command.add_option("FILE", options->files, "...")->required();
+///     command.callback([options] { run(*options); });
+///   }
+///   const program::Subcommand registered("info", "Says what a file holds", add);
+///
+/// A subcommand that fails throws: npt::Error for what the user can mend, anything else for the rest; main.cpp turns
+/// both into a message and an exit status.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+#include <vector>
+
+namespace program {
+
+class Subcommand {
+ public:
+  using Add = void (*)(CLI::App& command);
+
+  Subcommand(std::string name_, std::string description_, Add add_)
+      : name(std::move(name_)), description(std::move(description_)), add(add_) {
+    all().push_back(this);
+  }
+  Subcommand(const Subcommand&) = delete;
+  Subcommand& operator=(const Subcommand&) = delete;
+
+  /// In the order in which the linker placed them: sort before use.
+  static std::vector<const Subcommand*>& all() {
+    static std::vector<const Subcommand*> subcommands;
+    return subcommands;
+  }
+
+  const std::string name;
+  const std::string description;
+  const Add add;
+};
+
+}  // namespace program
