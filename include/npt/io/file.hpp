@@ -1,0 +1,178 @@
+/// Whole files in, whole files out. A file that is written appears under its name only when it is complete.
+/// Errors    npt::Error that names the path and the system's reason
+#pragma once
+
+#include <unistd.h>
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+
+#include <atomic>
+#include <cerrno>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <ostream>
+#include <span>
+#include <streambuf>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+namespace npt::inline NPT_ABI {
+
+namespace internal {
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using FileHandle = std::unique_ptr<std::FILE, CloseFile>;
+
+inline const char* kind_of(std::filesystem::file_type type) {
+  using enum std::filesystem::file_type;
+  return type == not_found ? "no such file" : type == directory ? "a directory" : "a device or pipe";
+}
+
+/// The reason of the last failed system call.
+inline std::string system_reason() { return std::generic_category().message(errno); }
+
+}  // namespace internal
+
+/// No file of npt comes near this size; a larger one is a mistake that would only fill the memory.
+inline constexpr std::uint64_t max_file_size = std::uint64_t{8} << 30;
+
+/// The bytes of a file of at most `limit` bytes. A path that is no regular file is an error: reading a pipe or a device
+/// could block or never end.
+inline std::string read_file(const std::filesystem::path& path, std::uint64_t limit = max_file_size) {
+  const auto fail = [&path](std::string found, std::string expected) {
+    return Error({.file = path.string(), .found = std::move(found), .expected = std::move(expected)});
+  };
+  std::error_code code;
+  const std::filesystem::file_type type = std::filesystem::status(path, code).type();
+  if (type == std::filesystem::file_type::none) throw fail(code.message(), "a readable file");
+  if (type != std::filesystem::file_type::regular) throw fail(internal::kind_of(type), "a file");
+  const internal::FileHandle file(std::fopen(path.c_str(), "rb"));
+  if (!file) throw fail(internal::system_reason(), "a readable file");
+  const std::uint64_t size = std::filesystem::file_size(path, code);
+  if (code) throw fail(code.message(), "a readable file");
+  if (size > limit) throw fail(std::to_string(size) + " bytes", "at most " + std::to_string(limit));
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  const std::size_t got = std::fread(bytes.data(), 1, bytes.size(), file.get());
+  if (std::ferror(file.get()) != 0) throw fail(internal::system_reason(), "a readable file");
+  if (got != bytes.size())
+    throw fail(std::to_string(got) + " bytes", std::to_string(size) + ", the size when reading began");
+  return bytes;
+}
+
+/// A file that is written under a temporary name beside `path` and takes its place in commit(). Without commit() (an
+/// exception on the way) the temporary file is removed and what stood at `path` is untouched. An existing file keeps
+/// its permissions, a symbolic link keeps pointing and its target is replaced.
+class AtomicFile {
+ public:
+  explicit AtomicFile(const std::filesystem::path& path) : name_(path.string()), target_(resolve(path)) {
+    temporary_ = target_;
+    temporary_ += ".part-" + std::to_string(::getpid()) + "-" + std::to_string(next_number());
+    // "x": a file of that name that someone else put there is never overwritten.
+    file_.reset(std::fopen(temporary_.c_str(), "wbx"));
+    if (!file_) fail(internal::system_reason());
+    buffer_.file = this;
+  }
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  ~AtomicFile() {
+    if (!file_) return;
+    file_.reset();
+    remove_temporary();
+  }
+
+  void write(std::string_view text) {
+    if (text.empty()) return;
+    if (std::fwrite(text.data(), 1, text.size(), file_.get()) != text.size()) fail(internal::system_reason());
+  }
+  void write(std::span<const std::byte> bytes) {
+    write(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  }
+
+  /// The same file as a stream, for code that writes to one. Errors throw out of the stream's operations.
+  std::ostream& stream() { return stream_; }
+
+  /// Makes the file visible under its name. The last call.
+  void commit() {
+    if (std::fflush(file_.get()) != 0) fail(internal::system_reason());
+    if (std::fclose(file_.release()) != 0) fail_closed(internal::system_reason());
+    std::error_code code;
+    const std::filesystem::file_status old = std::filesystem::status(target_, code);
+    if (std::filesystem::is_regular_file(old)) std::filesystem::permissions(temporary_, old.permissions(), code);
+    std::filesystem::rename(temporary_, target_, code);
+    if (code) fail_closed(code.message());
+  }
+
+ private:
+  struct Buffer : std::streambuf {
+    AtomicFile* file = nullptr;
+    std::streamsize xsputn(const char* text, std::streamsize size) override {
+      file->write(std::string_view(text, static_cast<std::size_t>(size)));
+      return size;
+    }
+    int_type overflow(int_type c) override {
+      const char character = traits_type::to_char_type(c);
+      if (!traits_type::eq_int_type(c, traits_type::eof())) file->write(std::string_view(&character, 1));
+      return traits_type::not_eof(c);
+    }
+  };
+  /// A stream that hands a buffer's exceptions on.
+  struct Stream : std::ostream {
+    explicit Stream(Buffer& buffer) : std::ostream(&buffer) { exceptions(std::ios::badbit); }
+  };
+
+  static std::uint64_t next_number() {
+    static std::atomic<std::uint64_t> number{0};
+    return number++;
+  }
+
+  /// Where the file really goes. Refuses what a rename would wrongly replace: a directory, a device, a write-protected
+  /// file.
+  static std::filesystem::path resolve(const std::filesystem::path& path) {
+    const auto refuse = [&path](const std::string& found) {
+      throw Error({.file = path.string(), .found = found, .expected = "a file that can be written"});
+    };
+    std::error_code code;
+    if (path.empty()) refuse("an empty name");
+    const std::filesystem::file_type type = std::filesystem::status(path, code).type();
+    if (type == std::filesystem::file_type::none) refuse(code.message());
+    if (type == std::filesystem::file_type::not_found) return path;
+    if (type != std::filesystem::file_type::regular) refuse(internal::kind_of(type));
+    if (::access(path.c_str(), W_OK) != 0) refuse(internal::system_reason());
+    return std::filesystem::canonical(path);
+  }
+
+  void remove_temporary() noexcept {
+    std::error_code ignored;
+    std::filesystem::remove(temporary_, ignored);
+  }
+  [[noreturn]] void fail(const std::string& reason) const {
+    throw Error({.file = name_, .found = reason, .expected = "a file that can be written"});
+  }
+  [[noreturn]] void fail_closed(const std::string& reason) {
+    remove_temporary();
+    fail(reason);
+  }
+
+  std::string name_;
+  std::filesystem::path target_, temporary_;
+  internal::FileHandle file_;
+  Buffer buffer_;
+  Stream stream_{buffer_};
+};
+
+/// Writes a whole file at once, by way of AtomicFile.
+inline void write_file(const std::filesystem::path& path, std::string_view bytes) {
+  AtomicFile file(path);
+  file.write(bytes);
+  file.commit();
+}
+
+}  // namespace npt::inline NPT_ABI
