@@ -18,6 +18,9 @@
 #include <npt/layer/res_block.hpp>
 #include <npt/layer/tanh.hpp>
 
+#include <map>
+#include <string>
+
 namespace npt::inline NPT_ABI {
 
 /// The pose feature of every vertex meets the identity vertex at the same position (the paper's main network).
@@ -41,6 +44,11 @@ struct PoseTransferNet {
   using Order = UnitOrder;
   using Feature = PoseFeature;
   static constexpr int W = Bottleneck + 3;
+
+  /// What the metadata of its weights says.
+  static std::map<std::string, std::string> variant() {
+    return {{"order", Order::name}, {"feature", Feature::name}, {"bottleneck", std::to_string(Bottleneck)}};
+  }
 
   Conv1x1<3, 64> e1;
   Conv1x1<64, 128> e2;

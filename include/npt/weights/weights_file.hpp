@@ -1,0 +1,188 @@
+/// Weights in safetensors files, under the names of the public state dict.
+///
+/// The variants of the network have tensors of identical names and shapes, so a wrong pairing would load silently and
+/// give wrong meshes. The file's metadata therefore names the variant (order, feature, bottleneck, output_scale), and
+/// loading checks it against the network. A file without these keys needs an explicit choice. Further keys that
+/// programs read: normalisation (sphere, centre or none), domain, unit. Errors  npt::Error naming the file and every
+/// missing, misshapen, unknown or non-finite tensor at once; nothing is changed then
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/engine/model.hpp>
+#include <npt/io/safetensors.hpp>
+
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+using Metadata = std::map<std::string, std::string>;
+
+/// The metadata that names a network's variant: what its static variant() says, or nothing.
+template <class Net>
+Metadata variant_metadata() {
+  if constexpr (requires { Net::variant(); })
+    return Net::variant();
+  else
+    return {};
+}
+
+/// The shortest text that reads back as the same number.
+inline std::string number_text(double value) {
+  char buffer[32];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+  return std::string(buffer, end);
+}
+
+namespace internal {
+
+inline double number_of(const std::string& text, const std::string& file, const std::string& key) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    throw Error({.file = file, .place = "metadata " + key, .found = "'" + text + "'", .expected = "a finite number"});
+  return value;
+}
+
+/// The value for `key`: the file's, or the one assumed where the file has none. Both must agree.
+inline std::string agreed_value(const SafetensorsFile& file, const Metadata& assume, const std::string& key) {
+  const std::string* stored = file.find_metadata(key);
+  const auto assumed = assume.find(key);
+  if (stored == nullptr && assumed == assume.end())
+    throw Error({.file = file.name(),
+                 .place = "metadata " + key,
+                 .found = "nothing",
+                 .expected = "a value: files of all variants look alike, so say which this is"});
+  if (stored == nullptr) return assumed->second;
+  if (assumed != assume.end() && assumed->second != *stored) {
+    double a = 0, b = 0;  // "2" and "2.0" are one number
+    const auto number = [](const std::string& text, double& value) {
+      const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+      return result.ec == std::errc() && result.ptr == text.data() + text.size();
+    };
+    if (!(number(*stored, a) && number(assumed->second, b) && a == b))
+      throw Error({.file = file.name(),
+                   .place = "metadata " + key,
+                   .found = "'" + *stored + "'",
+                   .expected = "'" + assumed->second + "', as was asked for"});
+  }
+  return *stored;
+}
+
+inline TensorShape shape_of(const Parameter& p) {
+  TensorShape shape;
+  for (int i = 0; i < p.rank; ++i) shape.push_back(static_cast<std::uint64_t>(p.dims[i]));
+  return shape;
+}
+
+/// Everything about the tensors that doesn't fit the network, or nothing.
+template <class Net, class T>
+std::vector<std::string> tensor_problems(const Model<Net, T>& model, const SafetensorsFile& file) {
+  std::vector<std::string> problems;
+  std::size_t known = 0;
+  model.for_each_tensor([&](const std::string& name, const Parameter& p, std::span<const T>) {
+    const Tensor* tensor = file.find(name);
+    if (tensor == nullptr) {
+      problems.push_back(name + " is missing");
+      return;
+    }
+    ++known;
+    if (tensor->shape != shape_of(p))
+      problems.push_back(name + " has shape " + to_string(tensor->shape) + " instead of " + to_string(shape_of(p)));
+    if (tensor->dtype != Dtype::f32 && tensor->dtype != Dtype::f64 && tensor->dtype != Dtype::f16 &&
+        tensor->dtype != Dtype::bf16)
+      problems.push_back(name + " holds " + to_string(tensor->dtype) + " instead of floating point");
+  });
+  if (known != file.tensors().size())
+    for (const Tensor& tensor : file.tensors()) {
+      bool found = false;
+      model.for_each_tensor(
+          [&](const std::string& name, const Parameter&, std::span<const T>) { found = found || name == tensor.name; });
+      if (!found) problems.push_back(tensor.name + " belongs to no layer");
+    }
+  return problems;
+}
+
+inline std::string variant_text(const Metadata& variant) {
+  std::string text;
+  for (const auto& [key, value] : variant) text += (text.empty() ? "" : ", ") + key + " " + value;
+  return text.empty() ? "the network" : "the network with " + text;
+}
+
+}  // namespace internal
+
+/// Fills the model from a file and returns the file's metadata. `assume` gives values for keys that the file lacks;
+/// where it has them, they must agree.
+template <class Net, class T>
+Metadata load(Model<Net, T>& model, const SafetensorsFile& file, const Metadata& assume = {}) {
+  const Metadata variant = variant_metadata<Net>();
+  for (const auto& [key, value] : variant) {
+    // The bottleneck shows in the shapes, so that a file without it can't be mistaken.
+    if (key == "bottleneck" && file.find_metadata(key) == nullptr) continue;
+    const std::string stored = internal::agreed_value(file, assume, key);
+    if (stored != value)
+      throw Error({.file = file.name(),
+                   .place = "metadata " + key,
+                   .found = "'" + stored + "'",
+                   .expected = "'" + value + "', which is this network's"});
+  }
+  if (const auto problems = internal::tensor_problems(model, file); !problems.empty()) {
+    std::string text;
+    for (std::size_t i = 0; i < problems.size() && i < 12; ++i) text += (i == 0 ? "" : "; ") + problems[i];
+    if (problems.size() > 12) text += "; and " + std::to_string(problems.size() - 12) + " more";
+    throw Error({.file = file.name(),
+                 .place = "tensors",
+                 .found = text,
+                 .expected = "those of " + internal::variant_text(variant)});
+  }
+  Model<Net, T> loaded;
+  loaded.for_each_tensor([&](const std::string& name, const Parameter&, std::span<T> values) {
+    const Tensor& tensor = file.at(name);
+    if constexpr (std::is_same_v<T, float>) {
+      const std::vector<float> stored = to_float(tensor);
+      std::copy(stored.begin(), stored.end(), values.begin());
+    } else {
+      const std::vector<double> stored = to_double(tensor);
+      std::copy(stored.begin(), stored.end(), values.begin());
+    }
+  });
+  loaded.for_each_attribute([&](const std::string& name, T& value) {
+    value = static_cast<T>(internal::number_of(internal::agreed_value(file, assume, name), file.name(), name));
+  });
+  model = std::move(loaded);
+  return file.metadata();
+}
+
+template <class Net, class T>
+Metadata load(Model<Net, T>& model, const std::filesystem::path& path, const Metadata& assume = {}) {
+  return load(model, SafetensorsFile::read(path), assume);
+}
+
+/// Writes the model, with its variant and attributes and whatever else `metadata` says. The file appears only when
+/// complete.
+template <class Net, class T>
+void save(const Model<Net, T>& model, const std::filesystem::path& path, Metadata metadata = {}) {
+  for (const auto& [key, value] : variant_metadata<Net>()) metadata[key] = value;
+  model.for_each_attribute(
+      [&](const std::string& name, const T& value) { metadata[name] = number_text(static_cast<double>(value)); });
+  std::vector<Tensor> tensors;
+  model.for_each_tensor([&](const std::string& name, const Parameter& p, std::span<const T> values) {
+    tensors.push_back({.name = name,
+                       .dtype = std::is_same_v<T, float> ? Dtype::f32 : Dtype::f64,
+                       .shape = internal::shape_of(p),
+                       .bytes = std::as_bytes(values)});
+  });
+  write_safetensors(path, tensors, metadata);
+}
+
+}  // namespace npt::inline NPT_ABI
