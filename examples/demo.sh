@@ -32,8 +32,8 @@ begin=$(date +%s.%N)
 "$npt" transfer --identity "$out/identity.obj" --pose "$out/pose.obj" --out "$out/result.obj"
 end=$(date +%s.%N)
 
-"$npt" render --out "$out/demo.png" --caption "identity" --caption "pose" --caption "result" \
-  "$out/identity.obj" "$out/pose.obj" "$out/result.obj"
+"$npt" render "$out/identity.obj" "$out/pose.obj" "$out/result.obj" --captions "identity,pose,result" \
+  --out "$out/demo.png"
 
 echo
 echo "identity  $out/identity.obj"
