@@ -1,0 +1,14 @@
+/// npt: neural pose transfer. The umbrella: engine, network, weights, meshes and the way between them.
+/// Mesh files (<npt/io/mesh_file.hpp>), bodies (<npt/body/...>) and xtensor (<npt/adapt/xtensor.hpp>) are included apart,
+/// since not every host wants their dependencies.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/engine/engine.hpp>
+#include <npt/engine/model.hpp>
+#include <npt/graph/explain.hpp>
+#include <npt/mesh/mesh.hpp>
+#include <npt/net/pose_transfer_net.hpp>
+#include <npt/transfer/transfer.hpp>
+#include <npt/weights/weights_file.hpp>
