@@ -42,11 +42,11 @@ class Lines {
   std::size_t number_ = 0;
 };
 
-inline constexpr std::string_view blanks = " \t\v\f";
+inline constexpr std::string_view blanks = " \t\r\v\f";
 
 /// Takes the next word off the front of `line`; empty when there is none.
 inline std::string_view next_word(std::string_view& line) {
-  const auto blank = [](char c) { return c == ' ' || (c >= '\t' && c <= '\f' && c != '\n'); };
+  const auto blank = [](char c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
   std::size_t first = 0;
   while (first < line.size() && blank(line[first])) ++first;
   std::size_t end = first;
@@ -63,14 +63,18 @@ inline std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
-/// The number that `word` is, all of it. Nothing for other text, and for numbers that the type can't hold.
+/// The number that `word` is, all of it. Nothing for other text, and for numbers that the type can't hold. A
+/// floating-point number too small for the type is 0.
 template <class Number>
 std::optional<Number> parse_number(std::string_view word) {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
   Number value{};
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc{} || end != word.data() + word.size()) return std::nullopt;
-  return value;
+  if (end != word.data() + word.size()) return std::nullopt;
+  if (error == std::errc{}) return value;
+  const std::size_t exponent = word.find_first_of("eE");
+  const bool tiny = std::floating_point<Number> && exponent != std::string_view::npos && word[exponent + 1] == '-';
+  return error == std::errc::result_out_of_range && tiny ? std::optional(Number{}) : std::nullopt;
 }
 
 /// Appends a number in its shortest form that reads back to the same bits.
