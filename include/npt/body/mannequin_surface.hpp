@@ -1,0 +1,95 @@
+/// The mannequin's skin: one closed surface of 6890 vertices and 13776 triangles around its anatomy, symmetric in x.
+#pragma once
+
+#include <npt/body/implicit_figure.hpp>
+#include <npt/body/mannequin_anatomy.hpp>
+#include <npt/body/polygonise.hpp>
+#include <npt/body/remesh.hpp>
+#include <npt/config.hpp>
+#include <npt/core/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace npt::inline NPT_ABI::body::internal {
+
+/// As many vertices as SMPL, so that both kinds of bodies can meet in one data set.
+inline constexpr std::size_t mannequin_vertex_count = 6890;
+
+struct MannequinSurface {
+  std::vector<Vec3d> positions;                         ///< [V] those with x = 0, those with x > 0, their mirror images
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< outward
+  std::vector<std::uint32_t> mirror;                    ///< [V] the vertex at (-x, y, z)
+};
+
+/// Places that need finer triangles: around `centre`, within `radius`, edges shrink to `length`.
+struct FineRegion {
+  Vec3d centre, radius;
+  double length;
+};
+
+inline constexpr double coarse_edge_length = 0.0235;
+inline constexpr FineRegion fine_regions[] = {
+    {{0.000, 1.600, 0.110}, {0.085, 0.110, 0.120}, 0.0068},  // face
+    {{0.078, 1.632, 0.000}, {0.040, 0.055, 0.050}, 0.0090},  // ear
+    {{0.000, 1.640, 0.000}, {0.150, 0.200, 0.180}, 0.0160},  // head and neck
+    {{0.830, 1.405, 0.000}, {0.120, 0.120, 0.160}, 0.0068},  // hand
+    {{0.680, 1.405, 0.000}, {0.120, 0.120, 0.120}, 0.0140},  // wrist
+    {{0.455, 1.405, 0.000}, {0.120, 0.120, 0.120}, 0.0150},  // elbow
+    {{0.180, 1.380, 0.000}, {0.140, 0.160, 0.180}, 0.0180},  // shoulder
+    {{0.106, 0.487, 0.000}, {0.140, 0.150, 0.140}, 0.0165},  // knee
+    {{0.060, 0.860, 0.000}, {0.180, 0.160, 0.200}, 0.0190},  // hip
+    {{0.120, 0.030, 0.070}, {0.120, 0.120, 0.190}, 0.0110},  // foot
+};
+
+inline double mannequin_edge_length(Vec3d p) {
+  double result = coarse_edge_length;
+  for (const FineRegion& r : fine_regions) {
+    const Vec3d d{(p.x - r.centre.x) / r.radius.x, (p.y - r.centre.y) / r.radius.y, (p.z - r.centre.z) / r.radius.z};
+    // From the full effect in the inner half to none at the rim.
+    const double t = std::clamp(2.0 * (1.0 - std::sqrt(dot(d, d))), 0.0, 1.0);
+    result = std::min(result, coarse_edge_length + (r.length - coarse_edge_length) * t * t * (3.0 - 2.0 * t));
+  }
+  return result;
+}
+
+/// A whole surface from its half at x >= 0.
+inline MannequinSurface mirrored(const TriangleSheet& half) {
+  MannequinSurface s;
+  const auto n = static_cast<std::uint32_t>(half.positions.size());
+  std::vector<std::uint32_t> name(n), twin(n);
+  for (const bool border : {true, false}) {
+    for (std::uint32_t v = 0; v < n; ++v) {
+      if ((half.positions[v].x == 0.0) != border) continue;
+      name[v] = twin[v] = static_cast<std::uint32_t>(s.positions.size());
+      s.positions.push_back(half.positions[v]);
+    }
+  }
+  for (std::uint32_t v = 0; v < n; ++v) s.mirror.push_back(v);
+  for (std::uint32_t v = 0; v < n; ++v) {
+    const Vec3d p = half.positions[v];
+    if (p.x == 0.0) continue;
+    twin[v] = static_cast<std::uint32_t>(s.positions.size());
+    s.positions.push_back({-p.x, p.y, p.z});
+    s.mirror[name[v]] = twin[v];
+    s.mirror.push_back(name[v]);
+  }
+  for (const auto& t : half.triangles) s.triangles.push_back({name[t[0]], name[t[1]], name[t[2]]});
+  for (const auto& t : half.triangles) s.triangles.push_back({twin[t[0]], twin[t[2]], twin[t[1]]});
+  return s;
+}
+
+inline MannequinSurface mannequin_surface(const ImplicitFigure& figure) {
+  // Cells of 10 mm, 3.5 mm at the fingers: finer than the mesh to be made and than the gaps between fingers.
+  const GridWarp warp{0.010, 0.70, 0.90, 0.35, 1.405, 0.0};
+  std::array<int, 3> seed{0, 110, 0};
+  while (figure(warp({0, seed[1], seed[2] + 1})) < 0.0) ++seed[2];
+  const TriangleSheet sheet = Polygoniser(figure, warp)(seed);
+  return mirrored(Remesher(figure, mannequin_edge_length, mannequin_vertex_count, sheet)());
+}
+
+}  // namespace npt::inline NPT_ABI::body::internal

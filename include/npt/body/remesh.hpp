@@ -1,0 +1,420 @@
+/// Remeshes a sheet on an implicit surface: triangles near equilateral, edges near a wanted length that varies in
+/// space. The sheet is the half x >= 0 of a mirror-symmetric surface; its border stays in the plane x = 0. Numerics
+/// positions are rounded to multiples of 2^-20 (about 1 micrometre), so that every decision compares numbers
+///           that compilers agree on, and the same mesh comes out whatever the instruction set
+/// Source    Botsch and Kobbelt, "A remeshing approach to multiresolution modeling", SGP 2004
+#pragma once
+
+#include <npt/body/implicit_figure.hpp>
+#include <npt/body/polygonise.hpp>
+#include <npt/config.hpp>
+#include <npt/core/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI::body::internal {
+
+inline Vec3d rounded(Vec3d p) {
+  const auto r = [](double x) { return std::floor(x * 0x1p20 + 0.5) * 0x1p-20; };
+  return {r(p.x), r(p.y), r(p.z)};
+}
+
+/// Triangles with neighbours. Half-edge h = 3 t + i runs from corner i of triangle t to its next corner.
+class SheetTopology {
+ public:
+  static constexpr std::uint32_t none = 0xFFFFFFFFU;
+
+  explicit SheetTopology(const TriangleSheet& sheet) {
+    std::unordered_map<std::uint64_t, std::uint32_t> directed;
+    for (const auto& t : sheet.triangles) corner_.insert(corner_.end(), t.begin(), t.end());
+    opposite_.assign(corner_.size(), none);
+    leaving_.assign(sheet.positions.size(), none);
+    for (std::uint32_t h = 0; h < corner_.size(); ++h) {
+      leaving_[from(h)] = h;
+      directed.emplace(std::uint64_t{from(h)} << 32 | to(h), h);
+    }
+    for (std::uint32_t h = 0; h < corner_.size(); ++h) {
+      const auto at = directed.find(std::uint64_t{to(h)} << 32 | from(h));
+      if (at != directed.end()) opposite_[h] = at->second;
+    }
+  }
+
+  static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+  static std::uint32_t previous(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+  std::uint32_t from(std::uint32_t h) const { return corner_[h]; }
+  std::uint32_t to(std::uint32_t h) const { return corner_[next(h)]; }
+  std::uint32_t apex(std::uint32_t h) const { return corner_[previous(h)]; }
+  std::uint32_t opposite(std::uint32_t h) const { return opposite_[h]; }
+  bool removed(std::uint32_t h) const { return corner_[h] == none; }
+  bool vertex_removed(std::uint32_t v) const { return leaving_[v] == none; }
+  std::uint32_t half_edges() const { return static_cast<std::uint32_t>(corner_.size()); }
+  std::uint32_t vertices() const { return static_cast<std::uint32_t>(leaving_.size()); }
+
+  /// Calls f(h) for each half-edge that leaves v, counter-clockwise; at the border from its first to its last triangle.
+  template <class F>
+  void around(std::uint32_t v, F&& f) const {
+    std::uint32_t first = leaving_[v];
+    for (std::uint32_t h = first; opposite_[h] != none;) {
+      h = next(opposite_[h]);
+      first = h;
+      if (h == leaving_[v]) break;
+    }
+    for (std::uint32_t h = first; h != none;) {
+      f(h);
+      h = opposite_[previous(h)];
+      if (h == first) break;
+    }
+  }
+
+  /// The vertices joined to v by an edge.
+  void neighbours(std::uint32_t v, std::vector<std::uint32_t>& result) const {
+    result.clear();
+    std::uint32_t last = none;
+    around(v, [&](std::uint32_t h) {
+      result.push_back(to(h));
+      last = h;
+    });
+    if (opposite_[previous(last)] == none) result.push_back(apex(last));
+  }
+
+  bool on_border(std::uint32_t v) const {
+    bool border = false;
+    around(v, [&](std::uint32_t h) { border = border || opposite_[h] == none || opposite_[previous(h)] == none; });
+    return border;
+  }
+
+  /// Cuts edge h in two by a new vertex, and the triangles beside it.
+  std::uint32_t split(std::uint32_t h) {
+    const std::uint32_t o = opposite_[h], m = vertices();
+    leaving_.push_back(none);
+    const std::uint32_t far = halve(h, m);
+    if (o != none) {
+      const std::uint32_t other = halve(o, m);
+      glue(h, other);
+      glue(o, far);
+    }
+    return m;
+  }
+
+  /// Replaces the diagonal h of the quad around it by the other one.
+  void flip(std::uint32_t h) {
+    const std::uint32_t o = opposite_[h], a = from(h), b = to(h), c = apex(h), d = apex(o);
+    const std::uint32_t bc = opposite_[next(h)], ca = opposite_[previous(h)], ad = opposite_[next(o)],
+                        db = opposite_[previous(o)];
+    const std::uint32_t t = h / 3 * 3, s = o / 3 * 3;
+    set_triangle(t, c, d, b);
+    set_triangle(s, d, c, a);
+    glue(t, s);
+    glue(t + 1, db);
+    glue(t + 2, bc);
+    glue(s + 1, ca);
+    glue(s + 2, ad);
+  }
+
+  /// Whether removing edge h by moving its start into its end keeps a manifold.
+  bool can_collapse(std::uint32_t h) {
+    const std::uint32_t a = from(h), b = to(h);
+    const bool border = opposite_[h] == none;
+    if (on_border(a) && !border) return false;
+    neighbours(a, ring_a_);
+    neighbours(b, ring_b_);
+    std::size_t common = 0;
+    for (const std::uint32_t v : ring_a_) common += static_cast<std::size_t>(std::ranges::count(ring_b_, v));
+    return common == (border ? 1U : 2U) && ring_b_.size() > 3 && ring_a_.size() > 3;
+  }
+
+  /// Merges the start of edge h into its end; its one or two triangles vanish. Requires can_collapse(h).
+  void collapse(std::uint32_t h) {
+    const std::uint32_t a = from(h), b = to(h), o = opposite_[h];
+    moved_.clear();
+    around(a, [this](std::uint32_t e) { moved_.push_back(e); });
+    for (const std::uint32_t e : moved_) corner_[e] = b;
+    zip(h);
+    if (o != none) zip(o);
+    leaving_[a] = none;
+  }
+
+  std::vector<std::array<std::uint32_t, 3>> triangles() const {
+    std::vector<std::array<std::uint32_t, 3>> result;
+    for (std::uint32_t t = 0; t < half_edges(); t += 3) {
+      if (!removed(t)) result.push_back({corner_[t], corner_[t + 1], corner_[t + 2]});
+    }
+    return result;
+  }
+
+ private:
+  void glue(std::uint32_t a, std::uint32_t b) {
+    if (a != none) opposite_[a] = b;
+    if (b != none) opposite_[b] = a;
+  }
+  void set_triangle(std::uint32_t t, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    const std::uint32_t v[3] = {a, b, c};
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      corner_[t + i] = v[i];
+      leaving_[v[i]] = t + i;
+    }
+  }
+  /// Triangle of h = (a, b, c) becomes (a, m, c); a new one (m, b, c) follows. Returns the new half-edge m -> b; h is a
+  /// -> m.
+  std::uint32_t halve(std::uint32_t h, std::uint32_t m) {
+    const std::uint32_t b = to(h), c = apex(h), bc = opposite_[next(h)];
+    const std::uint32_t t = half_edges();
+    corner_.resize(corner_.size() + 3);
+    opposite_.resize(opposite_.size() + 3, none);
+    corner_[next(h)] = m;
+    set_triangle(t, m, b, c);
+    leaving_[m] = t;
+    leaving_[from(h)] = h;
+    glue(t + 1, bc);
+    glue(next(h), t + 2);
+    return t;
+  }
+
+  /// Removes the triangle of e, whose edges other than e have become one, and joins what lies beyond them.
+  void zip(std::uint32_t e) {
+    const std::uint32_t x = opposite_[next(e)], y = opposite_[previous(e)];
+    glue(x, y);
+    const std::uint32_t alive = x != none ? x : y;
+    leaving_[from(alive)] = alive;
+    leaving_[to(alive)] = next(alive);
+    const std::uint32_t t = e / 3 * 3;
+    corner_[t] = corner_[t + 1] = corner_[t + 2] = none;
+  }
+
+  std::vector<std::uint32_t> corner_, opposite_;  ///< [half-edges] start of each, and its twin or none
+  std::vector<std::uint32_t> leaving_;            ///< [vertices] some half-edge that leaves it; none: removed
+  std::vector<std::uint32_t> ring_a_, ring_b_, moved_;
+};
+
+/// Remeshing of a sheet on `figure`. `edge_length(p)` is the wanted length, `count` the wanted number of vertices of
+/// the whole surface: those off the plane x = 0 count twice. The lengths are scaled until the count fits.
+template <class EdgeLength>
+class Remesher {
+ public:
+  Remesher(const ImplicitFigure& figure, EdgeLength edge_length, std::size_t count, const TriangleSheet& sheet)
+      : figure_(figure), edge_length_(edge_length), count_(count), p_(sheet.positions), topology_(sheet) {
+    for (Vec3d& p : p_) p = rounded(p);
+  }
+
+  TriangleSheet operator()() {
+    for (int pass = 0; pass < passes; ++pass) {
+      split_long();
+      collapse_short();
+      flip_for_valence();
+      for (int i = 0; i < 2; ++i) relax();
+      // A little above the count: what is too many goes in reach_count(), and merging is gentler than splitting.
+      if (pass >= 2) scale_ *= std::sqrt(static_cast<double>(full_count()) / (1.004 * static_cast<double>(count_)));
+    }
+    reach_count();
+    for (int i = 0; i < 6; ++i) {
+      flip_for_valence();
+      relax();
+    }
+    return compact();
+  }
+
+ private:
+  static constexpr int passes = 9;
+  static constexpr std::uint32_t none = SheetTopology::none;
+
+  double target(Vec3d p) const { return scale_ * edge_length_(p); }
+  /// Length of edge h in units of the wanted length there.
+  double relative_length(std::uint32_t h) const {
+    const Vec3d a = p_[topology_.from(h)], b = p_[topology_.to(h)];
+    return length(b - a) / target((a + b) * 0.5);
+  }
+  /// Each edge has one or two half-edges: this is the one that stands for it.
+  bool represents(std::uint32_t h) const {
+    return !topology_.removed(h) && (topology_.opposite(h) == none || h < topology_.opposite(h));
+  }
+
+  std::size_t full_count() const {
+    std::size_t n = 0;
+    for (std::uint32_t v = 0; v < topology_.vertices(); ++v) {
+      if (!topology_.vertex_removed(v)) n += p_[v].x == 0.0 ? 1U : 2U;
+    }
+    return n;
+  }
+
+  /// The surface point near p; within x = 0 for points of the border.
+  Vec3d project(Vec3d p, bool border) const {
+    for (int step = 0; step < 2; ++step) {
+      Vec3d g = figure_.gradient(p);
+      if (border) g.x = 0.0;
+      // Where the field is flat or kinked a full Newton step would overshoot.
+      Vec3d move = g * (figure_(p) / std::max(dot(g, g), 0.1));
+      const double n = length(move), most = 0.5 * target(p);
+      if (n > most) move *= most / n;
+      p = p - move;
+    }
+    if (border) p.x = 0.0;
+    return rounded(p);
+  }
+
+  void split_edge(std::uint32_t h) {
+    const bool border = topology_.opposite(h) == none;
+    const Vec3d middle = (p_[topology_.from(h)] + p_[topology_.to(h)]) * 0.5;
+    topology_.split(h);
+    p_.push_back(project(middle, border));
+  }
+
+  void split_long() {
+    const std::uint32_t n = topology_.half_edges();
+    for (std::uint32_t h = 0; h < n; ++h) {
+      if (represents(h) && relative_length(h) > 4.0 / 3.0) split_edge(h);
+    }
+  }
+
+  void collapse_short() {
+    for (std::uint32_t h = 0; h < topology_.half_edges(); ++h) {
+      if (!topology_.removed(h) && relative_length(h) < 0.8) collapse_edge(h);
+    }
+  }
+
+  /// Merges the ends of h if that leaves a good mesh.
+  bool collapse_edge(std::uint32_t h) {
+    if (!topology_.can_collapse(h)) return false;
+    const std::uint32_t a = topology_.from(h), b = topology_.to(h);
+    const bool border = topology_.opposite(h) == none;
+    if (!border && p_[b].x == 0.0 && would_bridge(a, b)) return false;
+    const Vec3d merged = !border && p_[b].x == 0.0 ? p_[b] : (p_[a] + p_[b]) * 0.5;
+    if (!keeps_shape(a, b, merged) || !keeps_shape(b, a, merged)) return false;
+    topology_.collapse(h);
+    p_[b] = merged;
+    return true;
+  }
+
+  /// Whether moving inner vertex a into border vertex b would join b to another part of the border by an inner edge:
+  /// the mirror image would have the same edge.
+  bool would_bridge(std::uint32_t a, std::uint32_t b) {
+    std::vector<std::uint32_t> beside;
+    topology_.neighbours(b, beside);
+    topology_.neighbours(a, ring_);
+    return std::ranges::any_of(
+        ring_, [&](std::uint32_t v) { return v != b && p_[v].x == 0.0 && v != beside.front() && v != beside.back(); });
+  }
+
+  /// Whether the triangles of v that don't hold `partner` stay alike when v moves to `to`.
+  bool keeps_shape(std::uint32_t v, std::uint32_t partner, Vec3d to) const {
+    bool good = true;
+    topology_.around(v, [&](std::uint32_t h) {
+      const std::uint32_t b = topology_.to(h), c = topology_.apex(h);
+      if (b == partner || c == partner) return;
+      const Vec3d before = cross(p_[b] - p_[v], p_[c] - p_[v]), after = cross(p_[b] - to, p_[c] - to);
+      good = good && dot(before, after) > 0.5 * length(before) * length(after);
+      good = good && length(p_[b] - to) < 1.4 * target((p_[b] + to) * 0.5);
+    });
+    return good;
+  }
+
+  int valence_error(std::uint32_t v, int change) {
+    topology_.neighbours(v, ring_);
+    const int error = static_cast<int>(ring_.size()) + change - (p_[v].x == 0.0 ? 4 : 6);
+    return error * error;
+  }
+
+  void flip_for_valence() {
+    for (std::uint32_t h = 0; h < topology_.half_edges(); ++h) {
+      if (topology_.removed(h) || topology_.opposite(h) == none || h > topology_.opposite(h)) continue;
+      const std::uint32_t a = topology_.from(h), b = topology_.to(h), c = topology_.apex(h),
+                          d = topology_.apex(topology_.opposite(h));
+      const int before = valence_error(a, 0) + valence_error(b, 0) + valence_error(c, 0) + valence_error(d, 0);
+      const int after = valence_error(a, -1) + valence_error(b, -1) + valence_error(c, 1) + valence_error(d, 1);
+      if (after >= before) continue;
+      topology_.neighbours(c, ring_);
+      const bool bridges = p_[c].x == 0.0 && p_[d].x == 0.0;
+      if (bridges || std::ranges::count(ring_, d) != 0 || !flip_is_flat(a, b, c, d)) continue;
+      topology_.flip(h);
+    }
+  }
+
+  /// Whether both triangles that a flip makes face the way of those it replaces.
+  bool flip_is_flat(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const {
+    const Vec3d before = cross(p_[b] - p_[a], p_[c] - p_[a]) + cross(p_[d] - p_[a], p_[b] - p_[a]);
+    const auto faces = [&](Vec3d n) { return dot(n, before) > 0.7 * length(n) * length(before); };
+    return faces(cross(p_[d] - p_[c], p_[b] - p_[c])) && faces(cross(p_[c] - p_[d], p_[a] - p_[d]));
+  }
+
+  /// Each vertex moves along the surface towards the middle of its neighbours.
+  void relax() {
+    const std::vector<Vec3d> old = p_;
+    for (std::uint32_t v = 0; v < topology_.vertices(); ++v) {
+      if (topology_.vertex_removed(v)) continue;
+      const bool border = old[v].x == 0.0;
+      topology_.neighbours(v, ring_);
+      // On the border only the neighbours along it count: the first and the last.
+      if (border) ring_ = {ring_.front(), ring_.back()};
+      Vec3d mean{};
+      for (const std::uint32_t n : ring_) mean += old[n];
+      Vec3d move = (mean / static_cast<double>(ring_.size()) - old[v]) * 0.6;
+      Vec3d g = figure_.gradient(old[v]);
+      if (border) g.x = 0.0;
+      const double steepness = std::max(dot(g, g), 0.1);
+      move = move - g * (dot(move, g) / steepness);
+      if (!border) move.x = std::max(move.x, -0.8 * old[v].x);
+      const Vec3d moved = old[v] + move;
+      p_[v] = rounded(moved - g * (figure_(moved) / steepness));
+      if (border) p_[v].x = 0.0;
+      if (!border && p_[v].x <= 0.0) p_[v] = old[v];
+    }
+  }
+
+  /// Merges the relatively shortest edges, or cuts the longest, until the count is met.
+  void reach_count() {
+    while (full_count() != count_) {
+      const std::size_t now = full_count();
+      const bool parity = (now - count_) % 2 != 0;
+      const bool merge = now > count_;
+      if (!change_one(merge, parity)) break;
+    }
+  }
+
+  /// One collapse or split: of a border edge (which changes the count by one) or of an inner one (by two).
+  bool change_one(bool merge, bool border) {
+    std::vector<std::pair<double, std::uint32_t>> edges;
+    for (std::uint32_t h = 0; h < topology_.half_edges(); ++h) {
+      if (!represents(h) || (topology_.opposite(h) == none) != border) continue;
+      if (!border && (p_[topology_.from(h)].x == 0.0 || p_[topology_.to(h)].x == 0.0)) continue;
+      edges.emplace_back(merge ? relative_length(h) : -relative_length(h), h);
+    }
+    std::ranges::sort(edges);
+    for (const auto& [ignored, h] : edges) {
+      if (!merge) {
+        split_edge(h);
+        return true;
+      }
+      if (collapse_edge(h)) return true;
+    }
+    return false;
+  }
+
+  TriangleSheet compact() const {
+    TriangleSheet sheet;
+    std::vector<std::uint32_t> name(topology_.vertices(), none);
+    for (std::uint32_t v = 0; v < topology_.vertices(); ++v) {
+      if (topology_.vertex_removed(v)) continue;
+      name[v] = static_cast<std::uint32_t>(sheet.positions.size());
+      sheet.positions.push_back(p_[v]);
+    }
+    sheet.triangles = topology_.triangles();
+    for (auto& t : sheet.triangles) t = {name[t[0]], name[t[1]], name[t[2]]};
+    return sheet;
+  }
+
+  const ImplicitFigure& figure_;
+  EdgeLength edge_length_;
+  std::size_t count_;
+  double scale_ = 1.0;
+  std::vector<Vec3d> p_;
+  SheetTopology topology_;
+  std::vector<std::uint32_t> ring_;
+};
+
+}  // namespace npt::inline NPT_ABI::body::internal
