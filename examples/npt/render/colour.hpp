@@ -70,11 +70,10 @@ inline Colour parse_colour(const std::string& text, const std::string& argument)
   throw npt::Error({argument, {}, "colour '" + text + "'", names + "or #rrggbb"});
 }
 
-/// t in [0, 1] to a colour from dark violet over teal to yellow: equal steps of t are equal steps of lightness, also in
-/// grey print and for the colour-blind. Control points of matplotlib's viridis (CC0), linear in sRGB between them.
+/// t in [0, 1] to a colour from the light grey of clay over yellow, orange and red to dark red: lightness falls all the
+/// way, so the order survives grey print and colour blindness, and where t is small the shading stays readable.
 inline Colour heat_colour(float t) {
-  static constexpr std::array<std::uint32_t, 9> stops = {0x440154, 0x472D7B, 0x3B528B, 0x2C728E, 0x21918C,
-                                                         0x28AE80, 0x5EC962, 0xADDC30, 0xFDE725};
+  static constexpr std::array<std::uint32_t, 6> stops = {0xE4E1DC, 0xF7DF8B, 0xF7AE4B, 0xE5692F, 0xB4262F, 0x611030};
   const float place = std::clamp(t, 0.0F, 1.0F) * static_cast<float>(stops.size() - 1);
   const std::size_t i = std::min(static_cast<std::size_t>(place), stops.size() - 2);
   const float f = place - static_cast<float>(i);

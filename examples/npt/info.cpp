@@ -1,0 +1,243 @@
+/// npt info: what a mesh, a file of weights or a body file holds.
+#include "arguments.hpp"
+#include "report.hpp"
+#include "subcommand.hpp"
+
+#include <npt/io/mesh_file.hpp>
+#include <npt/io/safetensors.hpp>
+#include <npt/mesh/mesh.hpp>
+#include <npt/mesh/topology.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <memory>
+#include <numeric>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+using program::Report;
+
+struct Options {
+  std::vector<fs::path> files;
+  bool json = false;
+};
+
+/// Sets of connected elements.
+class Components {
+ public:
+  explicit Components(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), std::uint32_t{0}); }
+  std::uint32_t find(std::uint32_t v) {
+    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
+    return v;
+  }
+  void join(std::uint32_t a, std::uint32_t b) { parent_[find(a)] = find(b); }
+  /// Sets among the elements for which `counts` holds.
+  std::size_t count(const std::vector<bool>& counts) {
+    std::set<std::uint32_t> roots;
+    for (std::uint32_t v = 0; v < parent_.size(); ++v)
+      if (counts[v]) roots.insert(find(v));
+    return roots.size();
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+/// Sides of faces by how many faces have them: 1 at a border, 2 inside, more where surfaces meet.
+struct EdgeUse {
+  std::size_t edges = 0, crowded = 0;
+  std::vector<npt::Edge> border;
+};
+
+EdgeUse edge_use(const npt::Mesh& mesh) {
+  std::vector<npt::Edge> sides;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const auto face = mesh.face(f);
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const std::uint32_t a = face[i], b = face[(i + 1) % face.size()];
+      if (a != b) sides.push_back({std::min(a, b), std::max(a, b)});
+    }
+  }
+  std::ranges::sort(sides);
+  EdgeUse use;
+  for (std::size_t i = 0, end = 0; i < sides.size(); i = end) {
+    while (end < sides.size() && sides[end] == sides[i]) ++end;
+    ++use.edges;
+    if (end - i == 1) use.border.push_back(sides[i]);
+    if (end - i > 2) ++use.crowded;
+  }
+  return use;
+}
+
+void describe_topology(Report& report, const npt::Mesh& mesh) {
+  std::map<std::size_t, std::size_t> sizes;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) ++sizes[mesh.face(f).size()];
+  Report by_size = Report::object();
+  for (const auto& [corners, count] : sizes)
+    by_size[corners == 3 ? "triangles" : corners == 4 ? "quads" : "polygons_of_" + std::to_string(corners)] = count;
+  if (!by_size.empty()) report["faces_by_size"] = by_size;
+  if (mesh.face_count() == 0) return;
+
+  const EdgeUse use = edge_use(mesh);
+  Components pieces(mesh.vertex_count()), borders(mesh.vertex_count());
+  std::vector<bool> used(mesh.vertex_count()), at_border(mesh.vertex_count());
+  for (std::size_t f = 0; f < mesh.face_count(); ++f)
+    for (std::uint32_t v : mesh.face(f)) {
+      used[v] = true;
+      pieces.join(v, mesh.face(f)[0]);
+    }
+  for (const npt::Edge& edge : use.border) {
+    at_border[edge[0]] = at_border[edge[1]] = true;
+    borders.join(edge[0], edge[1]);
+  }
+  report["edges"] = use.edges;
+  report["components"] = pieces.count(used);
+  report["surface"] = use.border.empty() ? "closed"
+                                         : "open: " + std::to_string(use.border.size()) + " border edges in " +
+                                               std::to_string(borders.count(at_border)) + " borders";
+  report["border_edges"] = use.border.size();
+  if (use.crowded != 0) report["edges_of_more_than_two_faces"] = use.crowded;
+  const auto unused = std::ranges::count(used, false);
+  if (unused != 0) report["vertices_without_face"] = unused;
+}
+
+void describe_box(Report& report, const npt::Mesh& mesh) {
+  constexpr float most = std::numeric_limits<float>::max();
+  npt::Vec3f low{most, most, most}, high = -low;
+  for (npt::Vec3f p : mesh.positions) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  const npt::Vec3d size = high.as<double>() - low.as<double>();
+  report["lowest"] = {low.x, low.y, low.z};
+  report["highest"] = {high.x, high.y, high.z};
+  report["size"] = {size.x, size.y, size.z};
+}
+
+void describe_attributes(Report& report, const npt::Mesh& mesh) {
+  if (!mesh.normals.empty())
+    report["normals"] =
+        std::to_string(mesh.normals.size()) + (mesh.corner_normal.empty() ? ", one a vertex" : ", by corner");
+  if (!mesh.texcoords.empty())
+    report["texture_coordinates"] =
+        std::to_string(mesh.texcoords.size()) + " of " + std::to_string(mesh.texcoord_size) + " numbers";
+  Report properties = Report::array();
+  for (const npt::VertexProperty& property : mesh.properties) properties.push_back(property.type + " " + property.name);
+  if (!properties.empty()) report["vertex_properties"] = properties;
+  Report tags = Report::object();
+  for (const npt::MeshTag& tag : mesh.tags) tags[tag.keyword] = tags.value(tag.keyword, 0) + 1;
+  if (!tags.empty()) report["tags"] = tags;
+}
+
+Report describe_mesh(const fs::path& file) {
+  const npt::Mesh mesh = npt::read_mesh(file);
+  Report report{{"file", file.string()}, {"kind", mesh.face_count() == 0 ? "points" : "mesh"}};
+  report["vertices"] = mesh.vertex_count();
+  report["faces"] = mesh.face_count();
+  describe_topology(report, mesh);
+  describe_box(report, mesh);
+  describe_attributes(report, mesh);
+  return report;
+}
+
+std::uint64_t dimension(const npt::SafetensorsFile& file, const char* tensor, std::size_t i) {
+  const npt::Tensor* t = file.find(tensor);
+  return t != nullptr && i < t->shape.size() ? t->shape[i] : 0;
+}
+
+bool has_all(const npt::SafetensorsFile& file, std::initializer_list<const char*> tensors) {
+  return std::ranges::all_of(tensors, [&](const char* name) { return file.find(name) != nullptr; });
+}
+
+/// NaN and infinity in tensors of floating point.
+std::size_t count_non_finite(const npt::SafetensorsFile& file) {
+  std::size_t count = 0;
+  for (const npt::Tensor& tensor : file.tensors())
+    if (std::string_view(npt::to_string(tensor.dtype)).find('F') != std::string_view::npos)
+      for (double v : npt::to_double(tensor, npt::NonFinite::keep)) count += std::isfinite(v) ? 0 : 1;
+  return count;
+}
+
+void describe_kind(Report& report, const npt::SafetensorsFile& file) {
+  if (has_all(file, {"encoder.conv1.weight", "encoder.conv3.weight", "decoder.conv4.weight"})) {
+    report["kind"] = "weights of a pose transfer network";
+    report["bottleneck"] = dimension(file, "encoder.conv3.weight", 0);
+    for (const char* key : {"order", "feature", "output_scale"}) {
+      const std::string* value = file.find_metadata(key);
+      report[key] = value != nullptr ? *value : "not stated: has to be given where the weights are used";
+    }
+  } else if (has_all(file, {"v_template", "shapedirs", "weights", "parents", "f"})) {
+    report["kind"] = "body";
+    report["vertices"] = dimension(file, "v_template", 0);
+    report["triangles"] = dimension(file, "f", 0);
+    report["joints"] = dimension(file, "parents", 0);
+    report["shape_directions"] = dimension(file, "shapedirs", 2);
+    report["pose_corrections"] = file.find("posedirs") != nullptr;
+  } else {
+    report["kind"] = "tensors";
+  }
+}
+
+Report describe_tensors(const fs::path& path) {
+  const npt::SafetensorsFile file = npt::SafetensorsFile::read(path);
+  Report report{{"file", path.string()}};
+  describe_kind(report, file);
+  std::uint64_t numbers = 0;
+  Report tensors = Report::array();
+  for (const npt::Tensor& tensor : file.tensors()) {
+    numbers += tensor.count();
+    tensors.push_back(
+        {{"name", tensor.name}, {"type", npt::to_string(tensor.dtype)}, {"shape", npt::to_string(tensor.shape)}});
+  }
+  report["numbers"] = numbers;
+  if (const std::size_t bad = count_non_finite(file); bad != 0) report["nan_or_infinite"] = bad;
+  for (const auto& [key, value] : file.metadata()) report["metadata"][key] = value;
+  if (!tensors.empty()) report["tensors"] = tensors;
+  return report;
+}
+
+/// The metadata, too, on a line each.
+void print_for_people(const Report& report) {
+  Report shown = report;
+  shown.erase("border_edges");  // stands in "surface"
+  if (report.contains("metadata")) {
+    shown["metadata"] = Report::array();
+    for (const auto& [key, value] : report["metadata"].items())
+      shown["metadata"].push_back({{"key", key + ":"}, {"value", value}});
+  }
+  program::print(std::cout, shown);
+}
+
+void run(const Options& options) {
+  Report reports = Report::array();
+  for (const fs::path& file : options.files)
+    reports.push_back(program::extension_of(file) == ".safetensors" ? describe_tensors(file) : describe_mesh(file));
+  if (options.json) {
+    std::cout << reports.dump(2, ' ', false, Report::error_handler_t::replace) << '\n';
+    return;
+  }
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    if (i > 0) std::cout << '\n';
+    print_for_people(reports[i]);
+  }
+}
+
+void add(CLI::App& command) {
+  auto o = std::make_shared<Options>();
+  command.add_option("FILE", o->files, "Meshes (.ply, .obj), weights and bodies (.safetensors)")->required();
+  command.add_flag("--json", o->json, "For programs: an array with an object for each file");
+  command.callback([o] { run(*o); });
+}
+
+const program::Subcommand registered("info", "Say what a mesh, a file of weights or a body file holds", add);
+
+}  // namespace
