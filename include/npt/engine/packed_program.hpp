@@ -41,6 +41,33 @@ class PackedProgram {
   }
 
  private:
+  /// A stage's weights [rows][columns] and bias as one matrix, folded convolutions multiplied in.
+  struct Matrix {
+    std::vector<double> weights, bias;
+  };
+  static Matrix folded(const graph::Stage& stage, std::span<const T> parameters) {
+    const auto index = [](int i) { return static_cast<std::size_t>(i); };
+    Matrix matrix{std::vector<double>(index(stage.rows) * index(stage.columns)), {}};
+    for (int r = 0; r < stage.rows; ++r) matrix.bias.push_back(static_cast<double>(parameters[index(stage.bias + r)]));
+    std::size_t first = 0;  // column of the inner convolution's operand
+    for (int f = 0; f < stage.folded_count; ++f) {
+      const graph::Folded& inner = stage.folded[index(f)];
+      const std::size_t columns = index(inner.columns);
+      const std::vector<double> weights(parameters.begin() + inner.weight,
+                                        parameters.begin() + inner.weight + inner.rows * inner.columns);
+      for (int r = 0; r < stage.rows; ++r)
+        for (int m = 0; m < inner.rows; ++m) {
+          const auto outer = static_cast<double>(parameters[index(stage.weight + r * inner.rows + m)]);
+          double* NPT_RESTRICT to = matrix.weights.data() + index(r) * index(stage.columns) + first;
+          const double* NPT_RESTRICT from = weights.data() + index(m) * columns;
+          for (std::size_t k = 0; k < columns; ++k) to[k] += outer * from[k];
+          matrix.bias[index(r)] += outer * static_cast<double>(parameters[index(inner.bias + m)]);
+        }
+      first += columns;
+    }
+    return matrix;
+  }
+
   PackedStage<T> pack(const graph::Stage& stage, std::span<const T> parameters) const {
     std::vector<int> columns;  // of the weight matrix, in the order in which the prologue lays out their operands
     std::vector<int> pooled;
@@ -49,16 +76,22 @@ class PackedProgram {
       const bool is_pooled = program_.tensor(source.tensor).storage == graph::Storage::pooled;
       for (int c = 0; c < source.channels; ++c) (is_pooled ? pooled : columns).push_back(source.first + c);
     }
+    const Matrix matrix = stage.folded_count == 0 ? Matrix{} : folded(stage, parameters);
     const auto weight = [&](int row, int column) {
-      return parameters[static_cast<std::size_t>(stage.weight) +
-                        static_cast<std::size_t>(row) * static_cast<std::size_t>(stage.columns) +
-                        static_cast<std::size_t>(column)];
+      const std::size_t at =
+          static_cast<std::size_t>(row) * static_cast<std::size_t>(stage.columns) + static_cast<std::size_t>(column);
+      return stage.folded_count == 0 ? parameters[static_cast<std::size_t>(stage.weight) + at]
+                                     : static_cast<T>(matrix.weights[at]);
+    };
+    const auto bias = [&](int row) {
+      if (stage.bias_is_dead) return T(0);
+      return stage.folded_count == 0 ? parameters[static_cast<std::size_t>(stage.bias + row)]
+                                     : static_cast<T>(matrix.bias[static_cast<std::size_t>(row)]);
     };
     PackedStage<T> packed;
     packed.weights = kernel::PackedWeights<T>(
         stage.rows, static_cast<int>(columns.size()),
-        [&](int row, int k) { return weight(row, columns[static_cast<std::size_t>(k)]); },
-        [&](int row) { return stage.bias_is_dead ? T(0) : parameters[static_cast<std::size_t>(stage.bias + row)]; });
+        [&](int row, int k) { return weight(row, columns[static_cast<std::size_t>(k)]); }, bias);
     packed.pooled_columns = static_cast<int>(pooled.size());
     packed.pooled_weights = AlignedBuffer<T>(pooled.size() * static_cast<std::size_t>(stage.rows));
     T* out = packed.pooled_weights.data();

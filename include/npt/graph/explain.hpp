@@ -61,8 +61,11 @@ class Explanation {
 
   void stage(const Stage& stage) {
     const std::string shape = std::to_string(stage.columns) + " -> " + std::to_string(stage.rows);
-    line("  %-32s %-13s %s", name_of(stage.weight).c_str(), shape.c_str(),
-         (sources(stage) + "  =>  " + output(stage)).c_str());
+    std::string name = name_of(stage.weight);
+    for (int f = 0; f < stage.folded_count; ++f)
+      name += (f == 0 ? " * (" : " + ") + name_of(stage.folded[static_cast<std::size_t>(f)].weight);
+    if (stage.folded_count != 0) name += ")";
+    line("  %-32s %-13s %s", name.c_str(), shape.c_str(), (sources(stage) + "  =>  " + output(stage)).c_str());
   }
 
   std::string sources(const Stage& stage) {

@@ -4,10 +4,12 @@
 /// sum with
 ///    an earlier stage's output.
 /// 2. Its sources are what its operand resolves to: stored tensors, each read through the pointwise layers in between.
-/// 3. A stage runs in the first sweep in which the moments and maxima that it needs are known, or later if its output
+/// 3. A convolution that reads a sum of convolutions, with nothing in between, takes their weights into its own: in the
+///    ReLU-before-conv order conv2, conv_res and the next decoder convolution become one, and a third of the work goes.
+/// 4. A stage runs in the first sweep in which the moments and maxima that it needs are known, or later if its output
 /// is
 ///    only used later: a residual branch then lives and dies inside one task.
-/// 4. Tensors used within their sweep get a scratch slot, others a buffer; both are shared by lifetime.
+/// 5. Tensors used within their sweep get a scratch slot, others a buffer; both are shared by lifetime.
 #pragma once
 
 #include <npt/config.hpp>
@@ -18,11 +20,14 @@
 
 namespace npt::inline NPT_ABI::graph {
 
+/// Whether convolutions are multiplied together where that saves work. Training needs them apart.
+enum class Folding { on, off };
+
 namespace internal {
 
 class Lowering {
  public:
-  constexpr explicit Lowering(const Graph& graph) : graph_(graph) {}
+  constexpr Lowering(const Graph& graph, Folding folding) : graph_(graph), folding_(folding) {}
 
   constexpr Program run() {
     count_uses();
@@ -32,6 +37,7 @@ class Lowering {
     program_.output = tensor_of_[index(graph_.output)];
     if (program_.output < 0 || tensor(program_.output).stage < 0)
       throw "npt: a network must end in a convolution, with activations that need no moments behind it";
+    if (folding_ == Folding::on) fold_convolutions();
     mark_moments();
     assign_levels();
     sort_stages();
@@ -179,6 +185,72 @@ class Lowering {
       n = next;
     }
     return n;
+  }
+
+  constexpr int uses_of_tensor(int t) {
+    int uses = t == program_.output ? 1 : 0;
+    for (int i = 0; i < program_.stage_count; ++i) for_each_use(i, [&](int u, bool) { uses += u == t ? 1 : 0; });
+    for (int p = 0; p < program_.tensor_count; ++p) uses += tensor(p).pooled_from == t ? 1 : 0;
+    return uses;
+  }
+
+  /// The convolutions whose sum stage d reads and nobody else does, last first; none where there is anything else.
+  struct Summands {
+    std::array<int, 2> stages{};
+    int count = 0;
+  };
+  constexpr Summands summands(int d) {
+    Summands found;
+    if (!stage(d).direct || stage(d).folded_count != 0) return {};
+    for (int t = stage(d).sources[0].tensor;;) {
+      const int s = tensor(t).stage;
+      if (s < 0 || found.count == 2 || uses_of_tensor(t) != 1 || tensor(t).storage == Storage::pooled ||
+          tensor(t).from_pose != tensor(stage(d).output).from_pose || stage(s).folded_count != 0)
+        return {};
+      found.stages[index(found.count++)] = s;
+      const Chain& epilogue = stage(s).epilogue;
+      if (epilogue.count == 0) return found;
+      if (epilogue.count != 1 || epilogue.steps[0].operation != &operation_id<kernel::AddTile>) return {};
+      t = epilogue.steps[0].other;
+    }
+  }
+
+  constexpr void fold_convolutions() {
+    std::array<bool, max_stages> gone{};
+    for (int d = 0; d < program_.stage_count; ++d) {
+      const Summands inner = summands(d);
+      int plain = stage(d).rows * stage(d).columns, folded = 0, sources = 0;
+      for (int k = 0; k < inner.count; ++k) {
+        const Stage& s = stage(inner.stages[index(k)]);
+        plain += s.rows * s.columns;
+        folded += stage(d).rows * s.columns;
+        sources += s.source_count;
+      }
+      if (inner.count == 0 || folded >= plain || sources > max_sources) continue;
+      Stage& outer = stage(d);
+      outer.source_count = outer.columns = 0;
+      for (int k = inner.count - 1; k >= 0; --k) {
+        const Stage& s = stage(inner.stages[index(k)]);
+        for (int source = 0; source < s.source_count; ++source) {
+          Source moved = s.sources[index(source)];
+          moved.first += outer.columns;
+          outer.sources[index(outer.source_count++)] = moved;
+        }
+        outer.folded[index(outer.folded_count++)] = {s.weight, s.bias, s.rows, s.columns};
+        outer.columns += s.columns;
+        gone[index(inner.stages[index(k)])] = true;
+      }
+      outer.direct = outer.source_count == 1 && outer.sources[0].chain.count == 0;
+    }
+    std::array<int, max_stages> moved{};
+    int count = 0;
+    for (int i = 0; i < program_.stage_count; ++i) {
+      moved[index(i)] = gone[index(i)] ? -1 : count;
+      if (!gone[index(i)]) stage(count++) = Stage(stage(i));
+    }
+    program_.stage_count = count;
+    for (int t = 0; t < program_.tensor_count; ++t)
+      if (tensor(t).stage >= 0) tensor(t).stage = moved[index(tensor(t).stage)];
   }
 
   constexpr void mark_moments() {
@@ -445,6 +517,7 @@ class Lowering {
   }
 
   const Graph& graph_;
+  Folding folding_;
   Program program_{};
   std::array<int, max_nodes> uses_{};
   std::array<int, max_nodes> user_{};
@@ -453,7 +526,9 @@ class Lowering {
 
 }  // namespace internal
 
-constexpr Program lower(const Graph& graph) { return internal::Lowering(graph).run(); }
+constexpr Program lower(const Graph& graph, Folding folding = Folding::on) {
+  return internal::Lowering(graph, folding).run();
+}
 
 /// The network with its parameters' places, and its program. Both are constants of the network's type.
 template <class Net>

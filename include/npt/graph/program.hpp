@@ -73,6 +73,12 @@ struct Source {
   Chain chain{};
 };
 
+/// A convolution that was multiplied into the weights of the one behind it.
+struct Folded {
+  int weight = -1, bias = -1;  ///< offsets in the parameter buffer
+  int rows = 0, columns = 0;   ///< its output and input channels
+};
+
 struct Stage {
   int node = -1;               ///< the convolution
   int weight = -1, bias = -1;  ///< offsets in the parameter buffer
@@ -80,8 +86,10 @@ struct Stage {
   int columns = 0;             ///< input channels, pooled ones included
   int source_count = 0;
   std::array<Source, max_sources> sources{};
-  bool direct = false;    ///< the single source is read as it lies, without a prologue
-  int operand_slot = -1;  ///< scratch for the prologue's output
+  int folded_count = 0;
+  std::array<Folded, 2> folded{};  ///< inner convolutions whose sum this one reads: their operands are its sources
+  bool direct = false;             ///< the single source is read as it lies, without a prologue
+  int operand_slot = -1;           ///< scratch for the prologue's output
   Chain epilogue{};
   int output = -1;  ///< tensor
   bool gathers_maxima = false;
