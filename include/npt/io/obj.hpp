@@ -81,7 +81,7 @@ class Checker {
     for (const Table* table : {&result_.vertices, &result_.texcoords, &result_.normals}) {
       line_number_ = table->greatest_line;
       if (table->greatest_index > static_cast<std::int64_t>(table->rows.size()))
-        fail(table->name + (" " + std::to_string(table->greatest_index)),
+        fail(numbered(table->name, static_cast<std::size_t>(table->greatest_index)),
              "at most " + std::to_string(table->rows.size()) + ", the number in the file");
     }
     if (!result_.colours.empty()) result_.colours.resize(result_.vertices.rows.size(), white);
@@ -297,8 +297,8 @@ inline std::vector<Vec3f> agreed(const Table& checked, const std::vector<Vec3d>&
   for (std::size_t i = 0; i < result.size(); ++i) {
     const Vec3d a = checked.rows[i], b = loaded[i];
     if (!close(a.x, b.x) || !close(a.y, b.y) || !close(a.z, b.z))
-      invalid_mesh(file, checked.name + (" " + std::to_string(i + 1)),
-                   to_text(b.as<float>()) + " read by tinyobjloader", to_text(a.as<float>()));
+      invalid_mesh(file, numbered(checked.name, i + 1), to_text(b.as<float>()) + " read by tinyobjloader",
+                   to_text(a.as<float>()));
     result[i] = a.as<float>();
   }
   return result;

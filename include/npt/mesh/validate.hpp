@@ -23,13 +23,15 @@ namespace internal {
 }
 
 inline std::string to_text(Vec3f p) {
-  return "(" + std::to_string(p.x) + ", " + std::to_string(p.y) + ", " + std::to_string(p.z) + ")";
+  return std::string("(") + std::to_string(p.x) + ", " + std::to_string(p.y) + ", " + std::to_string(p.z) + ")";
 }
+
+/// "vertex 12"
+inline std::string numbered(const char* kind, std::size_t i) { return std::string(kind) + ' ' + std::to_string(i); }
 
 inline void validate_finite(const std::vector<Vec3f>& points, const char* kind, const std::string& name) {
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (!is_finite(points[i]))
-      invalid_mesh(name, kind + (" " + std::to_string(i)), to_text(points[i]), "finite numbers");
+    if (!is_finite(points[i])) invalid_mesh(name, numbered(kind, i), to_text(points[i]), "finite numbers");
 }
 
 inline void validate_faces(const Mesh& mesh, const std::string& name) {
@@ -66,7 +68,7 @@ inline void validate_corner_indices(const Mesh& mesh, const std::vector<std::uin
   for (std::size_t f = 0; f < mesh.face_count(); ++f)
     for (std::size_t c = mesh.face_start[f]; c < mesh.face_start[f + 1]; ++c)
       if (indices[c] != no_index && indices[c] >= count)
-        invalid_mesh(name, "face " + std::to_string(f), kind + (" " + std::to_string(indices[c])),
+        invalid_mesh(name, "face " + std::to_string(f), numbered(kind, indices[c]),
                      "a number below " + std::to_string(count));
 }
 
