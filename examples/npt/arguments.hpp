@@ -74,15 +74,18 @@ inline void expect_extension(const std::filesystem::path& path, std::span<const 
       {path.string(), {}, extension.empty() ? "a name without extension" : "extension " + extension, expected});
 }
 
+/// The absolute path without links, dots and detours, also of a file that is not there yet.
+inline std::filesystem::path resolved(const std::filesystem::path& path) {
+  std::error_code code;
+  const std::filesystem::path absolute = std::filesystem::absolute(path, code);
+  const std::filesystem::path plain = std::filesystem::weakly_canonical(absolute, code);
+  return code ? absolute.lexically_normal() : plain;
+}
+
 /// True where both names lead to one file.
 inline bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
   std::error_code code;
-  if (std::filesystem::equivalent(a, b, code)) return true;
-  const auto resolved = [](const std::filesystem::path& path) {
-    std::error_code ignored;
-    return std::filesystem::weakly_canonical(path, ignored);
-  };
-  return resolved(a) == resolved(b) && !resolved(a).empty();
+  return std::filesystem::equivalent(a, b, code) || resolved(a) == resolved(b);
 }
 
 /// Throws npt::Error unless a file could be written at `path`, and refuses an output that is one of the inputs. Nothing

@@ -1,0 +1,178 @@
+/// npt generate: meshes of a body in random or given shapes and poses.
+#include "arguments.hpp"
+#include "interrupt.hpp"
+#include "progress.hpp"
+#include "subcommand.hpp"
+
+#include <npt/body/body_file.hpp>
+#include <npt/body/body_model.hpp>
+#include <npt/body/mannequin.hpp>
+#include <npt/body/pose_sampler.hpp>
+#include <npt/core/random.hpp>
+#include <npt/io/mesh_file.hpp>
+#include <npt/mesh/permute.hpp>
+
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  fs::path out;
+  std::optional<fs::path> body;
+  std::uint64_t seed = 0;
+  std::optional<std::uint64_t> shape_seed, pose_seed;
+  std::uint32_t count = 1;
+  std::string shape = "random", pose = "random";
+  std::optional<std::string> format;
+  bool shuffle = false, same_shape = false, same_pose = false;
+};
+
+/// Independent streams of one seed: mesh i draws its shape, pose and vertex order from streams of its own, so that it
+/// is the same mesh whatever else is made.
+enum class Draw : std::uint64_t { shape, pose, order };
+npt::Random random_for(std::uint64_t seed, std::uint64_t mesh, Draw draw) {
+  return npt::Random(seed, 4 * mesh + static_cast<std::uint64_t>(draw));
+}
+
+class Generator {
+ public:
+  explicit Generator(const Options& options)
+      : options_(options), body_(options.body ? npt::read_body(*options.body) : npt::mannequin()) {
+    if (options_.shape != "random" && options_.shape != "zero") {
+      given_shape_ = program::parse_numbers(options_.shape, "--shape");
+      if (given_shape_.size() > body_.shape_count())
+        throw npt::Error({"--shape",
+                          {},
+                          std::to_string(given_shape_.size()) + " numbers",
+                          "random, zero, or at most " + std::to_string(body_.shape_count()) + " numbers"});
+    }
+    if (options_.pose != "random" && options_.pose != "rest") read_pose();
+    if (options_.pose == "random" && body_.joint_count() != npt::smpl_joint_count)
+      throw npt::Error({"--pose",
+                        {},
+                        "random poses for a body of " + std::to_string(body_.joint_count()) + " joints",
+                        std::to_string(npt::smpl_joint_count) + " joints, or --pose rest or a file"});
+  }
+
+  npt::Mesh make(std::uint64_t index) const {
+    const std::uint64_t of_shape = options_.same_shape ? 0 : index, of_pose = options_.same_pose ? 0 : index;
+    const std::uint64_t shape_seed = options_.shape_seed.value_or(options_.seed);
+    npt::Mesh mesh =
+        npt::to_mesh(body_, shape(shape_seed, of_shape), pose(options_.pose_seed.value_or(options_.seed), of_pose));
+    if (!options_.shuffle) return mesh;
+    // The order belongs to the shape, as its vertex numbers belong to a scan: an identity and its truth share it.
+    npt::Random random = random_for(shape_seed, of_shape, Draw::order);
+    return npt::permute_vertices(mesh,
+                                 npt::random_permutation(static_cast<std::uint32_t>(mesh.vertex_count()), random));
+  }
+
+ private:
+  void read_pose() {
+    given_pose_ = program::parse_numbers(npt::read_file(options_.pose), options_.pose);
+    if (given_pose_.size() != 3 * body_.joint_count())
+      throw npt::Error({options_.pose,
+                        {},
+                        std::to_string(given_pose_.size()) + " numbers",
+                        std::to_string(3 * body_.joint_count()) + ", an axis angle in radians for each joint"});
+  }
+  std::vector<float> shape(std::uint64_t seed, std::uint64_t index) const {
+    if (options_.shape != "random") return given_shape_;
+    npt::Random random = random_for(seed, index, Draw::shape);
+    return npt::sample_shape(random, body_.shape_count());
+  }
+  /// Empty: the rest pose.
+  std::vector<float> pose(std::uint64_t seed, std::uint64_t index) const {
+    if (options_.pose != "random") return given_pose_;
+    npt::Random random = random_for(seed, index, Draw::pose);
+    const auto angles = npt::sample_pose(random);
+    return {angles.begin(), angles.end()};
+  }
+
+  const Options& options_;
+  npt::BodyModel body_;
+  std::vector<float> given_shape_, given_pose_;
+};
+
+/// Where the meshes go: the named file, or body_0000.ply and so on in the named folder.
+std::vector<fs::path> output_files(const Options& options) {
+  static constexpr std::array<std::string_view, 2> extensions{".ply", ".obj"};
+  const std::string extension = program::extension_of(options.out);
+  std::error_code code;
+  if (std::ranges::find(extensions, extension) != extensions.end() && !fs::is_directory(options.out, code)) {
+    if (options.count != 1)
+      throw npt::Error(
+          {options.out.string(), {}, "a file for " + std::to_string(options.count) + " meshes", "a folder"});
+    if (options.format && "." + *options.format != extension)
+      throw npt::Error({options.out.string(), {}, "--format " + *options.format, "the format of the file's extension"});
+    return {options.out};
+  }
+  std::vector<fs::path> files;
+  for (std::uint32_t i = 0; i < options.count; ++i) {
+    char name[32];
+    std::snprintf(name, sizeof name, "body_%04u.", i);
+    files.push_back(options.out / (name + options.format.value_or("ply")));
+  }
+  return files;
+}
+
+void run(const Options& options) {
+  const std::vector<fs::path> files = output_files(options);
+  const Generator generator(options);
+  std::error_code code;
+  if (files.front() != options.out && !fs::is_directory(options.out, code) && !fs::create_directory(options.out, code))
+    throw npt::Error({options.out.string(), {}, code ? code.message() : "no folder", "a folder that can be written"});
+  program::catch_interrupts();
+  std::size_t vertices = 0;
+  {
+    program::Progress progress("meshes", files.size());
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      program::stop_if_interrupted();
+      const npt::Mesh mesh = generator.make(i);
+      npt::write_mesh(files[i], mesh);
+      vertices = mesh.vertex_count();
+      progress.advance();
+    }
+  }
+  std::cout << options.out.string() << ": " << files.size() << (files.size() == 1 ? " mesh of " : " meshes of ")
+            << vertices << " vertices\n";
+}
+
+void add(CLI::App& command) {
+  auto o = std::make_shared<Options>();
+  command.add_option("-o,--out", o->out, "File (.ply, .obj) for one mesh, or a folder")->required();
+  command.add_option("--count", o->count, "Number of meshes")->check(CLI::Range(1, 1000000))->capture_default_str();
+  command.add_option("--body", o->body, "Body in SMPL's layout (.safetensors); without: the built-in mannequin");
+  command.add_option("--shape", o->shape, "random, zero, or numbers \"b0,b1,...\"")->capture_default_str();
+  command
+      .add_option("--pose", o->pose, "random (Table 6 of the paper), rest, or a file with an axis angle for each joint")
+      ->capture_default_str();
+  command.add_option("--seed", o->seed, "Of all that is random")->capture_default_str();
+  command.add_option("--shape-seed", o->shape_seed, "Of the shapes and the vertex orders, instead of --seed");
+  command.add_option("--pose-seed", o->pose_seed, "Of the poses, instead of --seed");
+  command.add_flag("--same-shape", o->same_shape, "All meshes have the first one's shape");
+  command.add_flag("--same-pose", o->same_pose, "All meshes have the first one's pose");
+  command.add_flag("--shuffle", o->shuffle, "Vertices in random order, one order for each shape");
+  command.add_option("--format", o->format, "ply or obj, for a folder (ply where not given)")
+      ->check(CLI::IsMember({"ply", "obj"}));
+  command.footer(
+      "An identity, a pose and the truth to compare the result with:\n"
+      "  npt generate --shape-seed 1 --pose-seed 1 --out identity.ply\n"
+      "  npt generate --shape-seed 2 --pose-seed 2 --out pose.ply\n"
+      "  npt generate --shape-seed 1 --pose-seed 2 --out truth.ply");
+  command.callback([o] { run(*o); });
+}
+
+const program::Subcommand registered("generate", "Make meshes of a body in random or given shapes and poses", add);
+
+}  // namespace

@@ -1,0 +1,124 @@
+/// What `npt transfer` has to do: a list of identity, pose and output, from the arguments, a folder or a file of pairs.
+#pragma once
+
+#include "arguments.hpp"
+
+#include <npt/core/error.hpp>
+#include <npt/io/file.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace program {
+
+inline constexpr std::array<std::string_view, 2> mesh_extensions{".ply", ".obj"};
+
+struct TransferJob {
+  std::filesystem::path identity, pose, out;
+  std::string place;  ///< "pairs.txt: line 3", or empty: stands before messages about the job
+};
+
+namespace internal {
+
+/// The words of a line: separated by blanks, "..." or '...' around a name with blanks, # begins a comment. Nothing
+/// where a quotation mark is not closed.
+inline std::optional<std::vector<std::string>> words_of(std::string_view line) {
+  std::vector<std::string> words;
+  std::size_t i = 0;
+  const auto blank = [&line](std::size_t k) { return std::isspace(static_cast<unsigned char>(line[k])) != 0; };
+  while (true) {
+    while (i < line.size() && blank(i)) ++i;
+    if (i == line.size() || line[i] == '#') return words;
+    words.emplace_back();
+    while (i < line.size() && !blank(i)) {
+      if (line[i] != '"' && line[i] != '\'') {
+        words.back() += line[i++];
+        continue;
+      }
+      const std::size_t close = line.find(line[i], i + 1);
+      if (close == std::string_view::npos) return std::nullopt;
+      words.back() += line.substr(i + 1, close - i - 1);
+      i = close + 1;
+    }
+  }
+}
+
+}  // namespace internal
+
+/// Lines of `identity pose output`; names are relative to the current folder.
+/// Errors    npt::Error that names the file and the line
+inline std::vector<TransferJob> read_pairs(const std::filesystem::path& file) {
+  const std::string text = npt::read_file(file);
+  std::vector<TransferJob> jobs;
+  std::size_t number = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    const auto words = internal::words_of(std::string_view(text).substr(at, end - at));
+    at = end + 1;
+    const std::string place = "line " + std::to_string(++number);
+    if (!words) throw npt::Error({file.string(), place, "a quotation mark that is not closed", "identity pose output"});
+    if (words->empty()) continue;
+    if (words->size() != 3)
+      throw npt::Error({file.string(), place, std::to_string(words->size()) + (words->size() == 1 ? " name" : " names"),
+                        "identity pose output (quotes around names with blanks)"});
+    jobs.push_back({(*words)[0], (*words)[1], (*words)[2], file.string() + ": " + place});
+  }
+  if (jobs.empty()) throw npt::Error({file.string(), {}, "no pairs", "lines of: identity pose output"});
+  return jobs;
+}
+
+/// One job for each mesh in the folder `poses`, in the order of their names; the result is called as the pose, with
+/// `extension`.
+inline std::vector<TransferJob> folder_jobs(const std::filesystem::path& identity, const std::filesystem::path& poses,
+                                            const std::filesystem::path& out, const std::string& extension) {
+  std::vector<TransferJob> jobs;
+  for (const auto& entry : std::filesystem::directory_iterator(poses)) {
+    const std::string own = extension_of(entry.path());
+    if (!entry.is_regular_file() || std::ranges::find(mesh_extensions, own) == mesh_extensions.end()) continue;
+    jobs.push_back({identity, entry.path(), out / entry.path().filename().replace_extension(extension), {}});
+  }
+  if (jobs.empty()) throw npt::Error({poses.string(), {}, "a folder without meshes", ".ply or .obj files"});
+  std::ranges::sort(jobs, {}, &TransferJob::pose);
+  return jobs;
+}
+
+/// Throws npt::Error unless the job's inputs are there and its output can be written.
+inline void check_job(const TransferJob& job) {
+  for (const auto& input : {job.identity, job.pose}) {
+    expect_extension(input, mesh_extensions);
+    std::error_code code;
+    if (!std::filesystem::is_regular_file(input, code))
+      throw npt::Error({input.string(),
+                        {},
+                        std::filesystem::exists(input, code) ? "no file but a folder or device" : "no such file",
+                        "a mesh"});
+  }
+  expect_extension(job.out, mesh_extensions);
+  check_output(job.out, std::array{job.identity, job.pose});
+}
+
+/// Two jobs that write one file, or a job that writes what another one reads, would make the result depend on the
+/// order. Errors    npt::Error that names the second job
+inline void check_outputs_apart(const std::vector<TransferJob>& jobs) {
+  std::map<std::filesystem::path, const TransferJob*> outputs;
+  for (const TransferJob& job : jobs)
+    if (!outputs.emplace(resolved(job.out), &job).second)
+      throw npt::Error({job.out.string(), job.place, "the output of two pairs", "an output for each"});
+  for (const TransferJob& job : jobs)
+    for (const auto& input : {job.identity, job.pose})
+      if (const auto found = outputs.find(resolved(input)); found != outputs.end())
+        throw npt::Error({found->second->out.string(), found->second->place, "an output that is also an input",
+                          "another name for the output"});
+}
+
+}  // namespace program
