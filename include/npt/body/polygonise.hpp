@@ -109,12 +109,13 @@ class Polygoniser {
     // Exchange two corners of the same side.
     if (odd(order)) ins == 3 ? std::swap(order[0], order[1]) : std::swap(order[2], order[3]);
     const auto at = [&](std::size_t a, std::size_t b) { return vertex(node[t[order[a]]], node[t[order[b]]]); };
-    if (ins == 1) add(at(0, 1), at(0, 2), at(0, 3));
-    if (ins == 3) add(at(0, 3), at(1, 3), at(2, 3));
+    // Braces fix the order in which the vertices are made; the arguments of a call have none.
+    if (ins == 1) sheet_.triangles.push_back({at(0, 1), at(0, 2), at(0, 3)});
+    if (ins == 3) sheet_.triangles.push_back({at(0, 3), at(1, 3), at(2, 3)});
     if (ins == 2) {
       const std::uint32_t a = at(0, 2), b = at(0, 3), c = at(1, 3), d = at(1, 2);
-      add(a, b, c);
-      add(a, c, d);
+      sheet_.triangles.push_back({a, b, c});
+      sheet_.triangles.push_back({a, c, d});
     }
   }
 
@@ -125,8 +126,6 @@ class Polygoniser {
     }
     return inversions % 2 == 1;
   }
-
-  void add(std::uint32_t a, std::uint32_t b, std::uint32_t c) { sheet_.triangles.push_back({a, b, c}); }
 
   /// The surface point on a grid edge, kept off its ends so that no triangle degenerates.
   std::uint32_t vertex(std::array<int, 3> a, std::array<int, 3> b) {

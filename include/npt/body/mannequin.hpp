@@ -1,0 +1,50 @@
+/// A built-in human figure in SMPL's parameter layout, so that demos, tests and training need no download.
+///   6890 vertices, 13776 triangles: one closed surface without holes, symmetric in x; 24 joints; 10 shape directions
+/// Shapes    as BodyModel; metres, y up, facing +z, rest pose T, origin at the pelvis joint, 1.75 m tall
+/// Numerics  made by code from the tables of mannequin_anatomy.hpp, in under a second; the same on every call and, up
+/// to rounding of
+///           weights, on every compiler
+#pragma once
+
+#include <npt/body/body_model.hpp>
+#include <npt/body/body_tables.hpp>
+#include <npt/body/mannequin_anatomy.hpp>
+#include <npt/body/mannequin_shape.hpp>
+#include <npt/body/mannequin_skin.hpp>
+#include <npt/body/mannequin_surface.hpp>
+#include <npt/body/skeleton.hpp>
+#include <npt/config.hpp>
+
+namespace npt::inline NPT_ABI {
+
+/// Makes the mannequin's tables.
+inline BodyTables make_mannequin_tables() {
+  using namespace body::internal;
+  const ImplicitFigure figure = mannequin_figure();
+  const MannequinSurface surface = mannequin_surface(figure);
+  const Vec3d origin = rounded(joint_places[0].position);
+  BodyTables body;
+  for (const Vec3d p : surface.positions) {
+    const Vec3f q = (p - origin).as<float>();
+    body.v_template.insert(body.v_template.end(), {q.x, q.y, q.z});
+  }
+  body.shapedirs = mannequin_shapedirs(surface, figure);
+  body.weights = mannequin_weights(surface.positions);
+  body.J_regressor = mannequin_joint_regressor(surface.positions, surface.mirror);
+  body.triangles = surface.triangles;
+  body.parents.assign(smpl_parents.begin(), smpl_parents.end());
+  body.joint_names.assign(smpl_joint_names.begin(), smpl_joint_names.end());
+  body.metadata = {{"unit", "metre"},  {"up", "y"},        {"front", "z"},
+                   {"rest_pose", "T"}, {"licence", "MIT"}, {"source", "npt's built-in mannequin, made by code"}};
+  return body;
+}
+
+inline BodyModel make_mannequin() { return BodyModel(make_mannequin_tables(), "mannequin"); }
+
+/// The mannequin, made at the first call and then shared.
+inline const BodyModel& mannequin() {
+  static const BodyModel model = make_mannequin();
+  return model;
+}
+
+}  // namespace npt::inline NPT_ABI
