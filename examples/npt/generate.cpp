@@ -48,7 +48,7 @@ npt::Random random_for(std::uint64_t seed, std::uint64_t mesh, Draw draw) {
 class Generator {
  public:
   explicit Generator(const Options& options)
-      : options_(options), body_(options.body ? npt::read_body(*options.body) : npt::mannequin()) {
+      : options_(options), body_(options.body ? npt::load_body(*options.body) : npt::mannequin()) {
     if (options_.shape != "random" && options_.shape != "zero") {
       given_shape_ = program::parse_numbers(options_.shape, "--shape");
       if (given_shape_.size() > body_.shape_count())
