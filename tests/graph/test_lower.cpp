@@ -67,7 +67,7 @@ TEST_CASE("in the released order the sum of two convolutions and the one behind 
   for (int i = 0; i < p.stage_count; ++i) work += static_cast<double>(p.stage(i).rows) * p.stage(i).columns;
   CHECK(work < 0.66 * p.multiply_adds);
   constexpr graph::Program plain =
-      graph::lower(graph::record(graph::bound_network<npt::PoseTransferNet<1024, npt::ReluConv>>), graph::Folding::off);
+      graph::lower(graph::record(graph::bound_network<npt::PoseTransferNet<1024, npt::ReluConv>>), {.fold = false});
   static_assert(plain.stage_count == 16);
   // The paper's order has an activation in between: nothing folds.
   static_assert(program<npt::PoseTransferNet<>>.stage_count == 16);

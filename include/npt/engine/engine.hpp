@@ -19,6 +19,7 @@
 #include <mutex>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -41,6 +42,7 @@ struct TransferPair {
 /// allocates nothing. Numerics       within 1e-5 relative of a double reference in fp32; the same bits for any number
 /// of threads, any batch, and for
 ///                encode + decode. NaN in gives NaN out.
+/// Precision      bf16 where the processor multiplies it: twice the rate, about 1e-2 relative (docs/performance.md)
 /// Errors         npt::Error on sizes that are not three a vertex, empty meshes, and unequal vertex counts where the
 /// network
 ///                pairs vertices (every feature but the pooled one).
@@ -51,9 +53,10 @@ class Engine {
   using Scalar = T;
 
   /// `threads` 0: as many as the process may use.
-  explicit Engine(const Model<Net, T>& model, int threads = 0) : Engine(model, Exec(threads)) {}
-  Engine(const Model<Net, T>& model, Exec executor)
-      : packed_(std::make_unique<engine::PackedProgram<T>>(graph::program_of<Net>, model.buffer())),
+  explicit Engine(const Model<Net, T>& model, int threads = 0, Precision precision = Precision::native)
+      : Engine(model, Exec(threads), precision) {}
+  Engine(const Model<Net, T>& model, Exec executor, Precision precision = Precision::native)
+      : packed_(std::make_unique<engine::PackedProgram<T>>(program_for(precision), model.buffer(), precision)),
         executor_(std::move(executor)),
         pool_(std::make_unique<Pool>()) {}
 
@@ -62,6 +65,11 @@ class Engine {
   /// Whether both meshes must have equally many vertices.
   static constexpr bool pairs_vertices() { return graph::program_of<Net>.paired; }
 
+  /// Whether this build can multiply in a precision. bf16 needs fp32 engines compiled for AVX512_BF16.
+  static constexpr bool supports(Precision precision) {
+    return precision == Precision::native || (std::is_same_v<T, float> && simd::has_bf16);
+  }
+  Precision precision() const { return packed_->precision(); }
   const Exec& executor() const { return executor_; }
   /// Bytes of packed weights.
   std::size_t weight_bytes() const { return packed_->bytes(); }
@@ -160,7 +168,24 @@ class Engine {
   };
 
   engine::Forward<T> forward(engine::WorkspaceStorage<T>& memory) const {
-    return engine::Forward<T>(*packed_, engine::row_transforms<T, Net>, memory);
+    constexpr auto& plain = engine::row_transforms<T, Net>;
+    if constexpr (supports(Precision::bf16))
+      if (precision() == Precision::bf16)
+        return engine::Forward<T>(*packed_, {engine::row_transforms<T, Net, kernel::Product::bf16_pairs>, plain},
+                                  memory);
+    return engine::Forward<T>(*packed_, {plain, plain}, memory);
+  }
+
+  static const graph::Program& program_for(Precision precision) {
+    if (!supports(precision))
+      throw Error({.file = "precision",
+                   .found = "bf16 in an engine compiled for " NPT_ISA_NAME,
+                   .expected = "a float engine compiled with AVX512_BF16, or the native precision"});
+    if constexpr (supports(Precision::bf16)) {
+      static_assert(graph::bf16_program_of<Net>.signature_count == graph::program_of<Net>.signature_count);
+      if (precision == Precision::bf16) return graph::bf16_program_of<Net>;
+    }
+    return graph::program_of<Net>;
   }
 
   // Names are composed only where an error is thrown: a warm call allocates nothing.
@@ -240,10 +265,10 @@ class Engine {
 };
 
 template <class Net, class T>
-Engine(const Model<Net, T>&, int) -> Engine<Net, T, TbbExecutor>;
+Engine(const Model<Net, T>&, int, Precision = Precision::native) -> Engine<Net, T, TbbExecutor>;
 template <class Net, class T>
 Engine(const Model<Net, T>&) -> Engine<Net, T, TbbExecutor>;
 template <class Net, class T, Executor Exec>
-Engine(const Model<Net, T>&, Exec) -> Engine<Net, T, Exec>;
+Engine(const Model<Net, T>&, Exec, Precision = Precision::native) -> Engine<Net, T, Exec>;
 
 }  // namespace npt::inline NPT_ABI

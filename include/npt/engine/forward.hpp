@@ -3,6 +3,7 @@
 
 #include <npt/config.hpp>
 #include <npt/engine/packed_program.hpp>
+#include <npt/engine/row_transforms.hpp>
 #include <npt/engine/workspace.hpp>
 #include <npt/kernel/moments.hpp>
 #include <npt/kernel/pointwise.hpp>
@@ -11,6 +12,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <type_traits>
 
 namespace npt::inline NPT_ABI::engine {
 
@@ -18,8 +20,7 @@ namespace npt::inline NPT_ABI::engine {
 template <class T>
 class Forward {
  public:
-  Forward(const PackedProgram<T>& packed, std::span<const kernel::RowTransform<T>> transforms,
-          WorkspaceStorage<T>& memory)
+  Forward(const PackedProgram<T>& packed, const RowTransforms<T>& transforms, WorkspaceStorage<T>& memory)
       : packed_(packed), program_(packed.program()), transforms_(transforms), memory_(memory) {}
 
   /// The encoder: memory.pose to `code`.
@@ -258,7 +259,7 @@ class Forward {
   }
 
   /// Runs the sources through their chains into the operand tile, or finds the tile that already is the operand.
-  const T* operand(const Stage& stage, const Item& item, std::size_t number, bool over_pose, T* scratch, int k_count) {
+  const T* operand(const Stage& stage, const Item& item, std::size_t number, bool over_pose, T* scratch, int steps) {
     if (stage.direct) return tile(stage.sources[0].tensor, item, number, over_pose, scratch);
     T* packed = scratch + slot_offset_[index(stage.operand_slot)];
     T* to = packed;
@@ -266,16 +267,17 @@ class Forward {
       const graph::Source& source = stage.sources[index(s)];
       if (program_.tensor(source.tensor).storage == Storage::pooled) continue;
       const Args args = arguments(source.chain, source.tensor, item, number, over_pose, scratch);
-      transforms_[index(source.chain.signature)]({.from = tile(source.tensor, item, number, over_pose, scratch),
-                                                  .to = to,
-                                                  .from_stride = kernel::panel_stride<T>(source.channels),
-                                                  .to_stride = kernel::panel_stride<T>(k_count),
-                                                  .first_panel = 0,
-                                                  .panels = kernel::used_panels<T>(item.valid),
-                                                  .first_channel = 0,
-                                                  .rows = source.channels,
-                                                  .args = args.data()});
-      to += index(source.channels) * kernel::panel_width<T>;
+      transforms_.prologue[index(source.chain.signature)](
+          {.from = tile(source.tensor, item, number, over_pose, scratch),
+           .to = to,
+           .from_stride = kernel::panel_stride<T>(source.channels),
+           .to_stride = kernel::panel_stride<T>(steps),
+           .first_panel = 0,
+           .panels = kernel::used_panels<T>(item.valid),
+           .first_channel = 0,
+           .rows = source.channels,
+           .args = args.data()});
+      to += index(packed_.steps(source.channels)) * kernel::panel_width<T>;
     }
     return packed;
   }
@@ -285,27 +287,27 @@ class Forward {
     const Item& item = side.items[number];
     const bool over_pose = sweep.over_pose;
     const kernel::PackedWeights<T>& weights = packed_.stage(i).weights;
-    const int k_count = weights.k_count();
+    const int steps = weights.k_count();
     const int panels = kernel::used_panels<T>(item.valid);
-    const T* operand_tile = operand(stage, item, number, over_pose, scratch, k_count);
+    const T* operand_tile = operand(stage, item, number, over_pose, scratch, steps);
     const Args args = arguments(stage.epilogue, stage.output, item, number, over_pose, scratch);
     T* out = output_tile(stage.output, number, scratch);
     const std::size_t out_stride = kernel::panel_stride<T>(stage.rows);
     const T* bias = packed_.stage(i).pooled_columns == 0
                         ? weights.bias()
                         : memory_.bias.data() + bias_offset_[index(i)] + index(item.instance) * index(stage.rows);
-    const kernel::RowTransform<T> transform = transforms_[index(stage.epilogue.signature)];
+    const kernel::RowTransform<T> transform = transforms_.epilogue[index(stage.epilogue.signature)];
     alignas(simd_alignment) T raw[kernel::max_tile_rows * kernel::panel_width<T>];
 
     for (int b = 0; b < weights.blocks().count; ++b) {
       const int row = weights.blocks().first_row(b);
       const int rows = weights.blocks().rows(b);
-      const kernel::MicroKernel<T> multiply = kernel::micro_kernels<T>[index(rows)];
+      const kernel::MicroKernel<T> multiply = micro_kernel(rows);
       T* out_rows = out + index(row) * kernel::panel_width<T>;
       for (int p = 0; p < panels; ++p) {
         T* to = out_rows + out_stride * index(p);
         T* product = stage.epilogue.count == 0 ? to : raw;
-        multiply(k_count, weights.block(b), operand_tile + kernel::panel_stride<T>(k_count) * index(p), bias + row,
+        multiply(steps, weights.block(b), operand_tile + kernel::panel_stride<T>(steps) * index(p), bias + row,
                  product);
         if (stage.epilogue.count != 0)
           transform({.from = raw,
@@ -324,6 +326,13 @@ class Forward {
       T* result = side.instances[index(item.instance)].result.data();
       kernel::join_coordinates(out, item.valid, result + 3 * index(item.group) * kernel::group_width);
     }
+  }
+
+  kernel::MicroKernel<T> micro_kernel(int rows) const {
+    if constexpr (std::is_same_v<T, float>)
+      if (packed_.precision() == Precision::bf16)
+        return kernel::micro_kernels<T, kernel::Product::bf16_pairs>[index(rows)];
+    return kernel::micro_kernels<T>[index(rows)];
   }
 
   void gather(int i, std::size_t number, int valid, int row, int rows, const T* values, std::size_t stride) {
@@ -373,20 +382,20 @@ class Forward {
       pooled[index(c) * kernel::panel_width<T>] = best;
     }
     const Args args = arguments(tensor.chain, tensor.pooled_from, Item{m, 0, 0}, 0, sweep.over_pose, nullptr);
-    transforms_[index(tensor.chain.signature)]({.from = pooled,
-                                                .to = pooled,
-                                                .from_stride = 0,
-                                                .to_stride = 0,
-                                                .first_panel = 0,
-                                                .panels = 1,
-                                                .first_channel = 0,
-                                                .rows = tensor.channels,
-                                                .args = args.data()});
+    transforms_.epilogue[index(tensor.chain.signature)]({.from = pooled,
+                                                         .to = pooled,
+                                                         .from_stride = 0,
+                                                         .to_stride = 0,
+                                                         .first_panel = 0,
+                                                         .panels = 1,
+                                                         .first_channel = 0,
+                                                         .rows = tensor.channels,
+                                                         .args = args.data()});
   }
 
   const PackedProgram<T>& packed_;
   const graph::Program& program_;
-  std::span<const kernel::RowTransform<T>> transforms_;
+  RowTransforms<T> transforms_;
   WorkspaceStorage<T>& memory_;
   const CodeStorage<T>* code_ = nullptr;
   CodeStorage<T>* own_code_ = nullptr;  ///< the code, if it may be written

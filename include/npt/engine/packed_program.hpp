@@ -5,10 +5,22 @@
 #include <npt/core/aligned.hpp>
 #include <npt/graph/program.hpp>
 #include <npt/kernel/packed_weights.hpp>
+#include <npt/simd/bf16.hpp>
 
 #include <cstddef>
 #include <span>
+#include <type_traits>
 #include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// What the products are computed in.
+enum class Precision {
+  native,  ///< the engine's scalar
+  bf16,    ///< products of bfloat16 values summed in fp32; moments, modulation and feature maps stay fp32
+};
+
+}  // namespace npt::inline NPT_ABI
 
 namespace npt::inline NPT_ABI::engine {
 
@@ -24,12 +36,16 @@ struct PackedStage {
 template <class T>
 class PackedProgram {
  public:
-  PackedProgram(const graph::Program& program, std::span<const T> parameters) : program_(program) {
+  PackedProgram(const graph::Program& program, std::span<const T> parameters, Precision precision = Precision::native)
+      : program_(program), precision_(precision) {
     for (int i = 0; i < program_.stage_count; ++i) stages_.push_back(pack(program_.stage(i), parameters));
     copy_pointwise_parameters(parameters);
   }
 
   const graph::Program& program() const { return program_; }
+  Precision precision() const { return precision_; }
+  /// Steps of the sum, and so rows of the operand tile, that `channels` channels of one source take.
+  int steps(int channels) const { return precision_ == Precision::bf16 ? (channels + 1) / 2 : channels; }
   const PackedStage<T>& stage(int i) const { return stages_[static_cast<std::size_t>(i)]; }
   /// Parameters of pointwise layers; steps' offsets in program() refer to it.
   const T* pointwise_parameters() const { return pointwise_.data(); }
@@ -75,6 +91,7 @@ class PackedProgram {
       const graph::Source& source = stage.sources[static_cast<std::size_t>(s)];
       const bool is_pooled = program_.tensor(source.tensor).storage == graph::Storage::pooled;
       for (int c = 0; c < source.channels; ++c) (is_pooled ? pooled : columns).push_back(source.first + c);
+      if (!is_pooled && precision_ == Precision::bf16 && source.channels % 2 != 0) columns.push_back(padding);
     }
     const Matrix matrix = stage.folded_count == 0 ? Matrix{} : folded(stage, parameters);
     const auto weight = [&](int row, int column) {
@@ -88,10 +105,22 @@ class PackedProgram {
       return stage.folded_count == 0 ? parameters[static_cast<std::size_t>(stage.bias + row)]
                                      : static_cast<T>(matrix.bias[static_cast<std::size_t>(row)]);
     };
+    const auto column_weight = [&](int row, int k) {
+      const int column = columns[static_cast<std::size_t>(k)];
+      return column == padding ? T(0) : weight(row, column);
+    };
     PackedStage<T> packed;
-    packed.weights = kernel::PackedWeights<T>(
-        stage.rows, static_cast<int>(columns.size()),
-        [&](int row, int k) { return weight(row, columns[static_cast<std::size_t>(k)]); }, bias);
+    if constexpr (std::is_same_v<T, float>) {
+      if (precision_ == Precision::bf16)
+        packed.weights = kernel::PackedWeights<T>(
+            stage.rows, static_cast<int>(columns.size()) / 2,
+            [&](int row, int step) {
+              return simd::bf16_pair(column_weight(row, 2 * step), column_weight(row, 2 * step + 1));
+            },
+            bias);
+    }
+    if (precision_ == Precision::native)
+      packed.weights = kernel::PackedWeights<T>(stage.rows, static_cast<int>(columns.size()), column_weight, bias);
     packed.pooled_columns = static_cast<int>(pooled.size());
     packed.pooled_weights = AlignedBuffer<T>(pooled.size() * static_cast<std::size_t>(stage.rows));
     T* out = packed.pooled_weights.data();
@@ -134,7 +163,10 @@ class PackedProgram {
     });
   }
 
+  static constexpr int padding = -1;  ///< a column without a channel
+
   graph::Program program_;
+  Precision precision_;
   std::vector<PackedStage<T>> stages_;
   AlignedBuffer<T> pointwise_;
 };

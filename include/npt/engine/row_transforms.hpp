@@ -3,10 +3,12 @@
 
 #include <npt/config.hpp>
 #include <npt/graph/lower.hpp>
+#include <npt/kernel/micro_kernel.hpp>
 #include <npt/kernel/pointwise.hpp>
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -36,22 +38,31 @@ using SignatureOperation = typename OperationAt<find_operation(typename graph::R
                                                                graph::program_of<Net>.signatures[S].operations[I]),
                                                 typename graph::ResultOf<Net>::Operations>::type;
 
-template <class T, class Net, std::size_t S, std::size_t... I>
+template <class T, class Net, kernel::Product P, std::size_t S, std::size_t... I>
 constexpr kernel::RowTransform<T> transform_of(std::index_sequence<I...>) {
-  return &kernel::transform_rows<T, SignatureOperation<Net, S, I>...>;
+  if constexpr (P == kernel::Product::bf16_pairs)
+    return &kernel::transform_rows_to_bf16<T, SignatureOperation<Net, S, I>...>;
+  else
+    return &kernel::transform_rows<T, SignatureOperation<Net, S, I>...>;
 }
 
-template <class T, class Net, std::size_t... S>
+template <class T, class Net, kernel::Product P, std::size_t... S>
 constexpr auto transforms_of(std::index_sequence<S...>) {
-  return std::array<kernel::RowTransform<T>, sizeof...(S)>{transform_of<T, Net, S>(
+  return std::array<kernel::RowTransform<T>, sizeof...(S)>{transform_of<T, Net, P, S>(
       std::make_index_sequence<static_cast<std::size_t>(graph::program_of<Net>.signatures[S].count)>{})...};
 }
 
 }  // namespace internal
 
 /// The loops of a network's chains by signature number. Networks that use the same chains share them.
-template <class T, class Net>
-inline constexpr auto row_transforms = internal::transforms_of<T, Net>(
+template <class T, class Net, kernel::Product P = kernel::Product::plain>
+inline constexpr auto row_transforms = internal::transforms_of<T, Net, P>(
     std::make_index_sequence<static_cast<std::size_t>(graph::program_of<Net>.signature_count)>{});
+
+/// The loops that a pass uses: in front of products, and behind them.
+template <class T>
+struct RowTransforms {
+  std::span<const kernel::RowTransform<T>> prologue, epilogue;
+};
 
 }  // namespace npt::inline NPT_ABI::engine

@@ -20,14 +20,19 @@
 
 namespace npt::inline NPT_ABI::graph {
 
-/// Whether convolutions are multiplied together where that saves work. Training needs them apart.
-enum class Folding { on, off };
+/// How a network is lowered.
+struct LoweringOptions {
+  /// Convolutions are multiplied together where that saves work. Training needs them apart.
+  bool fold = true;
+  /// Operands are always packed by a prologue, never read as they lie: needed where the product has another format.
+  bool pack_every_operand = false;
+};
 
 namespace internal {
 
 class Lowering {
  public:
-  constexpr Lowering(const Graph& graph, Folding folding) : graph_(graph), folding_(folding) {}
+  constexpr Lowering(const Graph& graph, const LoweringOptions& options) : graph_(graph), options_(options) {}
 
   constexpr Program run() {
     count_uses();
@@ -37,7 +42,9 @@ class Lowering {
     program_.output = tensor_of_[index(graph_.output)];
     if (program_.output < 0 || tensor(program_.output).stage < 0)
       throw "npt: a network must end in a convolution, with activations that need no moments behind it";
-    if (folding_ == Folding::on) fold_convolutions();
+    if (options_.fold) fold_convolutions();
+    if (options_.pack_every_operand)
+      for (int i = 0; i < program_.stage_count; ++i) stage(i).direct = false;
     mark_moments();
     assign_levels();
     sort_stages();
@@ -517,7 +524,7 @@ class Lowering {
   }
 
   const Graph& graph_;
-  Folding folding_;
+  LoweringOptions options_;
   Program program_{};
   std::array<int, max_nodes> uses_{};
   std::array<int, max_nodes> user_{};
@@ -526,8 +533,8 @@ class Lowering {
 
 }  // namespace internal
 
-constexpr Program lower(const Graph& graph, Folding folding = Folding::on) {
-  return internal::Lowering(graph, folding).run();
+constexpr Program lower(const Graph& graph, const LoweringOptions& options = {}) {
+  return internal::Lowering(graph, options).run();
 }
 
 /// The network with its parameters' places, and its program. Both are constants of the network's type.
@@ -535,5 +542,8 @@ template <class Net>
 inline constexpr Net bound_network = bind_parameters<Net>();
 template <class Net>
 inline constexpr Program program_of = lower(record(bound_network<Net>));
+/// The program for products of bfloat16 pairs.
+template <class Net>
+inline constexpr Program bf16_program_of = lower(record(bound_network<Net>), {.pack_every_operand = true});
 
 }  // namespace npt::inline NPT_ABI::graph

@@ -7,6 +7,7 @@
 #include <npt/config.hpp>
 #include <npt/kernel/panel.hpp>
 #include <npt/simd/batch.hpp>
+#include <npt/simd/bf16.hpp>
 
 #include <array>
 #include <utility>
@@ -22,22 +23,34 @@ inline constexpr int max_tile_rows = 6;
 #endif
 
 template <class T>
-using MicroKernel = void (*)(int k_count, const T* weights, const T* operand, const T* bias, T* tile);
+using MicroKernel = void (*)(int steps, const T* weights, const T* operand, const T* bias, T* tile);
 
-template <class T, int MR>
-NPT_NOINLINE void micro_kernel(int k_count, const T* NPT_RESTRICT weights, const T* NPT_RESTRICT operand,
+/// What one step of the sum multiplies. Either way a step is one 32-bit (fp64: 64-bit) lane a row of weights and a
+/// vertex.
+enum class Product {
+  plain,       ///< one channel
+  bf16_pairs,  ///< two channels as bfloat16, summed in float
+};
+
+template <class T, Product P, int MR>
+NPT_NOINLINE void micro_kernel(int steps, const T* NPT_RESTRICT weights, const T* NPT_RESTRICT operand,
                                const T* NPT_RESTRICT bias, T* NPT_RESTRICT tile) {
   constexpr int lanes = simd::lanes<T>;
   simd::Batch<T> sum[MR][panel_registers];
   simd::unroll<MR>([&](auto r) NPT_LAMBDA_INLINE {
     simd::unroll<panel_registers>([&](auto q) NPT_LAMBDA_INLINE { sum[r][q] = simd::broadcast(bias[r]); });
   });
-  for (int k = 0; k < k_count; ++k) {
+  for (int k = 0; k < steps; ++k) {
     simd::Batch<T> x[panel_registers];
     simd::unroll<panel_registers>([&](auto q) NPT_LAMBDA_INLINE { x[q] = simd::load(operand + q * lanes); });
     simd::unroll<MR>([&](auto r) NPT_LAMBDA_INLINE {
       const simd::Batch<T> w = simd::broadcast(weights[r]);
-      simd::unroll<panel_registers>([&](auto q) NPT_LAMBDA_INLINE { sum[r][q] = simd::fma(w, x[q], sum[r][q]); });
+      simd::unroll<panel_registers>([&](auto q) NPT_LAMBDA_INLINE {
+        if constexpr (P == Product::plain)
+          sum[r][q] = simd::fma(w, x[q], sum[r][q]);
+        else
+          sum[r][q] = simd::dot_bf16(w, x[q], sum[r][q]);
+      });
     });
     weights += MR;
     operand += panel_registers * lanes;
@@ -48,10 +61,10 @@ NPT_NOINLINE void micro_kernel(int k_count, const T* NPT_RESTRICT weights, const
   });
 }
 
-/// micro_kernels<T>[rows] for rows = 1 .. max_tile_rows.
-template <class T>
+/// micro_kernels<T, P>[rows] for rows = 1 .. max_tile_rows.
+template <class T, Product P = Product::plain>
 inline constexpr auto micro_kernels = []<int... I>(std::integer_sequence<int, I...>) {
-  return std::array<MicroKernel<T>, max_tile_rows + 1>{nullptr, &micro_kernel<T, I + 1>...};
+  return std::array<MicroKernel<T>, max_tile_rows + 1>{nullptr, &micro_kernel<T, P, I + 1>...};
 }
 (std::make_integer_sequence<int, max_tile_rows>{});
 

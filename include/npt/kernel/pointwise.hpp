@@ -13,6 +13,7 @@
 #include <npt/config.hpp>
 #include <npt/kernel/panel.hpp>
 #include <npt/simd/batch.hpp>
+#include <npt/simd/bf16.hpp>
 
 #include <array>
 #include <cstddef>
@@ -95,30 +96,63 @@ struct RowRange {
 template <class T>
 using RowTransform = void (*)(const RowRange<T>&);
 
-/// Applies Ops, first to last, to every value of the range. An empty chain copies.
-template <class T, class... Ops>
-NPT_NOINLINE void transform_rows(const RowRange<T>& range) {
-  [&]<std::size_t... I>(std::index_sequence<I...>) {
+namespace internal {
+
+/// Walks the panels and channels of a range; body(from, to, row, column[], first) handles the rows that one step takes.
+template <class T, class... Ops, class Body>
+NPT_ALWAYS_INLINE void for_each_row(const RowRange<T>& range, Body&& body) {
+  [&]<std::size_t... I>(std::index_sequence<I...>) NPT_LAMBDA_INLINE {
     for (int p = 0; p < range.panels; ++p) {
-      const T* from = range.from + range.from_stride * static_cast<std::size_t>(p);
-      T* to = range.to + range.to_stride * static_cast<std::size_t>(p);
       const auto columns = [&]([[maybe_unused]] int part) NPT_LAMBDA_INLINE {
         return std::tuple{Ops::template column<T>(range.args[I], Position{range.first_panel + p, part})...};
       };
       [[maybe_unused]] const std::array column{columns(0), columns(1)};
-      for (int c = 0; c < range.rows; ++c) {
-        [[maybe_unused]] const std::tuple row{Ops::template row<T>(range.args[I], range.first_channel + c)...};
-        simd::unroll<panel_registers>([&](auto q) NPT_LAMBDA_INLINE {
-          simd::Batch<T> x = simd::load(from + q * simd::lanes<T>);
-          ((x = Ops::template apply<T>(x, std::get<I>(row), std::get<I>(column[q]))), ...);
-          simd::store(to + q * simd::lanes<T>, x);
-        });
-        from += panel_width<T>;
-        to += panel_width<T>;
-      }
+      // The values of row c in register q, through the chain.
+      const auto value = [&](const T* from, const auto& row, auto q) NPT_LAMBDA_INLINE {
+        simd::Batch<T> x = simd::load(from + q * simd::lanes<T>);
+        ((x = Ops::template apply<T>(x, std::get<I>(row), std::get<I>(column[q]))), ...);
+        return x;
+      };
+      const auto row_of = [&]([[maybe_unused]] int c) NPT_LAMBDA_INLINE {
+        return std::tuple{Ops::template row<T>(range.args[I], range.first_channel + c)...};
+      };
+      body(range.from + range.from_stride * static_cast<std::size_t>(p),
+           range.to + range.to_stride * static_cast<std::size_t>(p), row_of, value);
     }
   }
   (std::index_sequence_for<Ops...>{});
+}
+
+}  // namespace internal
+
+/// Applies Ops, first to last, to every value of the range. An empty chain copies.
+template <class T, class... Ops>
+NPT_NOINLINE void transform_rows(const RowRange<T>& range) {
+  internal::for_each_row<T, Ops...>(
+      range, [&](const T* from, T* to, const auto& row_of, const auto& value) NPT_LAMBDA_INLINE {
+        for (int c = 0; c < range.rows; ++c, from += panel_width<T>, to += panel_width<T>) {
+          [[maybe_unused]] const auto row = row_of(c);
+          simd::unroll<panel_registers>(
+              [&](auto q) NPT_LAMBDA_INLINE { simd::store(to + q * simd::lanes<T>, value(from, row, q)); });
+        }
+      });
+}
+
+/// The same, but two channels become one row of bfloat16 pairs; an odd last channel is paired with zero.
+template <class T, class... Ops>
+NPT_NOINLINE void transform_rows_to_bf16(const RowRange<T>& range) {
+  internal::for_each_row<T, Ops...>(
+      range, [&](const T* from, T* to, const auto& row_of, const auto& value) NPT_LAMBDA_INLINE {
+        for (int c = 0; c < range.rows; c += 2, from += 2 * panel_width<T>, to += panel_width<T>) {
+          const bool paired = c + 1 < range.rows;
+          [[maybe_unused]] const auto row = row_of(c);
+          [[maybe_unused]] const auto next = row_of(paired ? c + 1 : c);
+          simd::unroll<panel_registers>([&](auto q) NPT_LAMBDA_INLINE {
+            const simd::Batch<T> second = paired ? value(from + panel_width<T>, next, q) : simd::broadcast(T(0));
+            simd::store(to + q * simd::lanes<T>, simd::bf16_pairs(value(from, row, q), second));
+          });
+        }
+      });
 }
 
 }  // namespace npt::inline NPT_ABI::kernel
