@@ -145,8 +145,7 @@ class Checker {
     std::size_t n = 0;
     for (std::string_view word; !(word = next_argument(rest)).empty(); ++n) {
       const std::optional<double> value = parse_number<double>(word);
-      if (!value || !(std::abs(*value) <= double{std::numeric_limits<float>::max()}))
-        fail(in_quotes(word), "a finite number that fits into 32-bit floating point");
+      if (!value || !fits_float(*value)) fail(in_quotes(word), "a finite number that fits into 32-bit floating point");
       if (n < numbers_.size()) numbers_[n] = *value, words_[n] = word;
     }
     if (n < least || n > most)
@@ -310,9 +309,12 @@ inline void add_properties(Mesh& mesh, const Checked& checked) {
   if (!checked.colours.empty())
     for (const auto& [name, channel] : channels) {
       mesh.properties.push_back({name, "float", {}});
-      for (const Vec3d& colour : checked.colours) mesh.properties.back().values.push_back(colour.*channel);
+      for (const Vec3d& colour : checked.colours)
+        mesh.properties.back().values.push_back(static_cast<float>(colour.*channel));
     }
-  if (!checked.weights.empty()) mesh.properties.push_back({"w", "float", checked.weights});
+  if (checked.weights.empty()) return;
+  mesh.properties.push_back({"w", "float", {}});
+  for (const double weight : checked.weights) mesh.properties.back().values.push_back(static_cast<float>(weight));
 }
 
 }  // namespace internal::obj

@@ -306,9 +306,11 @@ class AsciiSource {
     if (word.empty()) fail("the end of the line", std::string("another number, ") + std::string(info(type).name));
     const std::optional<double> value = parse_number<double>(word);
     const TypeInfo& t = info(type);
-    if (!value || (is_whole(type) && !(*value >= t.low && *value <= t.high && *value == std::floor(*value))))
+    const bool whole = value && *value >= t.low && *value <= t.high && *value == std::floor(*value);
+    const bool too_large = value && type == Type::f32 && std::isfinite(*value) && !fits_float(*value);
+    if (!value || (is_whole(type) && !whole) || too_large)
       fail(in_quotes(word), "a number of type " + std::string(t.name));
-    return *value;
+    return type == Type::f32 ? double{static_cast<float>(*value)} : *value;
   }
 
   void finish() {
@@ -398,7 +400,7 @@ class Reader {
 
   float finite_number(const Property& p) {
     const double value = source_.number(p.type);
-    if (!(std::abs(value) <= double{std::numeric_limits<float>::max()}))
+    if (!fits_float(value))
       source_.fail(std::isnan(value)   ? "NaN"
                    : std::isinf(value) ? "infinity"
                                        : std::to_string(value),

@@ -383,7 +383,7 @@ To convert_value(From value, const Tensor& tensor, std::size_t i, NonFinite poli
     if (policy == NonFinite::refuse && !std::isfinite(value))
       bad_value(tensor, i, std::isnan(value) ? "NaN" : "infinity", "a finite number");
     if constexpr (sizeof(To) < sizeof(From))
-      if (std::isfinite(value) && std::abs(value) > From{std::numeric_limits<To>::max()})
+      if (std::isfinite(value) && !fits_float(value))
         bad_value(tensor, i, std::to_string(value), "a number that fits into 32-bit floating point");
   } else if constexpr (std::integral<To>) {
     if (!std::in_range<To>(value)) bad_value(tensor, i, std::to_string(value), "at most 2^63 - 1");

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <optional>
@@ -76,6 +77,10 @@ std::optional<Number> parse_number(std::string_view word) {
   const bool tiny = std::floating_point<Number> && exponent != std::string_view::npos && word[exponent + 1] == '-';
   return error == std::errc::result_out_of_range && tiny ? std::optional(Number{}) : std::nullopt;
 }
+
+/// Whether a number, rounded to the nearest float, is finite. The bound is the middle between the largest float and the
+/// next power of two: the shortest decimal form of the largest float, 3.4028235e38, lies above that float.
+inline bool fits_float(double x) { return std::abs(x) < 0x1.ffffffp127; }
 
 /// Appends a number in its shortest form that reads back to the same bits.
 template <class Number>
