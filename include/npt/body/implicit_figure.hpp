@@ -137,6 +137,38 @@ struct Stroke {
   double amount;
 };
 
+/// A stroke made ready for many evaluations.
+class StrokeField {
+ public:
+  explicit StrokeField(const Stroke& s)
+      : start_(s.a),
+        along_(s.b - s.a),
+        scale_{1.0 / s.radius.x, 1.0 / s.radius.y, 1.0 / s.radius.z},
+        amount_(s.amount) {
+    const double n = dot(along_, along_);
+    along_over_square_ = n > 0.0 ? along_ / n : Vec3d{};
+    low_ = {std::min(s.a.x, s.b.x) - s.radius.x, std::min(s.a.y, s.b.y) - s.radius.y,
+            std::min(s.a.z, s.b.z) - s.radius.z};
+    high_ = {std::max(s.a.x, s.b.x) + s.radius.x, std::max(s.a.y, s.b.y) + s.radius.y,
+             std::max(s.a.z, s.b.z) + s.radius.z};
+  }
+
+  /// It begins in the plane of symmetry.
+  bool from_middle() const { return start_.x == 0.0; }
+
+  double operator()(Vec3d p) const {
+    if (p.y < low_.y || p.y > high_.y || p.x < low_.x || p.x > high_.x || p.z < low_.z || p.z > high_.z) return 0.0;
+    const Vec3d d = p - start_ - along_ * std::clamp(dot(p - start_, along_over_square_), 0.0, 1.0);
+    const Vec3d q{d.x * scale_.x, d.y * scale_.y, d.z * scale_.z};
+    const double rest = std::max(1.0 - dot(q, q), 0.0);
+    return amount_ * rest * rest * rest;
+  }
+
+ private:
+  Vec3d start_, along_, along_over_square_, scale_, low_, high_;
+  double amount_;
+};
+
 class ImplicitFigure {
  public:
   ImplicitFigure(std::vector<Loft> parts, std::span<const Stroke> strokes)
@@ -149,9 +181,13 @@ class ImplicitFigure {
       add(part, p, f);
       if (part.paired()) add(part, mirrored, f);
     }
-    for (const Stroke& stroke : strokes_) {
-      f -= effect(stroke, p);
-      if (stroke.a.x != 0.0 || stroke.b.x != 0.0) f -= effect(stroke, mirrored);
+    for (const StrokeField& stroke : strokes_) {
+      // A stroke that starts in the middle goes on in its own mirror image; one beside it meets its image.
+      if (stroke.from_middle()) {
+        f -= stroke({std::abs(p.x), p.y, p.z});
+      } else {
+        f -= stroke(p) + stroke(mirrored);
+      }
     }
     return f;
   }
@@ -175,18 +211,8 @@ class ImplicitFigure {
     f = std::min(f, g) - h * h * h * k / 6.0;
   }
 
-  static double effect(const Stroke& s, Vec3d p) {
-    const Vec3d along = s.b - s.a;
-    const double n = dot(along, along);
-    const double t = n > 0.0 ? std::clamp(dot(p - s.a, along) / n, 0.0, 1.0) : 0.0;
-    const Vec3d d = p - (s.a + along * t);
-    const Vec3d q{d.x / s.radius.x, d.y / s.radius.y, d.z / s.radius.z};
-    const double rest = 1.0 - dot(q, q);
-    return rest > 0.0 ? s.amount * rest * rest * rest : 0.0;
-  }
-
   std::vector<Loft> parts_;
-  std::vector<Stroke> strokes_;
+  std::vector<StrokeField> strokes_;
 };
 
 }  // namespace npt::inline NPT_ABI::body::internal

@@ -31,7 +31,7 @@ using JointWeights = std::array<double, smpl_joint_count>;
 /// Share of one arm at q = (|x|, y, z): everything from the collar bone outwards.
 inline double arm_share(Vec3d q) {
   const double height = ramp(q.y, 1.20, 1.36), beside_neck = ramp(q.y, 1.44, 1.50) * (1.0 - ramp(q.x, 0.05, 0.13));
-  const double chest = ramp(q.x, 0.005, 0.135) * height * (1.0 - beside_neck);
+  const double chest = ramp(q.x, 0.0, 0.155) * height * (1.0 - beside_neck);
   return std::max(chest, ramp(q.x, 0.175, 0.24));
 }
 
@@ -54,7 +54,7 @@ inline void add_arm(Vec3d q, double share, std::size_t side, JointWeights& w) {
 inline double legs_share(Vec3d q) {
   const double below = 0.42 * (q.x - 0.090) - 0.91 * (q.y - 0.912);
   // The crotch stays with the pelvis: pulled by both thighs it would become a web between them.
-  const double beside_crotch = std::max(ramp(q.x, -0.01, 0.055), ramp(-q.y, -0.800, -0.730));
+  const double beside_crotch = std::max(ramp(q.x, -0.03, 0.06), ramp(-q.y, -0.800, -0.730));
   return ramp(below, -0.075, 0.085) * beside_crotch;
 }
 

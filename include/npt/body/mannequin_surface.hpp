@@ -34,17 +34,19 @@ struct FineRegion {
 
 inline constexpr double coarse_edge_length = 0.0225;
 inline constexpr FineRegion fine_regions[] = {
-    {{0.000, 1.600, 0.110}, {0.085, 0.110, 0.120}, 0.0072},  // face
-    {{0.078, 1.632, 0.000}, {0.040, 0.055, 0.050}, 0.0090},  // ear
-    {{0.000, 1.640, 0.000}, {0.150, 0.200, 0.180}, 0.0160},  // head and neck
-    {{0.830, 1.405, 0.000}, {0.120, 0.120, 0.160}, 0.0072},  // hand
-    {{0.680, 1.405, 0.000}, {0.160, 0.120, 0.120}, 0.0140},  // wrist
-    {{0.455, 1.405, 0.000}, {0.160, 0.120, 0.120}, 0.0150},  // elbow
-    {{0.180, 1.380, 0.000}, {0.160, 0.180, 0.180}, 0.0180},  // shoulder
-    {{0.106, 0.487, 0.000}, {0.140, 0.160, 0.140}, 0.0165},  // knee
-    {{0.110, 0.140, 0.000}, {0.140, 0.180, 0.140}, 0.0140},  // ankle
-    {{0.060, 0.860, 0.000}, {0.180, 0.160, 0.200}, 0.0180},  // hip
-    {{0.120, 0.030, 0.070}, {0.120, 0.120, 0.190}, 0.0110},  // foot
+    {{0.000, 1.595, 0.110}, {0.065, 0.085, 0.090}, 0.0052},   // nose, mouth, eyes
+    {{0.000, 1.600, 0.100}, {0.095, 0.120, 0.120}, 0.0080},   // face
+    {{0.080, 1.628, -0.008}, {0.030, 0.050, 0.040}, 0.0075},  // ear
+    {{0.000, 1.640, 0.000}, {0.150, 0.200, 0.180}, 0.0160},   // head and neck
+    {{0.850, 1.400, 0.000}, {0.110, 0.120, 0.160}, 0.0070},   // fingers
+    {{0.790, 1.400, 0.010}, {0.120, 0.120, 0.160}, 0.0085},   // hand
+    {{0.680, 1.405, 0.000}, {0.160, 0.120, 0.120}, 0.0140},   // wrist
+    {{0.455, 1.405, 0.000}, {0.160, 0.120, 0.120}, 0.0150},   // elbow
+    {{0.180, 1.380, 0.000}, {0.160, 0.180, 0.180}, 0.0180},   // shoulder
+    {{0.106, 0.487, 0.000}, {0.140, 0.160, 0.140}, 0.0165},   // knee
+    {{0.110, 0.140, 0.000}, {0.140, 0.180, 0.140}, 0.0140},   // ankle
+    {{0.060, 0.860, 0.000}, {0.180, 0.160, 0.200}, 0.0180},   // hip
+    {{0.120, 0.030, 0.070}, {0.120, 0.120, 0.190}, 0.0110},   // foot
 };
 
 inline double mannequin_edge_length(Vec3d p) {
@@ -85,9 +87,9 @@ inline MannequinSurface mirrored(const TriangleSheet& half) {
 }
 
 inline MannequinSurface mannequin_surface(const ImplicitFigure& figure) {
-  // Cells of 10 mm, 2.2 mm at the fingers: finer than the mesh to be made and than the gaps between fingers.
-  const GridWarp warp{0.010, 0.65, 0.90, 0.22, 1.405, 0.0};
-  std::array<int, 3> seed{0, 110, 0};
+  // Cells of 12.5 mm, 2.3 mm at the fingers: narrower than the gaps between them.
+  const GridWarp warp{0.0125, 0.65, 0.90, 0.18, 1.405, 0.0};
+  std::array<int, 3> seed{0, 88, 0};
   while (figure(warp({0, seed[1], seed[2] + 1})) < 0.0) ++seed[2];
   const TriangleSheet sheet = Polygoniser(figure, warp)(seed);
   return mirrored(Remesher(figure, mannequin_edge_length, mannequin_vertex_count, sheet)());

@@ -33,6 +33,7 @@ class SheetTopology {
 
   explicit SheetTopology(const TriangleSheet& sheet) {
     std::unordered_map<std::uint64_t, std::uint32_t> directed;
+    directed.reserve(3 * sheet.triangles.size());
     for (const auto& t : sheet.triangles) corner_.insert(corner_.end(), t.begin(), t.end());
     opposite_.assign(corner_.size(), none);
     leaving_.assign(sheet.positions.size(), none);
@@ -221,7 +222,7 @@ class Remesher {
   }
 
  private:
-  static constexpr int passes = 9;
+  static constexpr int passes = 8;
   static constexpr std::uint32_t none = SheetTopology::none;
 
   double target(Vec3d p) const { return scale_ * edge_length_(p); }
@@ -314,24 +315,33 @@ class Remesher {
     return good;
   }
 
-  int valence_error(std::uint32_t v, int change) {
-    topology_.neighbours(v, ring_);
-    const int error = static_cast<int>(ring_.size()) + change - (p_[v].x == 0.0 ? 4 : 6);
-    return error * error;
+  /// Number of neighbours of each vertex less the ideal one: 6, or 4 on the border.
+  std::vector<int> valence_errors() const {
+    std::vector<int> error(topology_.vertices(), 0);
+    for (std::uint32_t v = 0; v < error.size(); ++v) error[v] = p_[v].x == 0.0 ? -4 : -6;
+    for (std::uint32_t h = 0; h < topology_.half_edges(); ++h) {
+      if (!represents(h)) continue;
+      ++error[topology_.from(h)];
+      ++error[topology_.to(h)];
+    }
+    return error;
   }
 
   void flip_for_valence() {
+    std::vector<int> error = valence_errors();
+    const auto square = [](int x) { return x * x; };
     for (std::uint32_t h = 0; h < topology_.half_edges(); ++h) {
-      if (topology_.removed(h) || topology_.opposite(h) == none || h > topology_.opposite(h)) continue;
+      if (!represents(h) || topology_.opposite(h) == none) continue;
       const std::uint32_t a = topology_.from(h), b = topology_.to(h), c = topology_.apex(h),
                           d = topology_.apex(topology_.opposite(h));
-      const int before = valence_error(a, 0) + valence_error(b, 0) + valence_error(c, 0) + valence_error(d, 0);
-      const int after = valence_error(a, -1) + valence_error(b, -1) + valence_error(c, 1) + valence_error(d, 1);
-      if (after >= before) continue;
+      const int before = square(error[a]) + square(error[b]) + square(error[c]) + square(error[d]);
+      const int after = square(error[a] - 1) + square(error[b] - 1) + square(error[c] + 1) + square(error[d] + 1);
+      // An inner edge between border vertices would coincide with its mirror image.
+      if (after >= before || (p_[c].x == 0.0 && p_[d].x == 0.0) || !flip_is_flat(a, b, c, d)) continue;
       topology_.neighbours(c, ring_);
-      const bool bridges = p_[c].x == 0.0 && p_[d].x == 0.0;
-      if (bridges || std::ranges::count(ring_, d) != 0 || !flip_is_flat(a, b, c, d)) continue;
+      if (std::ranges::count(ring_, d) != 0) continue;
       topology_.flip(h);
+      --error[a], --error[b], ++error[c], ++error[d];
     }
   }
 
