@@ -141,6 +141,14 @@ TEST_CASE("what other programs write is understood") {
           .properties.size() == 2);
 }
 
+TEST_CASE("components of a normal without the others are properties, and are written as such") {
+  const std::string text =
+      header("element vertex 1\n" + xyz + "property float nz\nproperty float ny\n") + "1 2 3 4 5\n";
+  const Mesh mesh = npt::parse_ply(text, "f");
+  CHECK(mesh.normals.empty());
+  check_same(npt::parse_ply(npt::format_ply(mesh, "f"), "f"), mesh);
+}
+
 TEST_CASE("shared example meshes survive each format") {
   const std::filesystem::path path = NPT_SHARED "/data/humans/f_heavy/table6_0.ply";
   if (!std::filesystem::exists(path)) {

@@ -619,8 +619,10 @@ inline std::vector<Vec3f> normals_to_write(const Mesh& mesh) {
 }
 
 /// The types of the mesh's further properties. Throws where one can't be written as its type and name say.
-inline std::vector<Type> property_types(const Mesh& mesh, const std::string& file) {
-  std::set<std::string> names = {"x", "y", "z", "nx", "ny", "nz"};
+inline std::vector<Type> property_types(const Mesh& mesh, bool with_normals, const std::string& file) {
+  std::set<std::string> names = {"x", "y", "z"};
+  // Without normals to write, a file's lone nx is a property like others.
+  if (with_normals) names.insert({"nx", "ny", "nz"});
   std::vector<Type> result;
   for (const VertexProperty& p : mesh.properties) {
     const auto fail = [&](std::string found, std::string expected) {
@@ -642,13 +644,14 @@ inline std::vector<Type> property_types(const Mesh& mesh, const std::string& fil
 /// What the header announces and the rows then keep to.
 struct Layout {
   std::vector<Vec3f> normals;
-  std::vector<Type> properties;
+  std::vector<Type> properties{};
   Type count_type = Type::u8, index_type = Type::i32;
   bool texcoords = false;
 };
 
 inline Layout layout_of(const Mesh& mesh, const std::string& file) {
-  Layout layout{.normals = normals_to_write(mesh), .properties = property_types(mesh, file)};
+  Layout layout{.normals = normals_to_write(mesh)};
+  layout.properties = property_types(mesh, !layout.normals.empty(), file);
   layout.texcoords = !mesh.corner_texcoord.empty();
   std::size_t longest = 0;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) longest = std::max(longest, mesh.face(f).size());
