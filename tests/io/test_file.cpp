@@ -13,7 +13,7 @@ using scratch::error_of;
 TEST_CASE("what is written is read back, empty and binary content too") {
   const scratch::Folder folder;
   std::string bytes;
-  for (int i = 0; i < 100000; ++i) bytes += static_cast<char>(i * i % 251);
+  for (unsigned i = 0; i < 100000; ++i) bytes += static_cast<char>(i * i % 251);
   for (const std::string& content : {std::string(), std::string("\0\r\n\xFF", 4), bytes}) {
     npt::write_file(folder / "a", content);
     CHECK(npt::read_file(folder / "a") == content);

@@ -165,7 +165,7 @@ TEST_CASE("a curled-up person who stands up stays inside the range of tanh") {
   std::array<Matrix, 24> curled = standing;
   curled[1] = curled[2] = rotation_x(-125);  // hips
   curled[4] = curled[5] = rotation_x(140);   // knees
-  for (const std::size_t spine : {3, 6, 9, 12, 15}) curled[spine] = rotation_x(24);
+  for (const std::size_t spine : {3U, 6U, 9U, 12U, 15U}) curled[spine] = rotation_x(24);
   curled[16] = rotation_x(-50) * rotation_y(-60);  // shoulders
   curled[17] = rotation_x(-50) * rotation_y(60);
   curled[18] = rotation_y(-110);  // elbows
