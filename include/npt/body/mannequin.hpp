@@ -20,15 +20,14 @@ namespace npt::inline NPT_ABI {
 /// Makes the mannequin's tables.
 inline BodyTables make_mannequin_tables() {
   using namespace body::internal;
-  const ImplicitFigure figure = mannequin_figure();
-  const MannequinSurface surface = mannequin_surface(figure);
+  const MannequinSurface surface = mannequin_surface(mannequin_figure());
   const Vec3d origin = rounded(joint_places[0].position);
   BodyTables body;
   for (const Vec3d p : surface.positions) {
     const Vec3f q = (p - origin).as<float>();
     body.v_template.insert(body.v_template.end(), {q.x, q.y, q.z});
   }
-  body.shapedirs = mannequin_shapedirs(surface, figure);
+  body.shapedirs = mannequin_shapedirs(surface);
   body.weights = mannequin_weights(surface.positions);
   body.J_regressor = mannequin_joint_regressor(surface.positions, surface.mirror);
   body.triangles = surface.triangles;

@@ -186,8 +186,8 @@ inline constexpr JointPlace joint_places[] = {
     {SmplJoint::left_hand, {0.795, 1.404, 0.001}},
 };
 
-/// The whole figure. Masses flow into each other over the given blending lengths.
-inline ImplicitFigure mannequin_figure() {
+/// The masses of the figure. They flow into each other over the given blending lengths.
+inline std::vector<Loft> mannequin_masses() {
   const Frame upright{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}};
   const Frame sideways{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   std::vector<Loft> parts;
@@ -215,7 +215,10 @@ inline ImplicitFigure mannequin_figure() {
                          {0.016, 0, -0.002, 0.0080, 0.0080, 0.019, 0.019, 0}};
   const Frame beside{{0.0735, 1.624, -0.008}, {0, 1, 0}, {0.9285, 0, 0.3714}, {-0.3714, 0, 0.9285}};
   parts.emplace_back(beside, ear, 0.008, 0.013, 0.009, true);
-  return {std::move(parts), strokes};
+  return parts;
 }
+
+/// The whole figure: masses and strokes.
+inline ImplicitFigure mannequin_figure() { return {mannequin_masses(), strokes}; }
 
 }  // namespace npt::inline NPT_ABI::body::internal

@@ -84,20 +84,22 @@ inline std::array<Vec3d, mannequin_shape_count> shape_displacements(Vec3d q, Vec
 
   double fat = between_marks(fat_by_height, q.y);
   fat += (between_marks(fat_by_reach, q.x) - fat) * on_arm;
-  // Between the thighs there is little room.
+  // Between the thighs there is little room, least at the crotch.
   if (n.x < 0.0) fat *= 1.0 + 0.5 * n.x * ramp(0.95 - q.y, 0.0, 0.10);
+  fat *= ramp(length(q - Vec3d{0, 0.795, -0.020}), -0.03, 0.11);
 
-  const double shoulders =
-      ramp(q.x, 0.02, 0.17) * ramp(q.y, 1.10, 1.36) * (1.0 - ramp(q.y, 1.45, 1.50) * (1.0 - on_arm));
+  // Broad shoulders lengthen the reach less than the trunk: the length of the arms is another direction.
+  const double reach = std::clamp(q.x - 0.19, 0.0, 0.71 - 0.19) * on_arm;
+  const double shoulders = (1.0 - 1.5 * reach) * ramp(q.x, 0.02, 0.17) * ramp(q.y, 1.10, 1.36) *
+                           (1.0 - ramp(q.y, 1.45, 1.50) * (1.0 - on_arm));
   const Mark hip_marks[] = {{0.05, 0.30}, {0.50, 0.45}, {0.80, 1.00}, {0.98, 1.00}, {1.14, 0.00}};
   const double hips = ramp(q.x, 0.0, 0.11) * between_marks(hip_marks, q.y) * (1.0 - on_arm);
   const double legs = std::min(y - pelvis.y, 0.0), trunk = std::clamp(y - pelvis.y, 0.0, 1.46 - pelvis.y);
-  const double reach = std::clamp(q.x - 0.19, 0.0, 0.71 - 0.19) * on_arm;
   const double skull = ramp(q.y + 0.45 * q.z, 1.47, 1.56);
 
   return {(q - pelvis) * 0.038,
           n * (0.0105 * fat),
-          n * (0.0065 * total(muscles, q)),
+          n * (0.0075 * total(muscles, q)),
           Vec3d{0.010 * shoulders, 0, 0},
           Vec3d{0.009 * hips, 0, 0},
           Vec3d{0, 0.034 * legs - 0.048 * trunk, 0},
@@ -108,11 +110,13 @@ inline std::array<Vec3d, mannequin_shape_count> shape_displacements(Vec3d q, Vec
 }
 
 /// [V, 3, 10]
-inline std::vector<float> mannequin_shapedirs(const MannequinSurface& surface, const ImplicitFigure& figure) {
+inline std::vector<float> mannequin_shapedirs(const MannequinSurface& surface) {
+  // Normals of the masses alone: growing along those of the finished surface would fold its grooves.
+  const ImplicitFigure masses(mannequin_masses(), {});
   std::vector<float> dirs(surface.positions.size() * 3 * mannequin_shape_count);
   for (std::size_t v = 0; v < surface.positions.size(); ++v) {
     const Vec3d p = surface.positions[v], q{std::abs(p.x), p.y, p.z};
-    Vec3d n = normalised(figure.gradient(q));
+    Vec3d n = normalised(masses.gradient(q));
     if (p.x == 0.0) n.x = 0.0;
     const auto moves = shape_displacements(q, n);
     for (std::size_t s = 0; s < mannequin_shape_count; ++s) {

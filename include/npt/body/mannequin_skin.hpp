@@ -54,7 +54,7 @@ inline void add_arm(Vec3d q, double share, std::size_t side, JointWeights& w) {
 inline double legs_share(Vec3d q) {
   const double below = 0.42 * (q.x - 0.090) - 0.91 * (q.y - 0.912);
   // The crotch stays with the pelvis: pulled by both thighs it would become a web between them.
-  const double beside_crotch = std::max(ramp(q.x, -0.03, 0.06), ramp(-q.y, -0.800, -0.730));
+  const double beside_crotch = std::max(ramp(q.x, -0.04, 0.07), ramp(-q.y, -0.815, -0.700));
   return ramp(below, -0.075, 0.085) * beside_crotch;
 }
 
@@ -90,7 +90,7 @@ inline JointWeights joint_weights(Vec3d p) {
   add_trunk(q, 1.0 - arm - legs, w);
   add_arm(q, arm, p.x < 0.0 ? 1 : 0, w);
   // Between the thighs both legs pull.
-  const double left = ramp(p.x, -0.035, 0.035);
+  const double left = ramp(p.x, -0.045, 0.045);
   add_leg(q, legs * left, 0, w);
   add_leg(q, legs * (1.0 - left), 1, w);
   return w;
