@@ -13,6 +13,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 namespace program {
@@ -96,5 +97,27 @@ inline void check_output(const std::filesystem::path& path, std::span<const std:
       throw npt::Error({path.string(), {}, "an output that is also an input", "another name for the output"});
   npt::AtomicFile attempt(path);
 }
+
+/// A folder for outputs that is made when it is missing, and taken away again when nothing came into it.
+class OutputFolder {
+ public:
+  explicit OutputFolder(std::filesystem::path folder) : folder_(std::move(folder)) {
+    std::error_code code;
+    if (std::filesystem::is_directory(folder_, code)) return;
+    made_ = std::filesystem::create_directory(folder_, code);
+    if (!made_)
+      throw npt::Error({folder_.string(), {}, code ? code.message() : "no folder", "a folder that can be written"});
+  }
+  ~OutputFolder() {
+    std::error_code ignored;
+    if (made_) std::filesystem::remove(folder_, ignored);  // fails where a file is in it
+  }
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+ private:
+  std::filesystem::path folder_;
+  bool made_ = false;
+};
 
 }  // namespace program

@@ -129,9 +129,11 @@ std::vector<fs::path> output_files(const Options& options) {
 void run(const Options& options) {
   const std::vector<fs::path> files = output_files(options);
   const Generator generator(options);
-  std::error_code code;
-  if (files.front() != options.out && !fs::is_directory(options.out, code) && !fs::create_directory(options.out, code))
-    throw npt::Error({options.out.string(), {}, code ? code.message() : "no folder", "a folder that can be written"});
+  std::optional<program::OutputFolder> folder;
+  if (files.front() != options.out) folder.emplace(options.out);
+  std::vector<fs::path> inputs;
+  if (options.body) inputs.push_back(*options.body);
+  for (const fs::path& file : files) program::check_output(file, inputs);
   program::catch_interrupts();
   std::size_t vertices = 0;
   {
@@ -157,9 +159,10 @@ void add(CLI::App& command) {
   command
       .add_option("--pose", o->pose, "random (Table 6 of the paper), rest, or a file with an axis angle for each joint")
       ->capture_default_str();
-  command.add_option("--seed", o->seed, "Of all that is random")->capture_default_str();
-  command.add_option("--shape-seed", o->shape_seed, "Of the shapes and the vertex orders, instead of --seed");
-  command.add_option("--pose-seed", o->pose_seed, "Of the poses, instead of --seed");
+  command.add_option("--seed", o->seed, "Of all that is random")->check(program::whole_number())->capture_default_str();
+  command.add_option("--shape-seed", o->shape_seed, "Of the shapes and the vertex orders, instead of --seed")
+      ->check(program::whole_number());
+  command.add_option("--pose-seed", o->pose_seed, "Of the poses, instead of --seed")->check(program::whole_number());
   command.add_flag("--same-shape", o->same_shape, "All meshes have the first one's shape");
   command.add_flag("--same-pose", o->same_pose, "All meshes have the first one's pose");
   command.add_flag("--shuffle", o->shuffle, "Vertices in random order, one order for each shape");

@@ -13,7 +13,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include <charconv>
+#include <cstdint>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace program {
@@ -39,5 +42,16 @@ class Subcommand {
   const std::string description;
   const Add add;
 };
+
+/// For seeds. CLI11 2.1 by itself wraps negative numbers around and cuts off what is too large.
+inline CLI::Validator whole_number() {
+  const auto complaint = [](const std::string& text) {
+    std::uint64_t value = 0;
+    const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+    const bool good = result.ec == std::errc() && result.ptr == text.data() + text.size();
+    return good ? std::string() : "'" + text + "' is not a whole number from 0 to 18446744073709551615";
+  };
+  return CLI::Validator(complaint, "");
+}
 
 }  // namespace program

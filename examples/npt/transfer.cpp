@@ -36,28 +36,6 @@ struct Options {
   bool keep_going = false;
 };
 
-/// A folder for outputs that is made when it is missing, and taken away again when nothing came into it.
-class OutputFolder {
- public:
-  explicit OutputFolder(fs::path folder) : folder_(std::move(folder)) {
-    std::error_code code;
-    if (fs::is_directory(folder_, code)) return;
-    made_ = fs::create_directory(folder_, code);
-    if (!made_)
-      throw npt::Error({folder_.string(), {}, code ? code.message() : "no folder", "a folder that can be written"});
-  }
-  ~OutputFolder() {
-    std::error_code ignored;
-    if (made_) fs::remove(folder_, ignored);  // fails where a file is in it
-  }
-  OutputFolder(const OutputFolder&) = delete;
-  OutputFolder& operator=(const OutputFolder&) = delete;
-
- private:
-  fs::path folder_;
-  bool made_ = false;
-};
-
 /// Reads meshes; keeps the last one while successive jobs name the same file.
 class MeshSlot {
  public:
@@ -184,7 +162,7 @@ class Transfer {
   }
 
   const Options& options_;
-  std::optional<OutputFolder> folder_;
+  std::optional<program::OutputFolder> folder_;
   std::vector<TransferJob> jobs_;
   std::size_t failures_ = 0;
   std::optional<program::Progress> progress_;
@@ -223,6 +201,7 @@ void add(CLI::App& command) {
       ->check(CLI::IsMember({"auto", "off"}))
       ->capture_default_str();
   command.add_option("--seed", o->transfer.seed, "Of resampling, of the invariant order, of random weights")
+      ->check(program::whole_number())
       ->capture_default_str();
   command.add_flag("--invariant", o->transfer.invariant, "Make the result independent of the inputs' vertex orders");
   command.add_option("--format", o->format, "ply or obj: of the results in a folder; without: as the identity")

@@ -1,0 +1,288 @@
+#!/usr/bin/env bash
+# usage: test_program.sh AREA PROGRAM
+# Runs the program in an empty folder, good and bad arguments alike, and checks exit status, output and files.
+set -uo pipefail
+
+area=$1
+npt=$(realpath "$2")
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cd "$folder" || exit 1
+failures=0
+
+fail() {
+  echo "FAILED line ${BASH_LINENO[1]}: $*"
+  sed 's/^/    stdout: /' out.txt
+  sed 's/^/    stderr: /' err.txt
+  failures=$((failures + 1))
+}
+
+# expect STATUS [--out TEXT] [--err TEXT] ... -- ARGUMENT ...: the exit status, and texts that are printed. Every error is a
+# message of the program, and none leaves a temporary file.
+expect() {
+  local status=$1 texts=() actual
+  shift
+  while [ "$1" != -- ]; do
+    texts+=("$1" "$2")
+    shift 2
+  done
+  shift
+  "$npt" "$@" > out.txt 2> err.txt
+  actual=$?
+  [ "$actual" -eq "$status" ] || fail "npt $*: exit status $actual, expected $status"
+  set -- "${texts[@]}"
+  while [ $# -gt 0 ]; do
+    local file=out.txt
+    [ "$1" = --err ] && file=err.txt
+    grep -qF -- "$2" "$file" || fail "no '$2' on ${1#--}"
+    shift 2
+  done
+  if [ "$status" -ne 0 ]; then
+    grep -q '^npt: error: ' err.txt || fail "no message of an error"
+  fi
+  [ -z "$(find . -name '*.part-*')" ] || fail "a temporary file stays: $(find . -name '*.part-*')"
+}
+
+exists() { [ -s "$1" ] || fail "$1 was not written"; }
+missing() { [ ! -e "$1" ] || fail "$1 should not be there"; }
+same() { cmp -s "$1" "$2" || fail "$1 and $2 differ"; }
+different() { ! cmp -s "$1" "$2" || fail "$1 and $2 are the same"; }
+
+# A tetrahedron with texture coordinates, a group and a material; and one of another shape and vertex order.
+make_meshes() {
+  cat > a.obj <<'END'
+mtllib a.mtl
+v 0 0 0
+v 1 0 0
+v 0 1.5 0
+v 0 0 1
+vt 0 0
+vt 1 0
+vt 0 1
+g first
+usemtl skin
+f 1/1 3/2 2/3
+f 1/1 2/2 4/3
+g second
+f 2/1 3/2 4/3
+f 3/1 1/2 4/3
+END
+  cat > b.ply <<'END'
+ply
+format ascii 1.0
+element vertex 5
+property float x
+property float y
+property float z
+property float heat
+element face 6
+property list uchar int vertex_indices
+end_header
+0 0 0 1
+1 0 0.1 2
+0.2 1 0 3
+0 0.1 2 4
+1 1 1 5
+3 0 2 1
+3 0 1 3
+3 0 3 2
+3 4 1 2
+3 4 3 1
+3 4 2 3
+END
+}
+
+test_arguments() {
+  expect 0 --out "npt " -- --version
+  expect 0 --out "render" --out "transfer" --out "info" -- --help
+  expect 0 --out "Usage: npt render" -- render --help
+  expect 2 --err "subcommand is required" --
+  expect 2 --err "unknown subcommand 'fly'" --err "transfer" -- fly
+  expect 2 -- --nonsense
+  expect 2 --err "--nonsense" --err "npt info --help" -- info x.ply --nonsense
+  expect 2 --err "--out" -- render a.obj
+  # A full disk is an error, a reader that has seen enough is none.
+  if [ -e /dev/full ]; then
+    "$npt" --help > /dev/full 2> err.txt
+    [ $? -eq 1 ] || fail "full disk: no error"
+  fi
+  "$npt" --help 2> err.txt | true
+  [ "${PIPESTATUS[0]}" -eq 0 ] && [ ! -s err.txt ] || fail "a closed pipe is reported as an error"
+}
+
+test_render() {
+  make_meshes
+  expect 0 --out "200 x 100 pixels, 2 meshes" -- render a.obj b.ply --out x.png --width 100 --height 100
+  exists x.png
+  [ "$(head -c 4 x.png | tail -c 3)" = PNG ] || fail "x.png is no PNG"
+  expect 0 -- render a.obj b.ply --out y.png --width 100 --height 100
+  same x.png y.png
+  expect 0 -- render a.obj b.ply --out z.png --width 100 --height 100 --yaw 90
+  different x.png z.png
+  expect 0 --out "2 meshes" -- render a.obj b.ply --out x.png --width 100 --height 100 --columns 1 --captions "a,b" --colours "blue,#ff0000"
+  expect 0 -- render b.ply --out x.png --width 100 --height 100 --heat heat --background transparent
+  expect 0 -- render b.ply --out x.png --width 100 --height 100 --distance-to b.ply --view back --up z --no-shadow
+  rm -f ./*.png
+  expect 1 --err "none.ply: found no such file" -- render none.ply --out x.png
+  expect 1 --err "x.jpg: found extension .jpg, expected .png" -- render a.obj --out x.jpg
+  expect 1 --err "nowhere/x.png" -- render a.obj --out nowhere/x.png
+  expect 1 --err "--captions: found 3 entries, expected 1" -- render a.obj --out x.png --captions "a,b,c"
+  expect 1 --err "--colours: found colour 'pink'" -- render a.obj --out x.png --colours pink
+  expect 1 --err "vertex property 'cold'" --err "heat" -- render b.ply --out x.png --heat cold
+  expect 1 --err "a.obj: found 4 vertices, expected 5 as in b.ply" -- render a.obj --out x.png --distance-to b.ply
+  expect 2 --err "--width" -- render a.obj --out x.png --width many
+  expect 2 --err "--view" -- render a.obj --out x.png --view below
+  expect 1 --err "expected at most 16384 pixels" -- render a.obj a.obj a.obj --out x.png --width 8000 --height 20
+  printf 'ply\nformat ascii 1.0\n' > broken.ply
+  expect 1 --err "broken.ply" -- render broken.ply --out x.png
+  missing x.png
+}
+
+test_generate() {
+  expect 0 --out "one.ply: 1 mesh of 6890 vertices" -- generate --out one.ply --seed 5
+  expect 0 -- generate --out two.ply --seed 5
+  same one.ply two.ply
+  expect 0 -- generate --out two.ply --seed 6
+  different one.ply two.ply
+  expect 0 --out "set: 3 meshes" -- generate --out set --count 3 --seed 5 --format obj
+  exists set/body_0000.obj
+  exists set/body_0002.obj
+  expect 0 -- generate --out more --count 2 --seed 5
+  same more/body_0000.ply one.ply
+  different more/body_0001.ply one.ply
+  expect 0 -- generate --out same --count 2 --same-shape --same-pose
+  same same/body_0000.ply same/body_0001.ply
+  expect 0 -- generate --out rest.ply --shape zero --pose rest
+  printf '0 %.0s' {1..72} > zeros.txt
+  expect 0 -- generate --out given.ply --shape "0,0" --pose zeros.txt
+  same rest.ply given.ply
+  expect 0 -- generate --out shuffled.ply --shape zero --pose rest --shuffle
+  different rest.ply shuffled.ply
+  expect 0 --out "closed" --out "components" -- info shuffled.ply
+  expect 2 --err "--count" -- generate --out x --count 0
+  expect 2 --err "--seed" -- generate --out x --seed -1
+  expect 2 --err "--seed" -- generate --out x --seed 99999999999999999999999
+  expect 2 --err "--pose-seed" -- generate --out x --pose-seed 1.5
+  expect 1 --err "--shape: number 2: found 'b'" -- generate --out x.ply --shape "1,b"
+  expect 1 --err "--shape: found 11 numbers" -- generate --out x.ply --shape "1,1,1,1,1,1,1,1,1,1,1"
+  expect 1 --err "short.txt" -- generate --out x.ply --pose short.txt
+  echo "1 2 3" > short.txt
+  expect 1 --err "short.txt: found 3 numbers, expected 72" -- generate --out x.ply --pose short.txt
+  expect 1 --err "a file for 2 meshes" -- generate --out x.ply --count 2
+  expect 1 --err "none.safetensors" -- generate --out x --body none.safetensors
+  expect 1 --err "nowhere" -- generate --out nowhere/deeper
+  echo "not a body" > bad.safetensors
+  expect 1 --err "bad.safetensors" -- generate --out x --body bad.safetensors
+  missing x
+  missing x.ply
+}
+
+test_info() {
+  make_meshes
+  expect 0 --out "triangles 4" --out "closed" --out "g 2" --out "texture coordinates" -- info a.obj
+  printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 5 5 5\nf 1 2 3 4\n' > quad.obj
+  expect 0 --out "quads 1" --out "open: 4 border edges in 1 borders" --out "vertices without face  1" -- info quad.obj
+  expect 0 --out "float heat" -- info b.ply
+  expect 0 --out '"vertices": 4' --out '"faces": 4' -- info --json a.obj
+  [ "$(head -c 1 out.txt)" = "[" ] || fail "no JSON array"
+  expect 1 --err "none.obj: found no such file" -- info none.obj
+  expect 1 --err "expected a mesh file" -- info a.txt
+  : > empty.safetensors
+  expect 1 --err "empty.safetensors" -- info empty.safetensors
+  : > empty.ply
+  expect 1 --err "empty.ply" -- info a.obj empty.ply
+}
+
+test_doctor() {
+  expect 0 --out "compiled for" --out "hardware threads" --out "tbb" -- doctor
+  expect 0 --out '"fused_multiply_add": ' --out '"advice": ' -- doctor --json
+  expect 2 --err "extra" -- doctor extra
+}
+
+test_explain() {
+  expect 0 --out "1024" --out "decoder" -- explain
+  expect 0 --out "64" -- explain --bottleneck 64 --feature pooled --order relu_conv
+  expect 2 --err "--bottleneck" -- explain --bottleneck 65
+  expect 2 --err "--order" -- explain --order backwards
+  expect 1 --err "none.safetensors" -- explain --weights none.safetensors
+}
+
+test_transfer() {
+  make_meshes
+  cp a.obj before.obj
+  expect 0 --out "c.obj in" -- transfer --identity a.obj --pose b.ply --out c.obj --render c.png --seed 3
+  exists c.png
+  # The identity's faces, texture coordinates, groups and materials, in their order.
+  diff <(grep -E '^(f|g|vt|usemtl) ' a.obj) <(grep -E '^(f|g|vt|usemtl) ' c.obj) > out.txt || fail "c.obj lost something"
+  grep -q '^mtllib a.mtl' c.obj || fail "c.obj lost its materials"
+  [ "$(grep -c '^v ' c.obj)" -eq 4 ] || fail "c.obj has another number of vertices"
+  expect 0 -- transfer --identity a.obj --pose b.ply --out d.obj --seed 3 --threads 1
+  same c.obj d.obj
+  expect 0 -- transfer --identity a.obj --pose b.ply --out c.ply --invariant --normalise sphere
+  expect 0 --out "faces by size        triangles 4" -- info c.ply
+  same a.obj before.obj
+  rm -f c.* d.obj
+
+  mkdir poses
+  cp a.obj poses/one.obj
+  cp b.ply "poses/two words.ply"
+  expect 0 --out "2 meshes" -- transfer --identity a.obj --pose poses --out results
+  exists results/one.obj
+  exists "results/two words.obj"
+  expect 0 --out "2 meshes" -- transfer --identity a.obj --pose poses --out results --format ply
+  exists "results/two words.ply"
+
+  printf '# identity pose output\n\na.obj b.ply c.obj # comment\r\na.obj "poses/two words.ply" '"'d e.ply'"'\n' > pairs.txt
+  expect 0 --out "2 meshes" -- transfer --pairs pairs.txt
+  exists c.obj
+  exists "d e.ply"
+  rm -f c.obj "d e.ply"
+
+  expect 2 --err "--identity, --pose and --out, or --pairs" -- transfer --identity a.obj
+  expect 2 --err "--pairs" -- transfer --pairs pairs.txt --identity a.obj
+  expect 2 --err "--threads" -- transfer --identity a.obj --pose b.ply --out c.obj --threads few
+  expect 2 --err "--normalise" -- transfer --identity a.obj --pose b.ply --out c.obj --normalise cube
+  expect 1 --err "none.obj: found no such file" -- transfer --identity none.obj --pose b.ply --out c.obj
+  expect 1 --err "none.safetensors" -- transfer --identity a.obj --pose b.ply --out c.obj --weights none.safetensors
+  expect 1 --err "./a.obj: found an output that is also an input" -- transfer --identity a.obj --pose b.ply --out ./a.obj
+  expect 1 --err "b.ply: found an output that is also an input" -- transfer --identity a.obj --pose b.ply --out b.ply
+  expect 1 --err "nowhere/c.obj" -- transfer --identity a.obj --pose b.ply --out nowhere/c.obj
+  expect 1 --err "c.txt: found extension .txt" -- transfer --identity a.obj --pose b.ply --out c.txt
+  expect 1 --err "x.jpg" -- transfer --identity a.obj --pose b.ply --out c.obj --render x.jpg
+  mkdir taken.obj
+  expect 1 --err "taken.obj: found a directory" -- transfer --identity a.obj --pose b.ply --out taken.obj
+  expect 1 --err "5 vertices" -- transfer --identity a.obj --pose b.ply --out c.obj --resample off --feature per-vertex
+  mkdir empty
+  expect 1 --err "empty: found a folder without meshes" -- transfer --identity a.obj --pose empty --out new
+  missing new
+  same a.obj before.obj
+
+  printf 'a.obj b.ply\n' > bad.txt
+  expect 1 --err "bad.txt: line 1: found 2 names" -- transfer --pairs bad.txt
+  printf '#\na.obj "b.ply c.obj\n' > bad.txt
+  expect 1 --err "bad.txt: line 2: found a quotation mark" -- transfer --pairs bad.txt
+  printf 'a.obj b.ply c.obj\na.obj b.ply ./c.obj\n' > bad.txt
+  expect 1 --err "bad.txt: line 2: found the output of two pairs" -- transfer --pairs bad.txt
+  printf 'a.obj b.ply c.obj\nc.obj b.ply d.obj\n' > bad.txt
+  expect 1 --err "bad.txt: line 1: found an output that is also an input" -- transfer --pairs bad.txt
+  : > bad.txt
+  expect 1 --err "bad.txt: found no pairs" -- transfer --pairs bad.txt
+  missing c.obj
+
+  # Stop at a bad pair before any work, or go on and still fail at the end.
+  printf 'a.obj none.ply c.obj\na.obj broken.ply d.obj\na.obj b.ply e.obj\n' > some.txt
+  echo "ply" > broken.ply
+  expect 1 --err "some.txt: line 1: none.ply" -- transfer --pairs some.txt
+  missing e.obj
+  expect 1 --err "some.txt: line 1: none.ply" --err "some.txt: line 2: broken.ply" --err "2 of 3 pairs failed" -- transfer --pairs some.txt --keep-going
+  exists e.obj
+  missing c.obj
+  missing d.obj
+}
+
+"test_$area"
+if [ "$failures" -ne 0 ]; then
+  echo "$failures failures"
+  exit 1
+fi
+echo "$area: all as expected"
