@@ -3,7 +3,9 @@
 
 #include <npt/mesh/mesh.hpp>
 
+#include <cstdint>
 #include <initializer_list>
+#include <utility>
 #include <vector>
 
 namespace zoo {

@@ -89,6 +89,7 @@ class AtomicFile {
   }
 
   void write(std::string_view text) {
+    NPT_ASSERT(file_);
     if (text.empty()) return;
     if (std::fwrite(text.data(), 1, text.size(), file_.get()) != text.size()) fail(internal::system_reason());
   }
@@ -101,6 +102,7 @@ class AtomicFile {
 
   /// Makes the file visible under its name. The last call.
   void commit() {
+    NPT_ASSERT(file_);
     if (std::fflush(file_.get()) != 0) fail(internal::system_reason());
     if (std::fclose(file_.release()) != 0) fail_closed(internal::system_reason());
     std::error_code code;

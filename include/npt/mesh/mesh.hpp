@@ -16,7 +16,8 @@ namespace npt::inline NPT_ABI {
 inline constexpr std::uint32_t no_index = 0xFFFFFFFFU;
 
 /// A statement of a mesh file that stands before face number `face` and must be written back there:
-/// "g", "o", "usemtl", "s" or "mtllib", and the rest of its line.
+/// "g", "o", "usemtl", "s" or "mtllib" (OBJ), "comment" or "obj_info" (PLY, before face 0), and the rest of its line. Each
+/// format writes its own and leaves out the other's.
 struct MeshTag {
   std::size_t face = 0;
   std::string keyword;

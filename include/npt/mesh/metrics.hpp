@@ -43,21 +43,19 @@ inline std::vector<double> vertex_distances(std::span<const float> a, std::span<
 /// Eq. 7: the mean over vertices of the squared distance.
 inline double pmd(std::span<const float> a, std::span<const float> b) {
   internal::expect_same_count(a, b);
+  const std::size_t vertices = a.size() / 3;
   double sum = 0;
-  for (std::size_t v = 0; v < a.size() / 3; ++v) {
+  for (std::size_t v = 0; v < vertices; ++v) {
     const Vec3d d = internal::point(a, v) - internal::point(b, v);
     sum += dot(d, d);
   }
-  return sum / static_cast<double>(a.size() / 3);
+  return sum / static_cast<double>(vertices);
 }
 
 /// The mean over the 3 V coordinates, a third of pmd: what the paper's public evaluation computes.
 inline double pmd_per_coordinate(std::span<const float> a, std::span<const float> b) { return pmd(a, b) / 3; }
 
 /// The root of a PMD in square metres, in millimetres.
-constexpr double millimetres_per_metre = 1000;
-inline double root_pmd_mm(double pmd_in_square_metres) {
-  return std::sqrt(pmd_in_square_metres) * millimetres_per_metre;
-}
+inline double root_pmd_mm(double pmd_in_square_metres) { return 1000 * std::sqrt(pmd_in_square_metres); }
 
 }  // namespace npt::inline NPT_ABI
