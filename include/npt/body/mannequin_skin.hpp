@@ -30,15 +30,16 @@ using JointWeights = std::array<double, smpl_joint_count>;
 
 /// Share of one arm at q = (|x|, y, z): everything from the collar bone outwards.
 inline double arm_share(Vec3d q) {
-  const double height = ramp(q.y, 1.20, 1.36), beside_neck = ramp(q.y, 1.44, 1.50) * (1.0 - ramp(q.x, 0.05, 0.13));
-  const double chest = ramp(q.x, 0.0, 0.155) * height * (1.0 - beside_neck);
+  const double height = ramp(q.y, 1.14, 1.37), beside_neck = ramp(q.y, 1.44, 1.50) * (1.0 - ramp(q.x, 0.05, 0.13));
+  const double below_head = 1.0 - ramp(q.y, 1.48, 1.53);
+  const double chest = ramp(q.x, 0.0, 0.170) * height * (1.0 - beside_neck) * below_head;
   return std::max(chest, ramp(q.x, 0.175, 0.24));
 }
 
 /// Adds one arm's joints. `share` is what the trunk leaves to the arm.
 inline void add_arm(Vec3d q, double share, std::size_t side, JointWeights& w) {
   // Ribs under the armpit stay with the trunk, however far out they are.
-  const double below_armpit = 1.0 - ramp(q.y, 1.26, 1.35);
+  const double below_armpit = 1.0 - ramp(q.y, 1.23, 1.36);
   const double shoulder = ramp(q.x - 0.06 * below_armpit, 0.115, 0.235);
   const double elbow = ramp(q.x, 0.405, 0.505), wrist = ramp(q.x, 0.672, 0.745);
   // The thumb stands beside the knuckles and does not bend with the fingers.
