@@ -1,11 +1,10 @@
 /// Body models as files: safetensors with SMPL's names.
-///   v_template [V, 3], shapedirs [V, 3, S], J_regressor [J, V], weights [V, J], f [F, 3], parents [J],
-///   and, where there are any, posedirs [V, 3, 9 (J - 1)]; metadata joint_names (separated by blanks), unit, up, front,
-///   rest_pose, licence, source
+///   v_template [V, 3], shapedirs [V, 3, S], J_regressor [J, V], weights [V, J], f [F, 3], parents [J] and, where there
+///   are any, posedirs [V, 3, 9 (J - 1)]; metadata joint_names (separated by blanks), unit, up, front, rest_pose,
+///   licence, source
 /// Numerics  any stored type of numbers is accepted and converted to float; written as F32 and I32
-/// Errors    npt::Error that names the file, lists every missing or misshapen tensor at once, or names the one whose
-/// values don't
-///           make a body
+/// Errors    npt::Error that names the file, and all missing or misshapen tensors at once, or the one whose values
+///           don't make a body
 #pragma once
 
 #include <npt/body/body_model.hpp>

@@ -2,11 +2,10 @@
 ///   rest(betas)  = v_template + shapedirs * betas
 ///   joints       = J_regressor * rest(betas)
 ///   posed        = sum over joints of weight * G_j * (rest(betas) + posedirs * (R - I)),  R = Rodrigues(axis angles)
-/// Shapes    betas: at most S numbers, further ones count as 0;  axis angles: [J, 3], radians, relative to the parent;
+/// Shapes    betas: at most S numbers, missing ones count as 0;  axis angles: [J, 3], radians, relative to the parent;
 ///           out: [V, 3], or [n, 3] for a subset of n vertices
 /// Numerics  tables and vertices are float; joints, rotations and skinning are computed in double. A vertex gets the
-/// same
-///           bits in a subset as in the full mesh, and a subset of n vertices costs O(n), not O(V)
+///           same bits in a subset as in the full mesh, and a subset of n vertices costs O(n), not O(V)
 /// Errors    npt::Error for tables that don't make a body and for arguments of the wrong size or with NaN
 /// Source    Loper et al., "SMPL: A Skinned Multi-Person Linear Model", SIGGRAPH Asia 2015
 #pragma once
@@ -21,7 +20,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <string>
 #include <utility>

@@ -1,7 +1,7 @@
-/// The mannequin's anatomy as tables: cross-sections of trunk, head and limbs, strokes that model their surface, and
-/// joints. An adult of average build, 1.75 m and seven and a half heads tall, in T pose: y up, facing +z, soles at y =
-/// 0, palms down. Only the left half (x >= 0) is written; the right one is its mirror image. Metres. Source proportions
-/// of figure drawing by eye; no scanned or modelled body was measured
+/// The mannequin's anatomy as tables: cross-sections of trunk, head and limbs, strokes that model their surface, joints.
+/// An adult of average build, 1.75 m and seven and a half heads tall, in T pose: y up, facing +z, soles at y = 0, palms
+/// down. Only the left half (x >= 0) is written; the right one is its mirror image. Metres.
+/// Source    proportions of figure drawing, by eye; no scanned or modelled body was measured
 #pragma once
 
 #include <npt/body/implicit_figure.hpp>
@@ -102,11 +102,11 @@ inline constexpr Digit digits[] = {
 inline constexpr Stroke strokes[] = {
     // Chest: pectorals, sternum, the edge of the ribs.
     {{0.070, 1.305, 0.100}, {0.095, 1.315, 0.090}, {0.095, 0.075, 0.070}, 0.018},
-    {{0.030, 1.240, 0.125}, {0.120, 1.255, 0.105}, {0.040, 0.026, 0.050}, -0.005},
-    {{0.000, 1.360, 0.095}, {0.000, 1.250, 0.120}, {0.022, 0.030, 0.050}, -0.007},
+    {{0.040, 1.236, 0.122}, {0.120, 1.252, 0.105}, {0.045, 0.036, 0.050}, -0.0045},
+    {{0.000, 1.350, 0.095}, {0.000, 1.265, 0.115}, {0.036, 0.045, 0.055}, -0.007},
     // Belly: the white line, navel, flanks.
-    {{0.000, 1.220, 0.110}, {0.000, 1.000, 0.100}, {0.022, 0.030, 0.040}, -0.005},
-    {{0.000, 1.052, 0.100}, {0.000, 1.050, 0.100}, {0.014, 0.014, 0.020}, -0.007},
+    {{0.000, 1.210, 0.110}, {0.000, 1.090, 0.100}, {0.032, 0.050, 0.050}, -0.004},
+    {{0.000, 1.054, 0.104}, {0.000, 1.050, 0.104}, {0.015, 0.015, 0.024}, -0.008},
     {{0.135, 1.030, 0.030}, {0.125, 1.010, 0.060}, {0.060, 0.060, 0.070}, 0.004},
     // Back: spine, its long muscles, shoulder blades, latissimus.
     {{0.000, 1.390, -0.125}, {0.000, 1.000, -0.090}, {0.045, 0.050, 0.060}, -0.010},
@@ -116,7 +116,7 @@ inline constexpr Stroke strokes[] = {
     // Buttocks and the fold under them.
     {{0.072, 0.915, -0.095}, {0.086, 0.872, -0.090}, {0.105, 0.105, 0.110}, 0.030},
     {{0.055, 0.806, -0.100}, {0.105, 0.803, -0.090}, {0.050, 0.030, 0.050}, -0.003},
-    {{0.000, 0.945, -0.115}, {0.000, 0.850, -0.110}, {0.042, 0.055, 0.080}, -0.017},
+    {{0.000, 0.945, -0.115}, {0.000, 0.850, -0.110}, {0.048, 0.055, 0.080}, -0.016},
     // Shoulder: trapezius, clavicle, pit of the neck, deltoid.
     {{0.040, 1.480, -0.030}, {0.140, 1.440, -0.025}, {0.050, 0.045, 0.050}, 0.020},
     {{0.018, 1.428, 0.045}, {0.160, 1.447, 0.012}, {0.026, 0.022, 0.032}, 0.007},
@@ -144,6 +144,8 @@ inline constexpr Stroke strokes[] = {
     {{0.092, 0.000, 0.030}, {0.094, 0.000, 0.060}, {0.030, 0.026, 0.060}, -0.010},
     // Neck: sternomastoid.
     {{0.052, 1.565, -0.012}, {0.016, 1.440, 0.036}, {0.022, 0.030, 0.024}, 0.006},
+    // Ear: the shell.
+    {{0.083, 1.629, 0.002}, {0.081, 1.621, 0.004}, {0.014, 0.014, 0.011}, -0.0040},
     // Face: brow, sockets, eyeballs, nose, cheekbones, muzzle, mouth, chin, jaw angle, temples.
     {{0.008, 1.662, 0.096}, {0.046, 1.664, 0.080}, {0.024, 0.016, 0.028}, 0.0060},
     {{0.031, 1.641, 0.095}, {0.036, 1.640, 0.090}, {0.026, 0.022, 0.036}, -0.0120},
@@ -156,7 +158,7 @@ inline constexpr Stroke strokes[] = {
     {{0.000, 1.576, 0.094}, {0.010, 1.572, 0.092}, {0.040, 0.034, 0.034}, 0.0045},
     {{0.000, 1.580, 0.101}, {0.016, 1.577, 0.096}, {0.015, 0.0115, 0.020}, 0.0050},
     {{0.000, 1.561, 0.099}, {0.013, 1.563, 0.095}, {0.016, 0.0125, 0.020}, 0.0060},
-    {{0.000, 1.5705, 0.106}, {0.024, 1.5705, 0.096}, {0.012, 0.0080, 0.020}, -0.0060},
+    {{0.000, 1.5705, 0.106}, {0.023, 1.5705, 0.097}, {0.012, 0.0095, 0.020}, -0.0045},
     {{0.000, 1.548, 0.100}, {0.012, 1.548, 0.097}, {0.026, 0.012, 0.020}, -0.0045},
     {{0.000, 1.533, 0.094}, {0.008, 1.533, 0.092}, {0.028, 0.022, 0.026}, 0.0085},
     {{0.048, 1.556, 0.012}, {0.052, 1.562, 0.004}, {0.030, 0.032, 0.034}, 0.0060},

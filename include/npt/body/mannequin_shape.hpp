@@ -1,7 +1,7 @@
-/// The mannequin's ten shape directions: displacement fields for one standard deviation each, by code.
-///   0 stature   1 weight   2 muscles   3 shoulder breadth   4 hip breadth   5 legs against trunk   6 arm length   7
-///   belly 8 chest     9 head size
-/// Plausible within three standard deviations of each, whole within four.
+/// The mannequin's ten shape directions: displacement fields for one standard deviation each.
+///   0 stature            1 weight         2 muscles   3 shoulder breadth   4 hip breadth
+///   5 legs against trunk   6 arm length   7 belly     8 chest              9 head size
+/// Plausible within three standard deviations of each; within four the surface still keeps an inside.
 #pragma once
 
 #include <npt/body/implicit_figure.hpp>

@@ -1,7 +1,7 @@
 /// How the mannequin's skin follows its bones: smooth weights, and joints as averages of the skin around them.
 /// A weight is a product of ramps along the chain from the trunk to the vertex: each joint passes on a share that rises
-/// from 0 to 1 across it. The shares of one vertex sum to 1 by construction. Source    joint regressor: Sukumar,
-/// "Construction of polygonal interpolants: a maximum entropy approach", 2004
+/// from 0 to 1 across it. The shares of one vertex sum to 1 by construction.
+/// Source    joints: Sukumar, "Construction of polygonal interpolants: a maximum entropy approach", 2004
 #pragma once
 
 #include <npt/body/mannequin_anatomy.hpp>
@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 

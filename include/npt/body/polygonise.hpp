@@ -1,8 +1,7 @@
 /// Triangles of the half x >= 0 of an implicit figure: marching tetrahedra by continuation from a point on the surface.
-/// The result is one connected sheet whose only border lies in the plane x = 0. Outward orientation.
-/// Sources   Bloomenthal, "An implicit surface polygonizer", Graphics Gems IV, 1994 (continuation); the cube is cut
-/// into
-///           the six tetrahedra around its main diagonal (Kuhn), which neighbouring cubes share
+/// The result is one connected sheet, outward, whose only border lies in the plane x = 0.
+/// Sources   continuation: Bloomenthal, "An implicit surface polygonizer", Graphics Gems IV, 1994; the cube is cut into
+///           the six tetrahedra around its main diagonal (Kuhn), which agree on the faces of neighbouring cubes
 #pragma once
 
 #include <npt/body/implicit_figure.hpp>
@@ -15,6 +14,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <unordered_map>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI::body::internal {
@@ -48,7 +49,7 @@ class Polygoniser {
   /// `seed` is a cell that the surface passes through.
   TriangleSheet operator()(std::array<int, 3> seed) {
     std::vector<std::array<int, 3>> open{seed};
-    seen_.emplace(key(seed), true);
+    seen_.insert(key(seed));
     while (!open.empty()) {
       const std::array<int, 3> cell = open.back();
       open.pop_back();
@@ -57,7 +58,7 @@ class Polygoniser {
         for (const int step : {-1, 1}) {
           std::array<int, 3> next = cell;
           next[k] += step;
-          if (next[0] >= 0 && seen_.emplace(key(next), true).second) open.push_back(next);
+          if (next[0] >= 0 && seen_.insert(key(next)).second) open.push_back(next);
         }
       }
     }
@@ -145,7 +146,7 @@ class Polygoniser {
   GridWarp warp_;
   TriangleSheet sheet_;
   std::unordered_map<std::uint64_t, double> values_;
-  std::unordered_map<std::uint64_t, bool> seen_;
+  std::unordered_set<std::uint64_t> seen_;
   std::unordered_map<std::uint64_t, std::uint32_t> edges_;
 };
 

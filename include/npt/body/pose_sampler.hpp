@@ -1,7 +1,6 @@
 /// Random poses and shapes as the paper's data set draws them.
-/// Source    Wang et al., "Neural Pose Transfer by Spatially Adaptive Instance Normalization", CVPR 2020, supplement,
-/// Table 6 Numerics  a draw depends on the generator's seed, stream and position only: use one stream for each mesh of
-/// a set
+/// Numerics  a draw depends on the generator's seed, stream and position only: use one stream for each mesh of a set
+/// Source    Wang et al., "Neural Pose Transfer by Spatially Adaptive Instance Normalization", CVPR 2020, Table 6
 #pragma once
 
 #include <npt/body/skeleton.hpp>

@@ -1,6 +1,6 @@
 /// Remeshes a sheet on an implicit surface: triangles near equilateral, edges near a wanted length that varies in
-/// space. The sheet is the half x >= 0 of a mirror-symmetric surface; its border stays in the plane x = 0. Numerics
-/// positions are rounded to multiples of 2^-20 (about 1 micrometre), so that every decision compares numbers
+/// space. The sheet is the half x >= 0 of a mirror-symmetric surface; its border stays in the plane x = 0.
+/// Numerics  positions are rounded to multiples of 2^-20 (about 1 micrometre): every decision then compares numbers
 ///           that compilers agree on, and the same mesh comes out whatever the instruction set
 /// Source    Botsch and Kobbelt, "A remeshing approach to multiresolution modeling", SGP 2004
 #pragma once
@@ -91,8 +91,8 @@ class SheetTopology {
     return border;
   }
 
-  /// Cuts edge h in two by a new vertex, and the triangles beside it.
-  std::uint32_t split(std::uint32_t h) {
+  /// Cuts edge h in two by a new vertex, the last one, and the triangles beside it.
+  void split(std::uint32_t h) {
     const std::uint32_t o = opposite_[h], m = vertices();
     leaving_.push_back(none);
     const std::uint32_t far = halve(h, m);
@@ -101,7 +101,6 @@ class SheetTopology {
       glue(h, other);
       glue(o, far);
     }
-    return m;
   }
 
   /// Replaces the diagonal h of the quad around it by the other one.
@@ -162,8 +161,8 @@ class SheetTopology {
       leaving_[v[i]] = t + i;
     }
   }
-  /// Triangle of h = (a, b, c) becomes (a, m, c); a new one (m, b, c) follows. Returns the new half-edge m -> b; h is a
-  /// -> m.
+  /// The triangle (a, b, c) of h = a -> b becomes (a, m, c), and h a -> m. A new triangle (m, b, c) follows; returns its
+  /// half-edge m -> b.
   std::uint32_t halve(std::uint32_t h, std::uint32_t m) {
     const std::uint32_t b = to(h), c = apex(h), bc = opposite_[next(h)];
     const std::uint32_t t = half_edges();
@@ -380,9 +379,7 @@ class Remesher {
   void reach_count() {
     while (full_count() != count_) {
       const std::size_t now = full_count();
-      const bool parity = (now - count_) % 2 != 0;
-      const bool merge = now > count_;
-      if (!change_one(merge, parity)) break;
+      if (!change_one(now > count_, now % 2 != count_ % 2)) break;
     }
   }
 
