@@ -1,16 +1,12 @@
-/// The networks behind `npt transfer` and `npt explain`: the variants that are compiled in, chosen by the weights.
+/// The networks behind `npt transfer` and `npt explain`, chosen by the weights.
 #include "transfer_backend.hpp"
 
+#include "networks.hpp"
 #include "shipped_weights.hpp"
 
 #include <npt/core/error.hpp>
-#include <npt/engine/engine.hpp>
-#include <npt/graph/explain.hpp>
-#include <npt/net/pose_transfer_net.hpp>
 #include <npt/transfer/transfer.hpp>
-#include <npt/weights/weights_file.hpp>
 
-#include <array>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -21,44 +17,12 @@ namespace program {
 
 namespace {
 
-/// What names one of the compiled networks.
-struct Variant {
-  int bottleneck = 1024;
-  std::string order = npt::ConvRelu::name;
-  std::string feature = npt::PerVertex::name;
-
-  bool operator==(const Variant&) const = default;
-  std::string text() const { return "bottleneck " + std::to_string(bottleneck) + ", " + order + ", " + feature; }
-};
-
-/// Calls f.operator()<Net>() for every network that is compiled in.
-template <class F>
-void for_each_network(F&& f) {
-  const auto of_bottleneck = [&f]<int B>() {
-    f.template operator()<npt::PoseTransferNet<B, npt::ConvRelu, npt::PerVertex>>();
-    f.template operator()<npt::PoseTransferNet<B, npt::ConvRelu, npt::Pooled>>();
-    f.template operator()<npt::PoseTransferNet<B, npt::ReluConv, npt::PerVertex>>();
-    f.template operator()<npt::PoseTransferNet<B, npt::ReluConv, npt::Pooled>>();
-  };
-  of_bottleneck.template operator()<1024>();
-  of_bottleneck.template operator()<512>();
-  of_bottleneck.template operator()<256>();
-  of_bottleneck.template operator()<128>();
-  of_bottleneck.template operator()<64>();
-}
-
-template <class Net>
-Variant variant_of() {
-  return {Net::bottleneck, Net::Order::name, Net::Feature::name};
-}
-
-/// The backend on one network.
-template <class Net>
-class NetworkBackend : public TransferBackend {
+class EngineBackend : public TransferBackend {
  public:
-  NetworkBackend(const npt::Model<Net>& model, const TransferOptions& options, npt::Normalisation normalisation,
-                 std::string notice)
-      : engine_(model, options.threads),
+  EngineBackend(const Network& network, FloatEngine engine, const TransferOptions& options,
+                npt::Normalisation normalisation, std::string notice)
+      : network_(network),
+        engine_(std::move(engine)),
         options_{.normalisation = normalisation,
                  .resample = options.resample,
                  .seed = options.seed,
@@ -71,7 +35,7 @@ class NetworkBackend : public TransferBackend {
       identity_ = npt::identity_input(identity.mesh.coordinates(), options_, identity.name);
       identity_number_ = identity.number;
     }
-    const std::size_t count = decltype(engine_)::pairs_vertices() ? identity.mesh.vertex_count() : 0;
+    const std::size_t count = network_.program->paired ? identity.mesh.vertex_count() : 0;
     if (pose.number != pose_number_ || count != pose_count_) {
       pose_number_ = 0;
       engine_.encode(npt::pose_input(pose.mesh.coordinates(), npt::triangulate(pose.mesh), count, options_, pose.name),
@@ -84,11 +48,12 @@ class NetworkBackend : public TransferBackend {
     return npt::with_positions(identity.mesh, identity_, result_);
   }
 
-  std::string description() const override { return variant_of<Net>().text(); }
+  std::string description() const override { return network_.variant.text(); }
   std::string notice() const override { return notice_; }
 
  private:
-  npt::Engine<Net> engine_;
+  const Network& network_;
+  FloatEngine engine_;
   npt::TransferOptions options_;
   std::string notice_;
   npt::IdentityInput identity_;
@@ -112,7 +77,7 @@ int bottleneck_of(const npt::SafetensorsFile& file) {
                       .found = "no encoder.conv3.weight",
                       .expected = "weights of a pose transfer network"});
   }
-  for (const int b : {1024, 512, 256, 128, 64})
+  for (const int b : bottlenecks)
     if (text == std::to_string(b)) return b;
   throw npt::Error({.file = file.name(),
                     .place = "metadata bottleneck",
@@ -131,34 +96,31 @@ std::string chosen(const npt::SafetensorsFile& file, const std::string& key, con
                     .expected = "a value, or --" + key + ": files of all variants look alike"});
 }
 
-npt::Normalisation normalisation_of(const npt::Metadata& metadata, const std::string& file) {
-  const auto found = metadata.find("normalisation");
-  // The paper scales to the unit sphere; a file that doesn't say is taken for one of the authors' code, which only
-  // centres.
-  if (found == metadata.end()) return npt::Normalisation::centre;
-  return npt::parse_normalisation(found->second, file + ": metadata normalisation");
+const Network& network_of(const npt::SafetensorsFile& file, const NetworkOptions& options) {
+  const Variant variant{bottleneck_of(file), chosen(file, "order", options.order),
+                        chosen(file, "feature", options.feature)};
+  if (const Network* network = find_network(variant)) return *network;
+  throw npt::Error({.file = file.name(),
+                    .place = "metadata",
+                    .found = variant.text(),
+                    .expected = "order conv_relu or relu_conv, feature per-vertex or pooled"});
+}
+
+npt::Normalisation normalisation_of(const npt::SafetensorsFile& file) {
+  // The paper scales to the unit sphere; a file that doesn't say is taken for one of the authors' code, which only centres.
+  const std::string* stored = file.find_metadata("normalisation");
+  if (stored == nullptr) return npt::Normalisation::centre;
+  return npt::parse_normalisation(*stored, file.name() + ": metadata normalisation");
 }
 
 std::unique_ptr<TransferBackend> from_weights(const std::filesystem::path& path, const TransferOptions& options) {
   const auto file = npt::SafetensorsFile::read(path);
-  const Variant variant{bottleneck_of(file), chosen(file, "order", options.network.order),
-                        chosen(file, "feature", options.network.feature)};
-  npt::Metadata assume{{"order", variant.order}, {"feature", variant.feature}};
+  const Network& network = network_of(file, options.network);
+  npt::Metadata assume{{"order", network.variant.order}, {"feature", network.variant.feature}};
   if (options.network.output_scale) assume["output_scale"] = npt::number_text(*options.network.output_scale);
-  std::unique_ptr<TransferBackend> backend;
-  for_each_network([&]<class Net>() {
-    if (variant_of<Net>() != variant) return;
-    npt::Model<Net> model;
-    const npt::Metadata metadata = npt::load(model, file, assume);
-    const auto normalisation = options.normalisation.value_or(normalisation_of(metadata, file.name()));
-    backend = std::make_unique<NetworkBackend<Net>>(model, options, normalisation, "");
-  });
-  if (!backend)
-    throw npt::Error({.file = path.string(),
-                      .place = "metadata",
-                      .found = variant.text(),
-                      .expected = "order conv_relu or relu_conv, feature per-vertex or pooled"});
-  return backend;
+  const auto normalisation = options.normalisation ? *options.normalisation : normalisation_of(file);
+  return std::make_unique<EngineBackend>(network, network.from_file(file, assume, options.threads), options,
+                                         normalisation, "");
 }
 
 /// Weights of the right shape that know nothing: until trained ones are shipped, the rest of the program can be tried.
@@ -166,53 +128,33 @@ std::unique_ptr<TransferBackend> from_seed(const TransferOptions& options) {
   Variant variant{.bottleneck = 256};
   if (options.network.order) variant.order = *options.network.order;
   if (options.network.feature) variant.feature = *options.network.feature;
-  std::unique_ptr<TransferBackend> backend;
-  for_each_network([&]<class Net>() {
-    if (variant_of<Net>() != variant) return;
-    npt::Model<Net> model;
-    npt::randomise(model, options.seed);
-    backend = std::make_unique<NetworkBackend<Net>>(
-        model, options, options.normalisation.value_or(npt::Normalisation::centre),
-        "no trained weights are shipped yet: random ones (seed " + std::to_string(options.seed) +
-            ") are used, and the result is not a pose transfer. Give trained ones with --weights.");
-  });
-  return backend;
+  const Network& network = *find_network(variant);
+  return std::make_unique<EngineBackend>(
+      network, network.from_seed(options.seed, options.threads, npt::Precision::native), options,
+      options.normalisation.value_or(npt::Normalisation::centre),
+      "no trained weights are shipped yet: random ones (seed " + std::to_string(options.seed) +
+          ") are used, and the result is not a pose transfer. Give trained ones with --weights.");
 }
 
 }  // namespace
 
 std::unique_ptr<TransferBackend> make_transfer_backend(const TransferOptions& options) {
   if (options.network.weights) return from_weights(*options.network.weights, options);
-  if (const auto shipped = shipped_weights(options.network.feature.value_or(npt::PerVertex::name)))
+  if (const auto shipped = shipped_weights(options.network.feature.value_or("per-vertex")))
     return from_weights(*shipped, options);
   return from_seed(options);
 }
 
 std::string explain_network(const NetworkOptions& options, std::optional<int> bottleneck, std::size_t vertices) {
-  Variant variant;
-  if (options.weights) {
-    const auto file = npt::SafetensorsFile::read(*options.weights);
-    variant = {bottleneck_of(file), chosen(file, "order", options.order), chosen(file, "feature", options.feature)};
-  } else {
-    variant.bottleneck = bottleneck.value_or(1024);
-    variant.order = options.order.value_or(npt::ConvRelu::name);
-    variant.feature = options.feature.value_or(npt::PerVertex::name);
-  }
-  std::string text = variant.text() + "\n";
-  for_each_network([&]<class Net>() {
-    if (variant_of<Net>() != variant) return;
-    std::size_t parameters = 0;
-    npt::for_each_parameter(npt::graph::bound_network<Net>, [&](const npt::Parameter& p) {
-      if (!p.attribute) parameters += static_cast<std::size_t>(p.size());
-    });
-    const double operations = 2e-9 * npt::graph::program_of<Net>.multiply_adds * static_cast<double>(vertices);
-    char line[160];
-    std::snprintf(line, sizeof line,
-                  "%zu parameters; one transfer at %zu vertices is %.1f GFLOP by the plain algorithm.\n", parameters,
-                  vertices, operations);
-    text += line + npt::explain<Net>();
-  });
-  return text;
+  const Network& network = options.weights
+                               ? network_of(npt::SafetensorsFile::read(*options.weights), options)
+                               : *find_network({bottleneck.value_or(1024), options.order.value_or("conv_relu"),
+                                                options.feature.value_or("per-vertex")});
+  char line[160];
+  std::snprintf(line, sizeof line,
+                "%zu parameters; one transfer at %zu vertices is %.1f GFLOP by the plain algorithm.\n",
+                network.parameters, vertices, 2e-9 * network.program->multiply_adds * static_cast<double>(vertices));
+  return network.variant.text() + "\n" + line + network.explain();
 }
 
 }  // namespace program

@@ -11,6 +11,7 @@
 
 #include <string>
 #include <type_traits>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
@@ -49,16 +50,31 @@ constexpr void for_each_parameter(Layer& layer, F&& f) {
   }
 }
 
-/// Calls f(full name, parameter) likewise.
-template <class Layer, class F>
-void for_each_named_parameter(Layer& layer, F&& f, const std::string& prefix = {}) {
-  if constexpr (std::is_same_v<std::remove_const_t<Layer>, Parameter>) {
-    f(prefix, layer);
+/// A parameter with its full name, such as "decoder.conv1.weight".
+struct NamedParameter {
+  std::string name;
+  Parameter parameter;
+};
+
+namespace internal {
+template <class Layer>
+void list_parameters(const Layer& layer, const std::string& prefix, std::vector<NamedParameter>& list) {
+  if constexpr (std::is_same_v<Layer, Parameter>) {
+    list.push_back({prefix, layer});
   } else {
-    std::remove_const_t<Layer>::visit(layer, [&](const char* name, auto& part) {
-      for_each_named_parameter(part, f, prefix.empty() ? std::string(name) : prefix + "." + name);
+    Layer::visit(layer, [&](const char* name, const auto& part) {
+      list_parameters(part, prefix.empty() ? std::string(name) : prefix + "." + name, list);
     });
   }
+}
+}  // namespace internal
+
+/// All parameters of a layer or network in declaration order. What works on this list compiles once for all networks.
+template <class Layer>
+std::vector<NamedParameter> list_parameters(const Layer& layer) {
+  std::vector<NamedParameter> list;
+  internal::list_parameters(layer, {}, list);
+  return list;
 }
 
 /// Elements between tensors' starts are multiples of this: each tensor begins on a 64-byte boundary in fp32 and in

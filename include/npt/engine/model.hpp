@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
@@ -40,31 +41,33 @@ class Model {
   std::span<T> values(const Parameter& p) { return slice(values_.span(), p); }
   std::span<const T> values(const Parameter& p) const { return slice(values_.span(), p); }
 
+  /// All parameters with their names; the order is that of the network's declaration.
+  static const std::vector<NamedParameter>& parameters() {
+    static const std::vector<NamedParameter> list = list_parameters(network());
+    return list;
+  }
+
   /// Calls f(name, parameter, values) for every learned tensor, under the names of the public state dict.
   template <class F>
   void for_each_tensor(F&& f) {
-    for_each_named_parameter(network(), [&](const std::string& name, const Parameter& p) {
-      if (!p.attribute) f(name, p, values(p));
-    });
+    for (const NamedParameter& p : parameters())
+      if (!p.parameter.attribute) f(p.name, p.parameter, values(p.parameter));
   }
   template <class F>
   void for_each_tensor(F&& f) const {
-    for_each_named_parameter(network(), [&](const std::string& name, const Parameter& p) {
-      if (!p.attribute) f(name, p, values(p));
-    });
+    for (const NamedParameter& p : parameters())
+      if (!p.parameter.attribute) f(p.name, p.parameter, values(p.parameter));
   }
   /// Calls f(name, value) for every attribute.
   template <class F>
   void for_each_attribute(F&& f) {
-    for_each_named_parameter(network(), [&](const std::string& name, const Parameter& p) {
-      if (p.attribute) f(name, values(p)[0]);
-    });
+    for (const NamedParameter& p : parameters())
+      if (p.parameter.attribute) f(p.name, values(p.parameter)[0]);
   }
   template <class F>
   void for_each_attribute(F&& f) const {
-    for_each_named_parameter(network(), [&](const std::string& name, const Parameter& p) {
-      if (p.attribute) f(name, values(p)[0]);
-    });
+    for (const NamedParameter& p : parameters())
+      if (p.parameter.attribute) f(p.name, values(p.parameter)[0]);
   }
 
  private:

@@ -107,6 +107,9 @@ struct WorkspaceStorage {
   }
 };
 
+template <class T, class Exec>
+class Core;
+
 }  // namespace npt::inline NPT_ABI::engine
 
 namespace npt::inline NPT_ABI {
@@ -119,8 +122,8 @@ class PoseCode {
   int vertices() const { return vertices_; }
 
  private:
-  template <class, class, class>
-  friend class Engine;
+  template <class, class>
+  friend class engine::Core;
   int vertices_ = 0;
   engine::CodeStorage<T> storage_;
 };
@@ -133,8 +136,8 @@ class Workspace {
   std::size_t bytes() const { return storage_.bytes(); }
 
  private:
-  template <class, class, class>
-  friend class Engine;
+  template <class, class>
+  friend class engine::Core;
   engine::WorkspaceStorage<T> storage_;
 };
 

@@ -10,21 +10,28 @@
 #include <cstddef>
 #include <cstdio>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
 namespace graph::internal {
 
+struct OperationName {
+  OperationId id;
+  const char* name;
+};
+
 template <class... Ops>
-std::string operation_name(OperationList<Ops...>, OperationId id) {
-  std::string name;
-  ((&operation_id<Ops> == id ? void(name = Ops::name) : void()), ...);
-  return name;
+std::vector<OperationName> operation_names(OperationList<Ops...>) {
+  return {{&operation_id<Ops>, Ops::name}...};
 }
 
-template <class Net>
 class Explanation {
  public:
+  Explanation(const Program& program, std::vector<NamedParameter> parameters, std::vector<OperationName> operations)
+      : program_(program), parameters_(std::move(parameters)), operations_(std::move(operations)) {}
+
   std::string text() {
     line("%d stages in %d sweeps; %d of them encode the pose. %.0f multiply-adds a vertex.", program_.stage_count,
          program_.sweep_count, program_.encoder_sweeps, program_.multiply_adds);
@@ -107,7 +114,8 @@ class Explanation {
     std::string text;
     for (int c = 0; c < chain.count; ++c) {
       const Step& step = chain.steps[static_cast<std::size_t>(c)];
-      text += " | " + operation_name(typename ResultOf<Net>::Operations{}, step.operation);
+      for (const OperationName& operation : operations_)
+        if (operation.id == step.operation) text += std::string(" | ") + operation.name;
       if (step.other >= 0) text += "(" + tensor_name(step.other) + ")";
     }
     return text;
@@ -132,15 +140,15 @@ class Explanation {
     return "nothing";
   }
 
-  static std::string name_of(int weight) {
-    std::string found = "?";
-    for_each_named_parameter(bound_network<Net>, [&](const std::string& name, const Parameter& p) {
-      if (p.offset == weight) found = name.substr(0, name.rfind('.'));
-    });
-    return found;
+  std::string name_of(int weight) const {
+    for (const NamedParameter& p : parameters_)
+      if (p.parameter.offset == weight) return p.name.substr(0, p.name.rfind('.'));
+    return "?";
   }
 
-  const Program& program_ = program_of<Net>;
+  const Program& program_;
+  std::vector<NamedParameter> parameters_;
+  std::vector<OperationName> operations_;
   std::string text_;
 };
 
@@ -150,7 +158,9 @@ class Explanation {
 /// layers, and what happens to the product before it is stored.
 template <class Net>
 std::string explain() {
-  return graph::internal::Explanation<Net>().text();
+  return graph::internal::Explanation(graph::program_of<Net>, list_parameters(graph::bound_network<Net>),
+                                      graph::internal::operation_names(typename graph::ResultOf<Net>::Operations{}))
+      .text();
 }
 
 }  // namespace npt::inline NPT_ABI

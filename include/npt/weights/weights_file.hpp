@@ -12,11 +12,13 @@
 #include <npt/engine/model.hpp>
 #include <npt/io/safetensors.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <system_error>
@@ -86,30 +88,27 @@ inline TensorShape shape_of(const Parameter& p) {
 }
 
 /// Everything about the tensors that doesn't fit the network, or nothing.
-template <class Net, class T>
-std::vector<std::string> tensor_problems(const Model<Net, T>& model, const SafetensorsFile& file) {
+inline std::vector<std::string> tensor_problems(const std::vector<NamedParameter>& parameters,
+                                                const SafetensorsFile& file) {
   std::vector<std::string> problems;
-  std::size_t known = 0;
-  model.for_each_tensor([&](const std::string& name, const Parameter& p, std::span<const T>) {
+  std::set<std::string> known;
+  for (const auto& [name, parameter] : parameters) {
+    if (parameter.attribute) continue;
+    known.insert(name);
     const Tensor* tensor = file.find(name);
     if (tensor == nullptr) {
       problems.push_back(name + " is missing");
-      return;
+      continue;
     }
-    ++known;
-    if (tensor->shape != shape_of(p))
-      problems.push_back(name + " has shape " + to_string(tensor->shape) + " instead of " + to_string(shape_of(p)));
+    if (tensor->shape != shape_of(parameter))
+      problems.push_back(name + " has shape " + to_string(tensor->shape) + " instead of " +
+                         to_string(shape_of(parameter)));
     if (tensor->dtype != Dtype::f32 && tensor->dtype != Dtype::f64 && tensor->dtype != Dtype::f16 &&
         tensor->dtype != Dtype::bf16)
       problems.push_back(name + " holds " + to_string(tensor->dtype) + " instead of floating point");
-  });
-  if (known != file.tensors().size())
-    for (const Tensor& tensor : file.tensors()) {
-      bool found = false;
-      model.for_each_tensor(
-          [&](const std::string& name, const Parameter&, std::span<const T>) { found = found || name == tensor.name; });
-      if (!found) problems.push_back(tensor.name + " belongs to no layer");
-    }
+  }
+  for (const Tensor& tensor : file.tensors())
+    if (!known.contains(tensor.name)) problems.push_back(tensor.name + " belongs to no layer");
   return problems;
 }
 
@@ -121,44 +120,79 @@ inline std::string variant_text(const Metadata& variant) {
 
 }  // namespace internal
 
-/// Fills the model from a file and returns the file's metadata. `assume` gives values for keys that the file lacks;
-/// where it has them, they must agree.
-template <class Net, class T>
-Metadata load(Model<Net, T>& model, const SafetensorsFile& file, const Metadata& assume = {}) {
-  const Metadata variant = variant_metadata<Net>();
+namespace internal {
+
+/// Throws unless the file's metadata names this variant.
+inline void check_variant(const SafetensorsFile& file, const Metadata& variant, const Metadata& assume) {
   for (const auto& [key, value] : variant) {
     // The bottleneck shows in the shapes, so that a file without it can't be mistaken.
     if (key == "bottleneck" && file.find_metadata(key) == nullptr) continue;
-    const std::string stored = internal::agreed_value(file, assume, key);
+    const std::string stored = agreed_value(file, assume, key);
     if (stored != value)
       throw Error({.file = file.name(),
                    .place = "metadata " + key,
                    .found = "'" + stored + "'",
                    .expected = "'" + value + "', which is this network's"});
   }
-  if (const auto problems = internal::tensor_problems(model, file); !problems.empty()) {
-    std::string text;
-    for (std::size_t i = 0; i < problems.size() && i < 12; ++i) text += (i == 0 ? "" : "; ") + problems[i];
-    if (problems.size() > 12) text += "; and " + std::to_string(problems.size() - 12) + " more";
-    throw Error({.file = file.name(),
-                 .place = "tensors",
-                 .found = text,
-                 .expected = "those of " + internal::variant_text(variant)});
-  }
-  Model<Net, T> loaded;
-  loaded.for_each_tensor([&](const std::string& name, const Parameter&, std::span<T> values) {
-    const Tensor& tensor = file.at(name);
-    if constexpr (std::is_same_v<T, float>) {
-      const std::vector<float> stored = to_float(tensor);
-      std::copy(stored.begin(), stored.end(), values.begin());
-    } else {
-      const std::vector<double> stored = to_double(tensor);
-      std::copy(stored.begin(), stored.end(), values.begin());
+}
+
+inline void check_tensors(const SafetensorsFile& file, const std::vector<NamedParameter>& parameters,
+                          const Metadata& variant) {
+  const auto problems = tensor_problems(parameters, file);
+  if (problems.empty()) return;
+  std::string text;
+  for (std::size_t i = 0; i < problems.size() && i < 12; ++i) text += (i == 0 ? "" : "; ") + problems[i];
+  if (problems.size() > 12) text += "; and " + std::to_string(problems.size() - 12) + " more";
+  throw Error(
+      {.file = file.name(), .place = "tensors", .found = text, .expected = "those of " + variant_text(variant)});
+}
+
+/// Copies tensors and attributes to their places in a model's buffer.
+template <class T>
+void read_values(const SafetensorsFile& file, const std::vector<NamedParameter>& parameters, const Metadata& assume,
+                 std::span<T> buffer) {
+  for (const auto& [name, parameter] : parameters) {
+    T* out = buffer.data() + parameter.offset;
+    if (parameter.attribute) {
+      *out = static_cast<T>(number_of(agreed_value(file, assume, name), file.name(), name));
+      continue;
     }
-  });
-  loaded.for_each_attribute([&](const std::string& name, T& value) {
-    value = static_cast<T>(internal::number_of(internal::agreed_value(file, assume, name), file.name(), name));
-  });
+    if constexpr (std::is_same_v<T, float>)
+      std::ranges::copy(to_float(file.at(name)), out);
+    else
+      std::ranges::copy(to_double(file.at(name)), out);
+  }
+}
+
+template <class T>
+void write_values(const std::filesystem::path& path, const std::vector<NamedParameter>& parameters,
+                  std::span<const T> buffer, Metadata metadata) {
+  std::vector<Tensor> tensors;
+  for (const auto& [name, parameter] : parameters) {
+    const auto values =
+        buffer.subspan(static_cast<std::size_t>(parameter.offset), static_cast<std::size_t>(parameter.size()));
+    if (parameter.attribute)
+      metadata[name] = number_text(static_cast<double>(values[0]));
+    else
+      tensors.push_back({.name = name,
+                         .dtype = std::is_same_v<T, float> ? Dtype::f32 : Dtype::f64,
+                         .shape = shape_of(parameter),
+                         .bytes = std::as_bytes(values)});
+  }
+  write_safetensors(path, tensors, metadata);
+}
+
+}  // namespace internal
+
+/// Fills the model from a file and returns the file's metadata. `assume` gives values for keys that the file lacks; where it has
+/// them, they must agree.
+template <class Net, class T>
+Metadata load(Model<Net, T>& model, const SafetensorsFile& file, const Metadata& assume = {}) {
+  const Metadata variant = variant_metadata<Net>();
+  internal::check_variant(file, variant, assume);
+  internal::check_tensors(file, model.parameters(), variant);
+  Model<Net, T> loaded;
+  internal::read_values(file, model.parameters(), assume, loaded.buffer());
   model = std::move(loaded);
   return file.metadata();
 }
@@ -173,16 +207,7 @@ Metadata load(Model<Net, T>& model, const std::filesystem::path& path, const Met
 template <class Net, class T>
 void save(const Model<Net, T>& model, const std::filesystem::path& path, Metadata metadata = {}) {
   for (const auto& [key, value] : variant_metadata<Net>()) metadata[key] = value;
-  model.for_each_attribute(
-      [&](const std::string& name, const T& value) { metadata[name] = number_text(static_cast<double>(value)); });
-  std::vector<Tensor> tensors;
-  model.for_each_tensor([&](const std::string& name, const Parameter& p, std::span<const T> values) {
-    tensors.push_back({.name = name,
-                       .dtype = std::is_same_v<T, float> ? Dtype::f32 : Dtype::f64,
-                       .shape = internal::shape_of(p),
-                       .bytes = std::as_bytes(values)});
-  });
-  write_safetensors(path, tensors, metadata);
+  internal::write_values(path, model.parameters(), model.buffer(), std::move(metadata));
 }
 
 }  // namespace npt::inline NPT_ABI

@@ -1,0 +1,69 @@
+#include "networks.hpp"
+
+#include <npt/engine/engine.hpp>
+#include <npt/graph/explain.hpp>
+#include <npt/net/pose_transfer_net.hpp>
+
+#include <algorithm>
+
+namespace program {
+
+namespace {
+
+template <class Net>
+Network network() {
+  Network n;
+  n.variant = {Net::bottleneck, Net::Order::name, Net::Feature::name};
+  n.program = &npt::graph::program_of<Net>;
+  for (const npt::NamedParameter& p : npt::Model<Net>::parameters())
+    if (!p.parameter.attribute) n.parameters += static_cast<std::size_t>(p.parameter.size());
+  n.explain = &npt::explain<Net>;
+  n.from_file = [](const npt::SafetensorsFile& file, const npt::Metadata& assume, int threads) -> FloatEngine {
+    npt::Model<Net> model;
+    npt::load(model, file, assume);
+    return npt::Engine<Net>(model, threads);
+  };
+  n.from_seed = [](std::uint64_t seed, int threads, npt::Precision precision) -> FloatEngine {
+    npt::Model<Net> model;
+    npt::randomise(model, seed);
+    return npt::Engine<Net>(model, threads, precision);
+  };
+  n.double_from_seed = [](std::uint64_t seed, int threads) -> DoubleEngine {
+    npt::Model<Net> floats;
+    npt::randomise(floats, seed);
+    npt::Model<Net, double> model;
+    std::ranges::copy(floats.buffer(), model.buffer().begin());
+    return npt::Engine<Net, double>(model, threads);
+  };
+  return n;
+}
+
+template <int B>
+void add(std::vector<Network>& list) {
+  list.push_back(network<npt::PoseTransferNet<B, npt::ConvRelu, npt::PerVertex>>());
+  list.push_back(network<npt::PoseTransferNet<B, npt::ConvRelu, npt::Pooled>>());
+  list.push_back(network<npt::PoseTransferNet<B, npt::ReluConv, npt::PerVertex>>());
+  list.push_back(network<npt::PoseTransferNet<B, npt::ReluConv, npt::Pooled>>());
+}
+
+}  // namespace
+
+const std::vector<Network>& networks() {
+  static const std::vector<Network> list = [] {
+    std::vector<Network> all;
+    add<1024>(all);
+    add<512>(all);
+    add<256>(all);
+    add<128>(all);
+    add<64>(all);
+    return all;
+  }();
+  return list;
+}
+
+const Network* find_network(const Variant& variant) {
+  const auto found = std::ranges::find(networks(), variant, &Network::variant);
+  return found == networks().end() ? nullptr : &*found;
+}
+
+}  // namespace program

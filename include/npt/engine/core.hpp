@@ -1,0 +1,225 @@
+/// What an engine is apart from its network's type: calls, checks, workspaces. Compiled once a scalar and executor, however many
+/// networks a program has.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/core/tensor_adapter.hpp>
+#include <npt/engine/forward.hpp>
+#include <npt/engine/packed_program.hpp>
+#include <npt/engine/row_transforms.hpp>
+#include <npt/engine/workspace.hpp>
+#include <npt/parallel/executor.hpp>
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// One transfer of a batch, on borrowed memory: [Vp, 3] and [V, 3] coordinates in, [V, 3] out, row major.
+template <class T = float>
+struct TransferPair {
+  std::span<const T> pose;
+  std::span<const T> identity;
+  std::span<T> result;
+};
+
+namespace engine {
+
+/// The calls of Engine (engine/engine.hpp), which says what they promise.
+template <class T, class Exec>
+class Core {
+ public:
+  using Scalar = T;
+
+  Core(const graph::Program& program, std::span<const T> parameters, Precision precision, RowTransforms<T> transforms,
+       Exec executor)
+      : packed_(std::make_unique<PackedProgram<T>>(program, parameters, precision)),
+        transforms_(transforms),
+        executor_(std::move(executor)),
+        pool_(std::make_unique<Pool>()) {}
+
+  Precision precision() const { return packed_->precision(); }
+  const Exec& executor() const { return executor_; }
+  /// Bytes of packed weights.
+  std::size_t weight_bytes() const { return packed_->bytes(); }
+
+  /// pose [Vp, 3], identity [V, 3] -> result [V, 3].
+  void operator()(std::span<const T> pose, std::span<const T> identity, std::span<T> result) const {
+    const TransferPair<T> pair{pose, identity, result};
+    run({&pair, 1});
+  }
+  void operator()(Workspace<T>& workspace, std::span<const T> pose, std::span<const T> identity,
+                  std::span<T> result) const {
+    const TransferPair<T> pair{pose, identity, result};
+    run(workspace, {&pair, 1});
+  }
+
+  /// The same on the host's tensors: returns a new one.
+  template <HostTensor P, HostTensor I>
+  auto operator()(const P& pose, const I& identity) const {
+    const auto pose_points = TensorAdapter<P>::template read<T>(pose);
+    const auto identity_points = TensorAdapter<I>::template read<T>(identity);
+    auto result = TensorAdapter<I>::template make<T>(identity_points.span().size() / 3);
+    (*this)(pose_points.span(), identity_points.span(), TensorAdapter<I>::template write<T>(result));
+    return result;
+  }
+
+  /// A batch of transfers through shared sweeps. A pose span that occurs in several pairs is encoded once.
+  void run(std::span<const TransferPair<T>> pairs) const {
+    const Lease lease(*pool_);
+    run(*lease.workspace, pairs);
+  }
+  void run(Workspace<T>& workspace, std::span<const TransferPair<T>> pairs) const {
+    for (std::size_t i = 0; i < pairs.size(); ++i) check(pairs[i], i, pairs.size());
+    while (!pairs.empty()) {
+      const std::size_t count = chunk_size(pairs);
+      run_chunk(workspace.storage_, pairs.first(count));
+      pairs = pairs.subspan(count);
+    }
+  }
+
+  /// Encodes a pose mesh once, for many identities.
+  void encode(std::span<const T> pose, PoseCode<T>& code) const {
+    check_coordinates(pose.size(), "pose");
+    const Lease lease(*pool_);
+    WorkspaceStorage<T>& memory = lease.workspace->storage_;
+    memory.pose.clear();
+    memory.pose.add({.coordinates = pose, .result = {}});
+    forward(memory).encode(code.storage_, executor_);
+    code.vertices_ = static_cast<int>(pose.size() / 3);
+  }
+  PoseCode<T> encode(std::span<const T> pose) const {
+    PoseCode<T> code;
+    encode(pose, code);
+    return code;
+  }
+
+  /// Gives an encoded pose to an identity.
+  void decode(const PoseCode<T>& code, std::span<const T> identity, std::span<T> result) const {
+    check_coordinates(identity.size(), "identity");
+    check_result(identity.size(), result.size());
+    check_pairing(static_cast<std::size_t>(code.vertices_), identity.size() / 3);
+    const Lease lease(*pool_);
+    WorkspaceStorage<T>& memory = lease.workspace->storage_;
+    memory.identity.clear();
+    memory.identity.add({.coordinates = identity, .result = result});
+    forward(memory).decode(code.storage_, executor_);
+  }
+
+ private:
+  /// Vertices that a batch carries through its sweeps together. More would only grow the feature maps past the caches;
+  /// fewer leave threads idle at barriers.
+  static constexpr std::size_t chunk_vertices = 16384;
+
+  struct Pool {
+    std::mutex mutex;
+    std::vector<std::unique_ptr<Workspace<T>>> free;
+  };
+  /// A workspace for the duration of a call.
+  struct Lease {
+    explicit Lease(Pool& from) : pool(from) {
+      const std::lock_guard lock(pool.mutex);
+      if (!pool.free.empty()) {
+        workspace = std::move(pool.free.back());
+        pool.free.pop_back();
+      } else {
+        workspace = std::make_unique<Workspace<T>>();
+      }
+    }
+    ~Lease() {
+      const std::lock_guard lock(pool.mutex);
+      pool.free.push_back(std::move(workspace));
+    }
+    Lease(const Lease&) = delete;
+    Lease& operator=(const Lease&) = delete;
+    Pool& pool;
+    std::unique_ptr<Workspace<T>> workspace;
+  };
+
+  Forward<T> forward(WorkspaceStorage<T>& memory) const { return Forward<T>(*packed_, transforms_, memory); }
+
+  // Names are composed only where an error is thrown: a warm call allocates nothing.
+  static std::string name_of(const char* what, std::size_t pair) {
+    return pair == single ? what : std::string(what) + " of pair " + std::to_string(pair);
+  }
+  static void check_coordinates(std::size_t size, const char* what, std::size_t pair = single) {
+    if (size == 0) throw Error({.file = name_of(what, pair), .found = "no vertices", .expected = "at least one"});
+    if (size % 3 != 0)
+      throw Error({.file = name_of(what, pair),
+                   .found = std::to_string(size) + " numbers",
+                   .expected = "three for each vertex"});
+    if (size / 3 > max_vertices)
+      throw Error({.file = name_of(what, pair),
+                   .found = std::to_string(size / 3) + " vertices",
+                   .expected = "at most " + std::to_string(max_vertices)});
+  }
+  static void check_result(std::size_t identity, std::size_t result, std::size_t pair = single) {
+    if (identity != result)
+      throw Error({.file = name_of("result", pair),
+                   .found = std::to_string(result) + " numbers",
+                   .expected = std::to_string(identity) + ", as many as the identity has"});
+  }
+  void check_pairing(std::size_t pose, std::size_t identity, std::size_t pair = single) const {
+    if (pose == 0) throw Error({.file = "pose", .found = "an empty code", .expected = "one made by encode"});
+    if (packed_->program().paired && pose != identity)
+      throw Error({.file = name_of("pose", pair),
+                   .found = std::to_string(pose) + " vertices",
+                   .expected = std::to_string(identity) +
+                               ", as many as the identity has: this network pairs vertices (resample the pose mesh, or "
+                               "use a network with the pooled feature)"});
+  }
+  void check(const TransferPair<T>& pair, std::size_t i, std::size_t count) const {
+    const std::size_t number = count == 1 ? single : i;
+    check_coordinates(pair.pose.size(), "pose", number);
+    check_coordinates(pair.identity.size(), "identity", number);
+    check_result(pair.identity.size(), pair.result.size(), number);
+    check_pairing(pair.pose.size() / 3, pair.identity.size() / 3, number);
+  }
+
+  static std::size_t chunk_size(std::span<const TransferPair<T>> pairs) {
+    std::size_t count = 0;
+    std::size_t vertices = 0;
+    while (count < pairs.size() && (count == 0 || vertices + pairs[count].identity.size() / 3 <= chunk_vertices))
+      vertices += pairs[count++].identity.size() / 3;
+    return count;
+  }
+
+  void run_chunk(WorkspaceStorage<T>& memory, std::span<const TransferPair<T>> pairs) const {
+    const auto same_pose = [](std::span<const T> a, std::span<const T> b) {
+      return a.data() == b.data() && a.size() == b.size();
+    };
+    memory.pose.clear();
+    memory.identity.clear();
+    for (const TransferPair<T>& pair : pairs) {
+      int code = 0;
+      const int poses = static_cast<int>(memory.pose.instances.size());
+      while (code < poses && !same_pose(memory.pose.instances[static_cast<std::size_t>(code)].coordinates, pair.pose))
+        ++code;
+      if (code == poses) memory.pose.add({.coordinates = pair.pose, .result = {}});
+      memory.identity.add({.coordinates = pair.identity, .result = pair.result, .code = code});
+    }
+    Forward<T> pass = forward(memory);
+    pass.encode(memory.code, executor_);
+    if (memory.pose.instances.size() == pairs.size())
+      pass.decode_and_spend(memory.code, executor_);
+    else
+      pass.decode(memory.code, executor_);
+  }
+
+  static constexpr std::size_t max_vertices = std::size_t{1} << 28;
+  static constexpr std::size_t single = static_cast<std::size_t>(-1);  ///< not one of several pairs
+
+  std::unique_ptr<PackedProgram<T>> packed_;
+  RowTransforms<T> transforms_;
+  Exec executor_;
+  std::unique_ptr<Pool> pool_;
+};
+
+}  // namespace engine
+}  // namespace npt::inline NPT_ABI
