@@ -116,7 +116,7 @@ class Explanation {
       const Step& step = chain.steps[static_cast<std::size_t>(c)];
       for (const OperationName& operation : operations_)
         if (operation.id == step.operation) text += std::string(" | ") + operation.name;
-      if (step.other >= 0) text += "(" + tensor_name(step.other) + ")";
+      if (step.other >= 0) text.append("(").append(tensor_name(step.other)).append(")");
     }
     return text;
   }

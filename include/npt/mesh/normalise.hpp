@@ -39,10 +39,9 @@ inline Normalisation parse_normalisation(std::string_view text, const std::strin
 /// The radius that Normalisation::sphere scales a mesh to. The truth of a training pair is centred on itself and scaled
 /// by the identity's factor, so that the output maps back to the identity's units; its coordinates must lie inside
 /// tanh's range (-1, 1). The worst case is an identity that comes curled up, knees at the chest, and stands up: its
-/// largest coordinate is then 2.1 to 2.3 of the curled radius (measured on a human body with 24 joints, tests/mesh),
-/// and 0.4 * 2.3 = 0.92. Within the poses of the paper's Table 6 the factor is at most 1.5. Only from curled up to arms
-/// straight overhead, 2.7, does a coordinate leave the range.
-inline constexpr double sphere_radius = 0.4;
+/// radius grows 2.2 times to a T pose and 2.71 times to arms overhead (measured on a human body with 24 joints,
+/// tests/mesh), and 0.35 * 2.71 = 0.95. Within the paper's Table 6 it grows 1.5 times.
+inline constexpr double sphere_radius = 0.35;
 
 /// x -> (x - centre) * scale, and back.
 struct Frame {
