@@ -168,7 +168,6 @@ inline double joint_reach(SmplJoint joint) {
     case SmplJoint::left_shoulder:
       return 0.10;
     case SmplJoint::left_collar:
-      return 0.15;
     case SmplJoint::left_hip:
       return 0.15;
     case SmplJoint::neck:
