@@ -21,7 +21,7 @@ template <class... Ops>
 constexpr std::size_t find_operation(graph::OperationList<Ops...>, graph::OperationId id) {
   std::size_t next = 0;
   std::size_t found = sizeof...(Ops);
-  ((&graph::operation_id<Ops> == id ? found = next++ : next++), ...);
+  ((graph::operation_id<Ops> == id ? found = next++ : next++), ...);
   return found;
 }
 

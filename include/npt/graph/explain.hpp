@@ -24,7 +24,7 @@ struct OperationName {
 
 template <class... Ops>
 std::vector<OperationName> operation_names(OperationList<Ops...>) {
-  return {{&operation_id<Ops>, Ops::name}...};
+  return {{operation_id<Ops>, Ops::name}...};
 }
 
 class Explanation {

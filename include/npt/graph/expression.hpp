@@ -14,7 +14,11 @@
 
 #include <array>
 #include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
 #include <type_traits>
+#include <utility>
 
 namespace npt::inline NPT_ABI {
 
@@ -22,10 +26,22 @@ namespace graph {
 
 inline constexpr int max_nodes = 128;
 
-/// The identity of an operation type, comparable in constant expressions.
+/// The identity of an operation type as a number; 0 is none. A hash of the type's name: addresses of variables would do, but
+/// g++ 12 takes comparing them for no constant expression under -fsanitize=undefined.
+using OperationId = std::uint64_t;
+
+namespace internal {
 template <class Op>
-inline constexpr char operation_id = 0;
-using OperationId = const char*;
+constexpr OperationId hash_type_name() {
+  OperationId hash = 0xCBF29CE484222325U;  // FNV-1a
+  for (const char c : std::string_view(__PRETTY_FUNCTION__))
+    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
+  return hash;
+}
+}  // namespace internal
+
+template <class Op>
+inline constexpr OperationId operation_id = internal::hash_type_name<Op>();
 
 enum class NodeKind : unsigned char { input, conv, pointwise, cat, sum, max_pool };
 
@@ -33,11 +49,11 @@ enum class NodeKind : unsigned char { input, conv, pointwise, cat, sum, max_pool
 struct Node {
   NodeKind kind = NodeKind::input;
   int channels = 0;
-  int first = -1;                   ///< first operand
-  int second = -1;                  ///< second operand, or what a pointwise layer is conditioned on
-  unsigned depends = 0;             ///< bit i: on the network's input i
-  int weight = -1, bias = -1;       ///< conv: offsets in the parameter buffer
-  OperationId operation = nullptr;  ///< pointwise
+  int first = -1;              ///< first operand
+  int second = -1;             ///< second operand, or what a pointwise layer is conditioned on
+  unsigned depends = 0;        ///< bit i: on the network's input i
+  int weight = -1, bias = -1;  ///< conv: offsets in the parameter buffer
+  OperationId operation = 0;   ///< pointwise
   bool normalises = false, increasing = false;
   std::array<int, kernel::max_pointwise_parameters> parameters{-1, -1, -1, -1};
   std::array<int, kernel::max_pointwise_parameters> parameter_sizes{};  ///< elements
@@ -153,7 +169,7 @@ constexpr Node pointwise_node(const Graph& graph, int operand, const L& layer, i
   using Op = typename OperationOf<L>::type;
   Node node{.kind = NodeKind::pointwise, .channels = C, .first = operand, .second = condition};
   node.depends = graph[operand].depends | (condition < 0 ? 0U : graph[condition].depends);
-  node.operation = &operation_id<Op>;
+  node.operation = operation_id<Op>;
   node.normalises = Op::normalises;
   node.increasing = Op::increasing;
   if constexpr (requires { L::visit(layer, [](const char*, const auto&) {}); }) {

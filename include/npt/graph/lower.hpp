@@ -185,7 +185,7 @@ class Lowering {
       } else if (user.kind == NodeKind::sum) {
         const int other = tensor_of_[index(user.first == n ? user.second : user.first)];
         if (other < 0) break;
-        epilogue.push({.operation = &operation_id<kernel::AddTile>, .other = other});
+        epilogue.push({.operation = operation_id<kernel::AddTile>, .other = other});
       } else {
         break;
       }
@@ -217,7 +217,7 @@ class Lowering {
       found.stages[index(found.count++)] = s;
       const Chain& epilogue = stage(s).epilogue;
       if (epilogue.count == 0) return found;
-      if (epilogue.count != 1 || epilogue.steps[0].operation != &operation_id<kernel::AddTile>) return {};
+      if (epilogue.count != 1 || epilogue.steps[0].operation != operation_id<kernel::AddTile>) return {};
       t = epilogue.steps[0].other;
     }
   }

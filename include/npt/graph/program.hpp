@@ -24,7 +24,7 @@ inline constexpr int max_signatures = 24;
 
 /// One pointwise operation in a chain.
 struct Step {
-  OperationId operation = nullptr;
+  OperationId operation = 0;
   bool normalises = false;
   int other = -1;                                                                ///< tensor that it also reads
   std::array<int, kernel::max_pointwise_parameters> parameters{-1, -1, -1, -1};  ///< offsets in the parameter buffer
