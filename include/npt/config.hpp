@@ -42,6 +42,14 @@
 #define NPT_ISA_NAME "generic"
 #endif
 
+/// Whether engines run on oneTBB unless told otherwise: 0 where NPT_NO_TBB is defined, and where its headers are missing.
+/// All units of a program that share an engine must agree.
+#if !defined(NPT_NO_TBB) && __has_include(<tbb/task_arena.h>)
+#define NPT_HAS_TBB 1
+#else
+#define NPT_HAS_TBB 0
+#endif
+
 /// A broken precondition inside the library, never bad user data (that is an npt::Error).
 #define NPT_ASSERT(condition) assert(condition)
 

@@ -1,9 +1,17 @@
 #include <doctest/doctest.h>
 
+#include <npt/core/error.hpp>
+#include <npt/parallel/default_executor.hpp>
 #include <npt/parallel/executor.hpp>
+#include <npt/parallel/host_executor.hpp>
 #include <npt/parallel/tbb_executor.hpp>
+#include <npt/parallel/thread_executor.hpp>
 
 #include <atomic>
+#include <functional>
+#include <stdexcept>
+#include <thread>
+#include <type_traits>
 #include <vector>
 
 namespace {
@@ -26,6 +34,13 @@ void check_executor(const E& executor) {
     for (int i = 0; i < 100; ++i) CHECK(calls[static_cast<std::size_t>(i)] == (i < count ? 1 : 0));
   }
 }
+
+/// A host's loop with a thread for each task.
+constexpr auto thread_each = [](int count, auto task) {
+  std::vector<std::thread> threads;
+  for (int i = 0; i < count; ++i) threads.emplace_back([task, i] { task(i); });
+  for (std::thread& thread : threads) thread.join();
+};
 }  // namespace
 
 TEST_CASE("executors call every index once, and never two at a time in one slot") {
@@ -36,4 +51,50 @@ TEST_CASE("executors call every index once, and never two at a time in one slot"
   check_executor(npt::TbbExecutor());
   tbb::task_arena arena(3);
   check_executor(npt::TbbExecutor(arena));
+  check_executor(npt::ThreadExecutor(1));
+  check_executor(npt::ThreadExecutor(2));
+  check_executor(npt::ThreadExecutor(5));
+  check_executor(npt::ThreadExecutor());
+  check_executor(npt::HostExecutor(1, thread_each));
+  check_executor(npt::HostExecutor(3, thread_each));
+}
+
+TEST_CASE("a host's loop may run one task after another, backwards, or take std::function") {
+  check_executor(npt::HostExecutor(4, [](int count, auto task) {
+    for (int i = count - 1; i >= 0; --i) task(i);
+  }));
+  check_executor(
+      npt::HostExecutor(3, [](int count, const std::function<void(int)>& task) { thread_each(count, task); }));
+}
+
+TEST_CASE("executors that can't be are refused") {
+  CHECK_THROWS_AS(npt::HostExecutor(0, thread_each), npt::Error);
+  CHECK_THROWS_AS(npt::SerialExecutor(2), npt::Error);
+  CHECK(npt::SerialExecutor(1).slots() == 1);
+  CHECK(npt::SerialExecutor(0).slots() == 1);
+  static_assert(std::is_same_v<npt::DefaultExecutor, npt::TbbExecutor>);
+}
+
+TEST_CASE("threads: loops inside loops and from several callers run all their tasks") {
+  const npt::ThreadExecutor executor(3);
+  std::atomic<int> calls{0};
+  const auto nested = [&] {
+    for (int repeat = 0; repeat < 20; ++repeat)
+      executor.for_each(10, [&](int, int) { executor.for_each(10, [&](int, int) { ++calls; }); });
+  };
+  std::thread other(nested);
+  nested();
+  other.join();
+  CHECK(calls == 2 * 20 * 100);
+}
+
+TEST_CASE("threads: an exception of a task reaches the caller, and the next loop runs") {
+  const npt::ThreadExecutor executor(3);
+  for (int bad = 0; bad < 4; ++bad)
+    CHECK_THROWS_AS(executor.for_each(100,
+                                      [&](int i, int) {
+                                        if (i % 4 == bad) throw std::runtime_error("task");
+                                      }),
+                    std::runtime_error);
+  check_executor(executor);
 }

@@ -7,8 +7,8 @@
 #include <npt/engine/model.hpp>
 #include <npt/engine/row_transforms.hpp>
 #include <npt/graph/lower.hpp>
+#include <npt/parallel/default_executor.hpp>
 #include <npt/parallel/executor.hpp>
-#include <npt/parallel/tbb_executor.hpp>
 
 #include <type_traits>
 #include <utility>
@@ -28,12 +28,12 @@ namespace npt::inline NPT_ABI {
 /// Errors         npt::Error on sizes that are not three a vertex, empty meshes, and unequal vertex counts where the
 /// network
 ///                pairs vertices (every feature but the pooled one).
-template <class Net, class T = float, class Exec = TbbExecutor>
+template <class Net, class T = float, class Exec = DefaultExecutor>
 class Engine : public engine::Core<T, Exec> {
  public:
   using Network = Net;
 
-  /// `threads` 0: as many as the process may use.
+  /// `threads` 0: as many as the process may use; without oneTBB the default executor is serial and takes 0 or 1.
   explicit Engine(const Model<Net, T>& model, int threads = 0, Precision precision = Precision::native)
       : Engine(model, Exec(threads), precision) {}
   Engine(const Model<Net, T>& model, Exec executor, Precision precision = Precision::native)
@@ -71,9 +71,9 @@ class Engine : public engine::Core<T, Exec> {
 };
 
 template <class Net, class T>
-Engine(const Model<Net, T>&, int, Precision = Precision::native) -> Engine<Net, T, TbbExecutor>;
+Engine(const Model<Net, T>&, int, Precision = Precision::native) -> Engine<Net, T, DefaultExecutor>;
 template <class Net, class T>
-Engine(const Model<Net, T>&) -> Engine<Net, T, TbbExecutor>;
+Engine(const Model<Net, T>&) -> Engine<Net, T, DefaultExecutor>;
 template <class Net, class T, Executor Exec>
 Engine(const Model<Net, T>&, Exec, Precision = Precision::native) -> Engine<Net, T, Exec>;
 

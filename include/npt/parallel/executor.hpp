@@ -7,8 +7,10 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/error.hpp>
 
 #include <concepts>
+#include <string>
 
 namespace npt::inline NPT_ABI {
 
@@ -27,6 +29,16 @@ concept Executor = requires(const E& executor, const parallel::internal::Probe& 
 /// Runs everything in the calling thread.
 class SerialExecutor {
  public:
+  /// `threads` as for the other executors, so that an engine's thread count means the same with each: 0 or 1 here, or it
+  /// is an npt::Error, since an engine that was promised four threads would else run on one in silence.
+  explicit SerialExecutor(int threads = 0) {
+    if (threads > 1)
+      throw Error(
+          {.file = "threads",
+           .found = std::to_string(threads),
+           .expected = "0 or 1: this engine is serial (npt::ThreadExecutor, npt::HostExecutor or oneTBB give more)"});
+  }
+
   int slots() const { return 1; }
 
   template <class F>
