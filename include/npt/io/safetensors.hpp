@@ -12,6 +12,7 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/io/file.hpp>
+#include <npt/io/json.hpp>
 #include <npt/io/text.hpp>
 
 #include <algorithm>
@@ -26,7 +27,6 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <span>
@@ -118,37 +118,32 @@ struct TensorEntry {
   std::optional<TensorShape> shape, offsets;
 };
 
-/// Takes the header's JSON event by event. Not nlohmann's tree: that keeps the last of two equal keys in silence. Each
-/// event either fits the place it stands in or is an error, so nothing nests deeper than the format does.
-class HeaderReader : public nlohmann::json_sax<nlohmann::json> {
+/// Takes the header's JSON event by event. Each either fits the place it stands in or is an error, so nothing nests deeper
+/// than the format does, and no name stands twice.
+class HeaderReader {
  public:
-  explicit HeaderReader(std::string file) : file_(std::move(file)) {}
+  HeaderReader(std::string_view header, std::string file) : header_(header), file_(std::move(file)) {}
 
   std::vector<TensorEntry> entries;
   std::map<std::string, std::string> metadata;
 
-  bool null() override { unexpected("null"); }
-  bool boolean(bool value) override { unexpected(value ? "true" : "false"); }
-  bool number_integer(number_integer_t value) override { unexpected(std::to_string(value)); }
-  bool number_float(number_float_t, const string_t& text) override { unexpected(text); }
-  bool binary(binary_t&) override { unexpected("binary data"); }
-
-  bool number_unsigned(number_unsigned_t value) override {
-    if (place_ != Place::numbers) unexpected(std::to_string(value));
-    numbers_->push_back(value);
-    return true;
+  void null() { unexpected("null"); }
+  void boolean(bool value) { unexpected(value ? "true" : "false"); }
+  void number(std::string_view text) {
+    const std::optional<std::uint64_t> value = parse_number<std::uint64_t>(text);
+    if (place_ != Place::numbers || !value) unexpected(std::string(text));
+    numbers_->push_back(*value);
   }
-  bool string(string_t& value) override {
+  void string(std::string value) {
     if (place_ == Place::metadata) {
-      metadata[key_] = value;
+      metadata[key_] = std::move(value);
     } else if (place_ == Place::tensor && key_ == "dtype") {
-      entries.back().dtype = value;
+      entries.back().dtype = std::move(value);
     } else {
       unexpected("the text " + in_quotes(value));
     }
-    return true;
   }
-  bool start_object(std::size_t) override {
+  void start_object() {
     switch (place_) {
       case Place::start:
         place_ = Place::root;
@@ -162,34 +157,26 @@ class HeaderReader : public nlohmann::json_sax<nlohmann::json> {
         unexpected("an object");
     }
     key_.clear();
-    return true;
   }
-  bool end_object() override {
-    place_ = place_ == Place::root ? Place::end : Place::root;
-    return true;
-  }
-  bool key(string_t& value) override {
+  void end_object() { place_ = place_ == Place::root ? Place::end : Place::root; }
+  void key(std::string value) {
     if (!(place_ == Place::root ? names_ : keys_).insert(value).second)
       fail("a second entry " + in_quotes(value), "each name once");
     if (place_ == Place::tensor && value != "dtype" && value != "shape" && value != "data_offsets")
       fail("the entry " + in_quotes(value), "dtype, shape and data_offsets");
-    (place_ == Place::root ? name_ : key_) = value;
-    return true;
+    (place_ == Place::root ? name_ : key_) = std::move(value);
   }
-  bool start_array(std::size_t) override {
+  void start_array() {
     if (place_ != Place::tensor || key_ == "dtype") unexpected("a list");
     place_ = Place::numbers;
     numbers_ = &(key_ == "shape" ? entries.back().shape : entries.back().offsets).emplace();
-    return true;
   }
-  bool end_array() override {
-    place_ = Place::tensor;
-    return true;
-  }
-  bool parse_error(std::size_t position, const std::string& token, const nlohmann::detail::exception&) override {
+  void end_array() { place_ = Place::tensor; }
+  [[noreturn]] void syntax_error(std::size_t position) const {
+    const std::string_view rest = header_.substr(position, 20);
     throw Error({.file = file_,
-                 .place = "byte " + std::to_string(7 + std::max<std::size_t>(position, 1)),
-                 .found = "no JSON at " + in_quotes(token),
+                 .place = "byte " + std::to_string(8 + position),
+                 .found = rest.empty() ? "the end of the header" : "no JSON at " + in_quotes(rest),
                  .expected = "a safetensors header"});
   }
 
@@ -219,6 +206,7 @@ class HeaderReader : public nlohmann::json_sax<nlohmann::json> {
     }
   }
 
+  std::string_view header_;
   std::string file_;
   Place place_ = Place::start;
   std::string name_, key_;  ///< the keys on the way to this place: tensor (or __metadata__), and entry in it
@@ -271,8 +259,8 @@ class SafetensorsFile {
     file.name_ = name;
     file.bytes_ = std::make_shared<const std::string>(std::move(bytes));
     const std::string_view header = header_of(*file.bytes_, name);
-    internal::HeaderReader reader(name);
-    nlohmann::json::sax_parse(header, &reader);
+    internal::HeaderReader reader(header, name);
+    internal::read_json(header, reader);
     file.metadata_ = std::move(reader.metadata);
     file.place_tensors(reader.entries, std::as_bytes(std::span(*file.bytes_)).subspan(8 + header.size()));
     return file;
@@ -463,8 +451,25 @@ namespace internal {
 /// The header's JSON, padded so that the data begin at a multiple of 8 bytes.
 inline std::string header_json(const std::string& path, std::span<const Tensor> tensors,
                                const std::map<std::string, std::string>& metadata) {
-  nlohmann::ordered_json header = nlohmann::ordered_json::object();
-  if (!metadata.empty()) header["__metadata__"] = metadata;
+  std::string text = "{";
+  const auto add_string = [&](std::string_view value) {
+    if (!append_json_string(text, value))
+      throw Error({.file = path, .found = "a name or metadata that is no UTF-8", .expected = "text in UTF-8"});
+  };
+  const auto add_name = [&](std::string_view name) {
+    if (text.back() != '{') text += ',';
+    add_string(name);
+    text += ':';
+  };
+  if (!metadata.empty()) {
+    add_name("__metadata__");
+    text += '{';
+    for (const auto& [key, value] : metadata) {
+      add_name(key);
+      add_string(value);
+    }
+    text += '}';
+  }
   std::uint64_t begin = 0;
   std::set<std::string> names{"__metadata__"};
   for (const Tensor& tensor : tensors) {
@@ -474,17 +479,13 @@ inline std::string header_json(const std::string& path, std::span<const Tensor> 
       bad_tensor(path, tensor.name, std::to_string(tensor.bytes.size()) + " bytes",
                  (size ? std::to_string(*size) : "more than 2^64") + " for shape " + to_string(tensor.shape) + " of " +
                      to_string(tensor.dtype));
-    header[tensor.name] = {{"dtype", to_string(tensor.dtype)},
-                           {"shape", tensor.shape},
-                           {"data_offsets", {begin, begin + tensor.bytes.size()}}};
+    add_name(tensor.name);
+    text += std::string(R"({"dtype":")") + to_string(tensor.dtype) + R"(","shape":[)";
+    for (std::size_t i = 0; i < tensor.shape.size(); ++i) text += (i == 0 ? "" : ",") + std::to_string(tensor.shape[i]);
+    text += R"(],"data_offsets":[)" + std::to_string(begin) + "," + std::to_string(begin + tensor.bytes.size()) + "]}";
     begin += tensor.bytes.size();
   }
-  std::string text;
-  try {
-    text = header.dump();
-  } catch (const nlohmann::json::type_error&) {
-    throw Error({.file = path, .found = "a name or metadata that is no UTF-8", .expected = "text in UTF-8"});
-  }
+  text += '}';
   text.append((8 - text.size() % 8) % 8, ' ');
   if (text.size() > SafetensorsFile::max_header)
     throw Error({.file = path,
