@@ -14,7 +14,7 @@ struct Log {
   std::string text;
   void null() { text += "null "; }
   void boolean(bool value) { text += value ? "true " : "false "; }
-  void number(std::string_view value) { text += "n" + std::string(value) + " "; }
+  void number(std::string_view value) { text.append("n").append(value).append(" "); }
   void string(const std::string& value) { text.append("'").append(value).append("' "); }
   void key(const std::string& value) { text += value + ": "; }
   void start_object() { text += "{ "; }
