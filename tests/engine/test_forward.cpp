@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <initializer_list>
 #include <vector>
 
 #include "support/nets.hpp"
@@ -25,7 +26,7 @@ double forward_error(std::size_t pose_vertices, std::size_t vertices, std::uint6
 
 template <int B>
 void check_small_nets() {
-  for (const std::size_t v : {1, 2, 31, 32, 33, 95, 96, 97, 230}) {
+  for (const std::size_t v : std::initializer_list<std::size_t>{1, 2, 31, 32, 33, 95, 96, 97, 230}) {
     CAPTURE(v);
     CHECK(forward_error<npt::PoseTransferNet<B>, float>(v, v, 10 + v) < 1e-5);
     CHECK(forward_error<npt::PoseTransferNet<B>, double>(v, v, 20 + v) < 1e-12);
@@ -43,7 +44,7 @@ TEST_CASE("bottleneck 7 equals the reference") { check_small_nets<7>(); }
 TEST_CASE("bottleneck 61 equals the reference") { check_small_nets<61>(); }
 
 TEST_CASE("bottleneck 1024 equals the reference at small vertex counts") {
-  for (const std::size_t v : {1, 31, 32, 33}) {
+  for (const std::size_t v : std::initializer_list<std::size_t>{1, 31, 32, 33}) {
     CAPTURE(v);
     CHECK(forward_error<npt::PoseTransferNet<1024>, float>(v, v, 70 + v) < 1e-5);
     CHECK(forward_error<npt::PoseTransferNet<1024, npt::ConvRelu, npt::Pooled>, float>(v, v, 80 + v) < 1e-5);
@@ -65,7 +66,7 @@ TEST_CASE("bottleneck 1024 at two vertices is as exact as its conditioning allow
   };
   const reference::Map expected = reference_result(support::weights_of(model));
   double moved = 0;
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : std::initializer_list<std::uint64_t>{1, 2, 3}) {
     reference::Weights rounded = support::weights_of(model);
     npt::Random random(seed);
     for (auto& [name, values] : rounded)

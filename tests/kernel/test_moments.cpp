@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <vector>
 
@@ -54,7 +55,8 @@ struct Moments {
 TEST_CASE_TEMPLATE("moments equal two-pass sums in double, also where the mean is large beside the deviation", T, float,
                    double) {
   npt::Random random(4);
-  for (const std::size_t vertices : {1, 2, 15, 16, 17, 31, 32, 33, 95, 96, 97, 1000, 6890}) {
+  for (const std::size_t vertices :
+       std::initializer_list<std::size_t>{1, 2, 15, 16, 17, 31, 32, 33, 95, 96, 97, 1000, 6890}) {
     std::vector<std::vector<T>> rows(5, std::vector<T>(vertices));
     const double means[] = {0, 1, 30, 1000, -5}, deviations[] = {1, 0.1, 0.01, 1, 0};
     for (std::size_t c = 0; c < 5; ++c)
@@ -76,14 +78,14 @@ TEST_CASE_TEMPLATE("moments equal two-pass sums in double, also where the mean i
 }
 
 TEST_CASE("a NaN in a row makes its moments and its maximum NaN, and no others") {
-  for (const std::size_t where : {0, 50, 95, 96, 149}) {
+  for (const std::size_t where : std::initializer_list<std::size_t>{0, 50, 95, 96, 149}) {
     std::vector<std::vector<float>> rows(3, std::vector<float>(150, 1.0F));
     rows[1][where] = std::numeric_limits<float>::quiet_NaN();
     const Moments<float> found(rows);
     CHECK(std::isnan(found.mean[1]));
     CHECK(std::isnan(found.inverse[1]));
     CHECK(std::isnan(found.maximum[1]));
-    for (const std::size_t c : {0, 2}) {
+    for (const std::size_t c : std::initializer_list<std::size_t>{0, 2}) {
       CHECK(found.mean[c] == 1.0F);
       CHECK(found.maximum[c] == 1.0F);
     }

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <initializer_list>
 #include <vector>
 
 #include "support/nets.hpp"
@@ -65,7 +66,7 @@ void check_invariance(const npt::Mesh& identity, const npt::Mesh& pose) {
   for (const auto normalisation : {npt::Normalisation::sphere, npt::Normalisation::centre, npt::Normalisation::none}) {
     const npt::TransferOptions options{.normalisation = normalisation, .seed = 5, .invariant = true};
     const npt::Mesh expected = npt::transfer(engine, identity, pose, options);
-    for (const std::uint64_t seed : {1, 2, 3}) {
+    for (const std::uint64_t seed : std::initializer_list<std::uint64_t>{1, 2, 3}) {
       const auto order = random_order(identity, seed);
       const npt::Mesh found = npt::transfer(engine, npt::permute_vertices(identity, order),
                                             npt::permute_vertices(pose, random_order(pose, seed + 10)), options);

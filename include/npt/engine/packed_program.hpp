@@ -102,7 +102,7 @@ class PackedProgram {
     };
     const auto bias = [&](int row) {
       if (stage.bias_is_dead) return T(0);
-      return stage.folded_count == 0 ? parameters[static_cast<std::size_t>(stage.bias + row)]
+      return stage.folded_count == 0 ? parameters[static_cast<std::size_t>(stage.bias) + static_cast<std::size_t>(row)]
                                      : static_cast<T>(matrix.bias[static_cast<std::size_t>(row)]);
     };
     const auto column_weight = [&](int row, int k) {

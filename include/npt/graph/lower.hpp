@@ -194,6 +194,23 @@ class Lowering {
     return n;
   }
 
+  /// Calls f(tensor, whether it is needed complete: its moments or its maxima) for everything stage i reads.
+  template <class F>
+  constexpr void for_each_use(int i, F&& f) {
+    const auto others = [&](const Chain& chain) {
+      for (int c = 0; c < chain.count; ++c)
+        if (chain.steps[index(c)].other >= 0) f(chain.steps[index(c)].other, false);
+    };
+    for (int s = 0; s < stage(i).source_count; ++s) {
+      const Source& source = stage(i).sources[index(s)];
+      bool complete = tensor(source.tensor).storage == Storage::pooled;
+      for (int c = 0; c < source.chain.count; ++c) complete = complete || source.chain.steps[index(c)].normalises;
+      f(source.tensor, complete);
+      others(source.chain);
+    }
+    others(stage(i).epilogue);
+  }
+
   constexpr int uses_of_tensor(int t) {
     int uses = t == program_.output ? 1 : 0;
     for (int i = 0; i < program_.stage_count; ++i) for_each_use(i, [&](int u, bool) { uses += u == t ? 1 : 0; });
@@ -274,23 +291,6 @@ class Lowering {
         mark(stage(i).sources[index(s)].tensor, stage(i).sources[index(s)].chain);
     for (int t = 0; t < program_.tensor_count; ++t)
       if (tensor(t).pooled_from >= 0) mark(tensor(t).pooled_from, tensor(t).chain);
-  }
-
-  /// Calls f(tensor, whether it is needed complete: its moments or its maxima) for everything stage i reads.
-  template <class F>
-  constexpr void for_each_use(int i, F&& f) {
-    const auto others = [&](const Chain& chain) {
-      for (int c = 0; c < chain.count; ++c)
-        if (chain.steps[index(c)].other >= 0) f(chain.steps[index(c)].other, false);
-    };
-    for (int s = 0; s < stage(i).source_count; ++s) {
-      const Source& source = stage(i).sources[index(s)];
-      bool complete = tensor(source.tensor).storage == Storage::pooled;
-      for (int c = 0; c < source.chain.count; ++c) complete = complete || source.chain.steps[index(c)].normalises;
-      f(source.tensor, complete);
-      others(source.chain);
-    }
-    others(stage(i).epilogue);
   }
 
   constexpr void assign_levels() {
