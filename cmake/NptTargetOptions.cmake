@@ -2,7 +2,7 @@
 # a consumer chooses their own. Headers of dependencies come from imported targets, which CMake passes with -isystem, so the
 # warnings are about this project's code only.
 function(npt_target_options target)
-  target_link_libraries(${target} PRIVATE npt::npt)
+  target_link_libraries(${target} PRIVATE npt::npt npt::io npt::xtensor TBB::tbb)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
   if(NPT_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)

@@ -1,0 +1,38 @@
+# Builds and runs one consumer project, from nothing, in a folder of its own.
+# usage: cmake -DNAME=folder -DSOURCE=npt -DWORK=folder -DCOMPILER=c++ [-DLAUNCHER=ccache] -DGENERATOR=name -P consume.cmake
+set(consumer "${CMAKE_CURRENT_LIST_DIR}/${NAME}")
+set(build "${WORK}/${NAME}")
+file(REMOVE_RECURSE "${build}")
+file(MAKE_DIRECTORY "${build}")
+
+function(run)
+  execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT status EQUAL 0)
+    list(JOIN ARGV " " command)
+    message(FATAL_ERROR "${command}\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+set(configure "${CMAKE_COMMAND}" -G "${GENERATOR}" -DCMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}"
+              -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE=-O1)
+
+if(NAME MATCHES "^(find_package|no_tbb|pkg_config)$")
+  run(${configure} -S "${SOURCE}" -B "${build}/npt" -DNPT_BUILD_PROGRAMS=OFF -DNPT_BUILD_TESTS=OFF)
+  run("${CMAKE_COMMAND}" --install "${build}/npt" --prefix "${build}/prefix")
+endif()
+
+if(NAME STREQUAL "pkg_config")
+  find_program(PKG_CONFIG pkg-config)
+  if(NOT PKG_CONFIG)
+    message("SKIPPED: pkg-config is not installed")
+    return()
+  endif()
+  set(ENV{PKG_CONFIG_PATH} "${build}/prefix/share/pkgconfig:$ENV{PKG_CONFIG_PATH}")
+  run("${consumer}/build.sh" "${COMPILER}" "${CMAKE_CURRENT_LIST_DIR}/main.cpp" "${build}/consumer")
+else()
+  run(${configure} -S "${consumer}" -B "${build}" "-DNPT_SOURCE_DIR=${SOURCE}" "-DCMAKE_PREFIX_PATH=${build}/prefix")
+  run("${CMAKE_COMMAND}" --build "${build}")
+endif()
+run("${build}/consumer")
+message("${output}")
