@@ -1,0 +1,1 @@
+#include <npt/npt.hpp>
