@@ -187,7 +187,10 @@ TEST_CASE("empty meshes and meshes in one point are errors") {
   const auto engine = random_engine<Paired>();
   CHECK_THROWS_AS(npt::transfer(engine, npt::Mesh{}, good), npt::Error);
   CHECK_THROWS_AS(npt::transfer(engine, good, npt::Mesh{}), npt::Error);
-  CHECK_THROWS_AS(npt::transfer(engine, point, good, {.normalisation = npt::Normalisation::sphere}), npt::Error);
-  CHECK_THROWS_AS(npt::transfer(engine, good, point, {.normalisation = npt::Normalisation::sphere}), npt::Error);
-  CHECK_NOTHROW(npt::transfer(engine, point, good, {.normalisation = npt::Normalisation::centre}));
+  for (const auto normalisation : {npt::Normalisation::sphere, npt::Normalisation::centre, npt::Normalisation::none}) {
+    CHECK_THROWS_WITH_AS(npt::transfer(engine, point, good, {.normalisation = normalisation}),
+                         "identity: found all vertices in one point, expected a mesh with an extent", npt::Error);
+    CHECK_THROWS_WITH_AS(npt::transfer(engine, good, point, {.normalisation = normalisation}),
+                         "pose: found all vertices in one point, expected a mesh with an extent", npt::Error);
+  }
 }

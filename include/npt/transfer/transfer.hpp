@@ -43,9 +43,22 @@ struct IdentityInput {
   std::vector<std::uint32_t> place;  ///< [V] position in the network's order of each vertex; empty: the same order
 };
 
+namespace internal {
+
+/// A mesh in one point has no pose and no shape, whatever it is normalised by.
+inline void expect_extent(std::span<const float> xyz, const std::string& name) {
+  for (std::size_t i = 3; i < xyz.size(); ++i)
+    if (!(xyz[i] == xyz[i % 3])) return;  // NaN counts as different: it goes through to the result
+  if (!xyz.empty())
+    throw Error({.file = name, .found = "all vertices in one point", .expected = "a mesh with an extent"});
+}
+
+}  // namespace internal
+
 /// Normalises an identity. `name` stands in messages of errors.
 inline IdentityInput identity_input(std::span<const float> xyz, const TransferOptions& options,
                                     const std::string& name = "identity") {
+  internal::expect_extent(xyz, name);
   IdentityInput input;
   input.frame = frame_of(xyz, options.normalisation, name);
   input.coordinates.resize(xyz.size());
@@ -67,6 +80,7 @@ inline IdentityInput identity_input(std::span<const float> xyz, const TransferOp
 /// A pose mesh as the network sees it: [count, 3], normalised. `count` 0: as many points as it has vertices.
 inline std::vector<float> pose_input(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
                                      const TransferOptions& options, const std::string& name = "pose") {
+  internal::expect_extent(xyz, name);
   const Frame frame = frame_of(xyz, options.normalisation, name);
   const std::size_t vertices = xyz.size() / 3;
   if (count == 0) count = vertices;
@@ -116,9 +130,8 @@ inline Mesh with_positions(Mesh identity, const IdentityInput& input, std::span<
 }
 
 /// The identity mesh in the pose mesh's pose.
-/// Errors  npt::Error for empty meshes, for a mesh without extent where it has to be scaled, and for unequal vertex
-/// counts where
-///         the network pairs vertices and resampling is off
+/// Errors  npt::Error for empty meshes, for a mesh whose vertices are all in one point, and for unequal vertex counts
+///         where the network pairs vertices and resampling is off
 template <class Engine>
 Mesh transfer(const Engine& engine, const Mesh& identity, const Mesh& pose, const TransferOptions& options = {}) {
   const IdentityInput input = identity_input(identity.coordinates(), options);
