@@ -251,6 +251,20 @@ test_transfer() {
   expect 1 --err "x.jpg" -- transfer --identity a.obj --pose b.ply --out c.obj --render x.jpg
   mkdir taken.obj
   expect 1 --err "taken.obj: found a directory" -- transfer --identity a.obj --pose b.ply --out taken.obj
+  # Meshes and weights that can't be used: each names its file, found and expected, and leaves no output.
+  printf 'v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n' > nan.obj
+  expect 1 --err "nan.obj: line 2: found 'nan', expected a finite number" -- transfer --identity nan.obj --pose b.ply --out bad.obj
+  printf 'v 2 2 2\nv 2 2 2\nv 2 2 2\nf 1 2 3\n' > point.obj
+  expect 1 --err "point.obj: found all vertices in one point" -- transfer --identity point.obj --pose b.ply --out bad.obj
+  expect 1 --err "point.obj: found all vertices in one point" -- transfer --identity a.obj --pose point.obj --out bad.obj
+  printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99\n' > index.obj
+  expect 1 --err "index.obj: line 4: found" -- transfer --identity a.obj --pose index.obj --out bad.obj
+  : > empty.obj
+  expect 1 --err "empty.obj: found" -- transfer --identity empty.obj --pose b.ply --out bad.obj
+  head -c 100 b.ply > short.ply
+  expect 1 --err "short.ply: " -- transfer --identity short.ply --pose b.ply --out bad.obj
+  expect 1 --err "b.ply: byte 0: found a header of" -- transfer --identity a.obj --pose b.ply --out bad.obj --weights b.ply
+  missing bad.obj
   expect 1 --err "5 vertices" -- transfer --identity a.obj --pose b.ply --out c.obj --resample off --feature per-vertex
   mkdir empty
   expect 1 --err "empty: found a folder without meshes" -- transfer --identity a.obj --pose empty --out new
