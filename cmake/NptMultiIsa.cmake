@@ -13,15 +13,23 @@
 # (inline namespace), but those of std::vector<float> and its like don't, and a linker keeps any one of their copies: without
 # this, a processor without AVX-512 could meet AVX-512 code in code that all share.
 
-set(npt_isa_flags_sse2)
-set(npt_isa_flags_avx2 -mavx2 -mfma)
-set(npt_isa_flags_avx512 ${npt_isa_flags_avx2} -mavx512f -mavx512cd -mavx512bw -mavx512dq -mavx512vl)
-set(npt_isa_flags_avx512bf16 ${npt_isa_flags_avx512} -mavx512bf16)
+# A function, since variables of this file are not seen where npt is a subproject.
+function(npt_isa_flags result isa)
+  set(sse2 "")
+  set(avx2 -mavx2 -mfma)
+  set(avx512 ${avx2} -mavx512f -mavx512cd -mavx512bw -mavx512dq -mavx512vl)
+  set(avx512bf16 ${avx512} -mavx512bf16)
+  if(NOT isa MATCHES "^(sse2|avx2|avx512|avx512bf16)$")
+    message(FATAL_ERROR "npt_add_multi_isa: '${isa}' is none of sse2, avx2, avx512, avx512bf16")
+  endif()
+  set(${result} "${${isa}}" PARENT_SCOPE)
+endfunction()
 
 # What the processor and the system must have: the features of the flags, and no others, since -march= is fixed to x86-64.
 function(npt_isa_condition result isa)
-  set(terms "1")
-  foreach(flag IN LISTS npt_isa_flags_${isa})
+  npt_isa_flags(flags ${isa})
+  set(terms "true")
+  foreach(flag IN LISTS flags)
     string(REGEX REPLACE "^-m" "" feature "${flag}")
     list(APPEND terms "__builtin_cpu_supports(\"${feature}\")")
   endforeach()
@@ -57,11 +65,6 @@ function(npt_add_multi_isa target)
   if(NOT arg_ISAS)
     set(arg_ISAS sse2 avx2 avx512 avx512bf16)
   endif()
-  foreach(isa IN LISTS arg_ISAS)
-    if(NOT DEFINED npt_isa_flags_${isa})
-      message(FATAL_ERROR "npt_add_multi_isa: '${isa}' is none of sse2, avx2, avx512, avx512bf16")
-    endif()
-  endforeach()
   target_link_libraries(${target} PRIVATE npt::npt ${arg_LIBRARIES})
 
   if(NOT CMAKE_SYSTEM_NAME STREQUAL "Linux" OR NOT CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$" OR NOT CMAKE_OBJCOPY)
@@ -70,13 +73,14 @@ function(npt_add_multi_isa target)
   endif()
 
   foreach(isa IN LISTS arg_ISAS)
+    npt_isa_flags(flags ${isa})
     set(objects ${target}_${isa})
     add_library(${objects} OBJECT ${arg_SOURCES})
     target_link_libraries(${objects} PRIVATE npt::npt ${arg_LIBRARIES})
     target_include_directories(${objects} PRIVATE "$<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>")
     target_compile_definitions(${objects} PRIVATE "$<TARGET_PROPERTY:${target},COMPILE_DEFINITIONS>")
     # -march after the flags of the build, which may say native. Symbols are made local in machine code: no LTO.
-    target_compile_options(${objects} PRIVATE -march=x86-64 ${npt_isa_flags_${isa}} -fno-lto
+    target_compile_options(${objects} PRIVATE -march=x86-64 ${flags} -fno-lto
                                               $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>)
     set_target_properties(${objects} PROPERTIES POSITION_INDEPENDENT_CODE ON INTERPROCEDURAL_OPTIMIZATION OFF)
 

@@ -1,5 +1,6 @@
 # Builds and runs one consumer project, from nothing, in a folder of its own.
 # usage: cmake -DNAME=folder -DSOURCE=npt -DWORK=folder -DCOMPILER=c++ [-DLAUNCHER=ccache] -DGENERATOR=name -P consume.cmake
+cmake_minimum_required(VERSION 3.25)
 set(consumer "${CMAKE_CURRENT_LIST_DIR}/${NAME}")
 set(build "${WORK}/${NAME}")
 file(REMOVE_RECURSE "${build}")

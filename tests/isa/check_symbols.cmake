@@ -1,0 +1,46 @@
+cmake_minimum_required(VERSION 3.25)
+# Holds the objects of two instruction sets against each other.
+function(run result)
+  execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE output COMMAND_ERROR_IS_FATAL ANY)
+  set(${result} "${output}" PARENT_SCOPE)
+endfunction()
+# Names of the symbols that an object shows to the linker.
+function(symbols_of result)
+  run(output "${NM}" --defined-only --extern-only --format=posix ${ARGN})
+  string(REGEX MATCHALL "[^\n ]+ [^\n]*\n" lines "${output}")
+  list(TRANSFORM lines REPLACE " .*\n" "")
+  set(${result} "${lines}" PARENT_SCOPE)
+endfunction()
+
+# The inline namespace alone: no symbol of npt's stands in objects of both.
+symbols_of(avx2 ${AVX2})
+symbols_of(avx512 ${AVX512})
+list(FILTER avx2 INCLUDE REGEX "3npt")
+list(LENGTH avx2 count)
+if(count LESS 10)
+  message(FATAL_ERROR "only ${count} symbols of npt in the AVX2 object: nothing was compared")
+endif()
+foreach(symbol IN LISTS avx2)
+  if(symbol IN_LIST avx512)
+    message(SEND_ERROR "in both instruction sets: ${symbol}")
+  endif()
+endforeach()
+
+# npt_add_multi_isa: nothing of anybody's but the entries.
+foreach(isa IN ITEMS sse2 avx2 avx512 avx512bf16)
+  symbols_of(symbols "${SEALED}${isa}.o")
+  if(NOT symbols STREQUAL "make_retarget__${isa}")
+    message(SEND_ERROR "${isa}: symbols beside the entry: ${symbols}")
+  endif()
+endforeach()
+
+# What runs on every machine uses no register that only some have.
+run(code "${OBJDUMP}" -d "${SEALED}sse2.o")
+if(code MATCHES "%[yz]mm")
+  message(SEND_ERROR "AVX registers in the SSE2 object")
+endif()
+run(code "${OBJDUMP}" -d "${SEALED}avx2.o")
+if(code MATCHES "%zmm" OR NOT code MATCHES "%ymm")
+  message(SEND_ERROR "the AVX2 object has AVX-512 registers, or no AVX ones")
+endif()
+message("${count} symbols of npt compared")
