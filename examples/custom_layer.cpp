@@ -1,0 +1,119 @@
+// A layer of one's own: a pointwise operation with a learned parameter for each channel, checked against plain loops.
+//
+//   custom_layer [--vertices V]
+//
+// The layer is PReLU, y = max(x, 0) + slope_c min(x, 0) (He et al., 2015). It says what it does to one register of values; the library
+// compiles it into the loops around the matrix products, so it costs no pass over memory. It has no gradient yet: training is
+// not part of the library so far.
+#include <npt/core/random.hpp>
+#include <npt/npt.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+template <int C>
+struct PRelu : npt::kernel::Pointwise {
+  static constexpr const char* name = "prelu";  // what explain calls it
+  static constexpr int channels = C;            // piping another number of channels into it does not compile
+  npt::Parameter slope{C};
+
+  static constexpr void visit(auto& self, auto&& visitor) { visitor("slope", self.slope); }
+
+  /// What a channel needs, in registers before the loop over vertices. args.parameters are the tensors in visit's order.
+  template <class T>
+  static npt::simd::Batch<T> row(const npt::kernel::PointwiseArgs<T>& args, int c) {
+    return npt::simd::broadcast(args.parameters[0][c]);
+  }
+  /// One register of vertices of one channel. relu keeps NaN, and so does the layer.
+  template <class T>
+  static npt::simd::Batch<T> apply(npt::simd::Batch<T> x, const npt::simd::Batch<T>& slope, Nothing) {
+    const npt::simd::Batch<T> positive = npt::simd::relu(x);
+    return npt::simd::fma(slope, x - positive, positive);
+  }
+};
+
+/// A network that uses it.
+struct PReluNet {
+  npt::Conv1x1<3, 37> in;
+  PRelu<37> prelu;
+  npt::Conv1x1<37, 3> out;
+
+  static constexpr void visit(auto& self, auto&& visitor) {
+    visitor("in", self.in);
+    visitor("prelu", self.prelu);
+    visitor("out", self.out);
+  }
+  constexpr auto operator()(auto, auto identity) const { return identity | in | prelu | out; }
+};
+
+/// The same network by its definition.
+std::vector<double> plain_loops(const npt::Model<PReluNet, double>& model, const std::vector<double>& points) {
+  const PReluNet& net = model.network();
+  const auto weight_in = model.values(net.in.weight), bias_in = model.values(net.in.bias),
+             slope = model.values(net.prelu.slope), weight_out = model.values(net.out.weight),
+             bias_out = model.values(net.out.bias);
+  std::vector<double> result(points.size());
+  for (std::size_t v = 0; v < points.size() / 3; ++v) {
+    for (std::size_t axis = 0; axis < 3; ++axis) result[3 * v + axis] = bias_out[axis];
+    for (std::size_t c = 0; c < slope.size(); ++c) {
+      double h = bias_in[c];
+      for (std::size_t i = 0; i < 3; ++i) h += weight_in[3 * c + i] * points[3 * v + i];
+      h = std::fmax(h, 0) + slope[c] * std::fmin(h, 0);
+      for (std::size_t axis = 0; axis < 3; ++axis) result[3 * v + axis] += weight_out[axis * slope.size() + c] * h;
+    }
+  }
+  return result;
+}
+
+void run(int vertices) {
+  std::puts("A network with the layer, lowered:\n");
+  std::fputs(npt::explain<PReluNet>().c_str(), stdout);
+
+  // Models and engines in double serve for checks like this one; float is the default.
+  npt::Model<PReluNet, double> model;
+  npt::randomise(model, 1);
+  npt::Random random(2);
+  std::vector<double> points(3 * static_cast<std::size_t>(vertices));
+  for (double& x : points) x = random.uniform(-1, 1);
+
+  const npt::Engine engine(model);
+  std::vector<double> result(points.size());
+  const auto start = std::chrono::steady_clock::now();
+  engine(points, points, result);
+  const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+
+  const std::vector<double> expected = plain_loops(model, points);
+  double difference = 0, norm = 0;
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    difference += (result[i] - expected[i]) * (result[i] - expected[i]);
+    norm += expected[i] * expected[i];
+  }
+  const double error = std::sqrt(difference / norm);
+  std::printf("\n%d vertices in %.2f ms; relative difference from plain loops in double: %.1e.\n", vertices, ms, error);
+  if (!(error < 1e-13)) throw std::runtime_error("the layer is wrong");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("A pointwise layer of one's own, checked against plain loops");
+  int vertices = 6890;
+  app.add_option("--vertices", vertices, "Vertices")->check(CLI::Range(1, 1000000))->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    run(vertices);
+    return 0;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "custom_layer: %s\n", e.what());
+    return 1;
+  }
+}
