@@ -7,11 +7,13 @@
 namespace npt::inline NPT_ABI {
 
 /// Specialise for E with
-///   template <class T> static auto read(const E& e);    an object whose span() is [V, 3], row major, of T: a view of
-///   e's memory
-///                                                      or an evaluated copy. Throws npt::Error on any other shape.
-///   template <class T> static auto make(std::size_t vertices);   a new [V, 3] tensor to return to the host
-///   template <class T> static std::span<T> write(Tensor& tensor);  its memory
+///
+///     template <class T> static auto read(const E& e);
+///     template <class T> static auto make(std::size_t vertices);
+///     template <class T> static std::span<T> write(Tensor& tensor);
+///
+/// read: an object whose span() is [V, 3], row major, of T: a view of e's memory or an evaluated copy; it throws
+/// npt::Error on any other shape. make: a new [V, 3] tensor to return to the host. write: that tensor's memory.
 template <class E>
 struct TensorAdapter;
 
