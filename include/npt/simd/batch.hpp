@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <type_traits>
 #include <utility>
 
@@ -40,6 +41,13 @@ NPT_ALWAYS_INLINE void store(T* to, const Batch<T>& x) {
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> broadcast(T x) {
   return Batch<T>(x);
+}
+
+/// Asks for a cache line that will be read soon. An address beyond any array is harmless.
+NPT_ALWAYS_INLINE void prefetch_to_second_level([[maybe_unused]] std::uintptr_t address) {
+#if defined(__GNUC__)
+  __builtin_prefetch(reinterpret_cast<const void*>(address), 0, 2);
+#endif
 }
 
 /// a * b + c, rounded once wherever the instruction set has it.
