@@ -375,10 +375,8 @@ class Forward {
     const T* maxima = memory_.partial.data() + partial.maximum + index(mesh.first_item) * index(tensor.channels);
     for (int c = 0; c < tensor.channels; ++c) {
       T best = maxima[c];
-      for (int g = 1; g < kernel::group_count(mesh.vertices); ++g) {
-        const T x = maxima[index(g) * index(tensor.channels) + index(c)];
-        if (!(best >= x) && best == best) best = x;
-      }
+      for (int g = 1; g < kernel::group_count(mesh.vertices); ++g)
+        best = kernel::larger_or_nan(best, maxima[index(g) * index(tensor.channels) + index(c)]);
       pooled[index(c) * kernel::panel_width<T>] = best;
     }
     const Args args = arguments(tensor.chain, tensor.pooled_from, Item{m, 0, 0}, 0, sweep.over_pose, nullptr);

@@ -310,7 +310,6 @@ class Lowering {
         for (int i = 0; i < program_.stage_count; ++i)
           if (tensor(stage(i).output).from_pose && stage(i).level + 1 > encoder_end) encoder_end = stage(i).level + 1;
     }
-    program_.encoder_sweeps = encoder_end;
     delay_stages();
   }
 
@@ -353,7 +352,6 @@ class Lowering {
       ++program_.sweeps[index(program_.sweep_count - 1)].stage_count;
       stage(i).level = program_.sweep_count - 1;
     }
-    program_.encoder_sweeps = 0;
     while (program_.encoder_sweeps < program_.sweep_count && program_.sweeps[index(program_.encoder_sweeps)].over_pose)
       ++program_.encoder_sweeps;
   }

@@ -52,6 +52,12 @@ void gather_moments(const T* rows_begin, std::size_t stride, int valid, int rows
   }
 }
 
+/// The larger of two values; NaN from either stays.
+template <class T>
+T larger_or_nan(T a, T b) {
+  return a >= b || a != a ? a : b;
+}
+
 /// The largest of the `valid` values of each row; NaN where a row holds one.
 template <class T>
 void gather_maxima(const T* rows_begin, std::size_t stride, int valid, int rows, T* maximum) {
@@ -69,8 +75,7 @@ void gather_maxima(const T* rows_begin, std::size_t stride, int valid, int rows,
     alignas(simd_alignment) T lane[lanes];
     simd::store(lane, m);
     T best = lane[0];
-    for (int i = 1; i < lanes; ++i)
-      if (!(best >= lane[i]) && best == best) best = lane[i];
+    for (int i = 1; i < lanes; ++i) best = larger_or_nan(best, lane[i]);
     maximum[r] = best;
   }
 }
