@@ -1,0 +1,72 @@
+/// The last step of making a sample: from meshes in their own unit to the network's frame and vertex order.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/data/sample.hpp>
+#include <npt/data/vertex_choice.hpp>
+#include <npt/mesh/normalise.hpp>
+#include <npt/mesh/topology.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace npt::inline NPT_ABI::data {
+
+/// What a thread keeps between two samples, so that a warm one allocates little.
+struct Scratch {
+  VertexChoice choice;
+  std::vector<std::uint32_t> identity_rows, pose_rows;  ///< which vertices of the meshes, in which order
+  std::vector<std::uint32_t> vertices, places;
+  std::vector<float> identity, pose, truth;  ///< meshes in their own unit
+
+  static Scratch& of_thread() {
+    thread_local Scratch scratch;
+    return scratch;
+  }
+};
+
+/// out[i] = vertex rows[i] of `xyz` in the frame.
+inline void gather(const Frame& frame, std::span<const float> xyz, std::span<const std::uint32_t> rows,
+                   std::vector<float>& out) {
+  out.resize(3 * rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::size_t from = 3 * std::size_t{rows[i]};
+    out[3 * i] = static_cast<float>((static_cast<double>(xyz[from]) - frame.centre.x) * frame.scale);
+    out[3 * i + 1] = static_cast<float>((static_cast<double>(xyz[from + 1]) - frame.centre.y) * frame.scale);
+    out[3 * i + 2] = static_cast<float>((static_cast<double>(xyz[from + 2]) - frame.centre.z) * frame.scale);
+  }
+}
+
+/// Edges and triangles between the places where `rows`, an order of all vertices, puts them. Edges keep a < b.
+inline void renumber(std::span<const std::uint32_t> rows, std::span<const Edge> edges,
+                     std::span<const Triangle> triangles, std::vector<std::uint32_t>& places, Sample& sample) {
+  places.resize(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) places[rows[i]] = static_cast<std::uint32_t>(i);
+  sample.edges.resize(edges.size());
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const std::uint32_t a = places[edges[e][0]], b = places[edges[e][1]];
+    sample.edges[e] = {std::min(a, b), std::max(a, b)};
+  }
+  sample.triangles.resize(triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    sample.triangles[t] = {places[triangles[t][0]], places[triangles[t][1]], places[triangles[t][2]]};
+}
+
+/// Fills the coordinates from the scratch's meshes and rows. The frames are those of the meshes there, whichever of their
+/// vertices the sample takes.
+inline void normalise_into(const Scratch& scratch, Normalisation normalisation, Sample& sample) {
+  const Frame identity = frame_of(scratch.identity, normalisation, "identity of a sample");
+  Frame truth =
+      frame_of(scratch.truth, normalisation == Normalisation::none ? Normalisation::none : Normalisation::centre,
+               "truth of a sample");
+  truth.scale = identity.scale;
+  gather(frame_of(scratch.pose, normalisation, "pose mesh of a sample"), scratch.pose, scratch.pose_rows, sample.pose);
+  gather(identity, scratch.identity, scratch.identity_rows, sample.identity);
+  gather(truth, scratch.truth, scratch.identity_rows, sample.truth);
+  sample.scale = identity.scale;
+}
+
+}  // namespace npt::inline NPT_ABI::data

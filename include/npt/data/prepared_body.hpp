@@ -1,0 +1,60 @@
+/// A body model as samplers and evaluations hold it: shared, fit for random poses, with its edges.
+#pragma once
+
+#include <npt/body/body_model.hpp>
+#include <npt/body/skeleton.hpp>
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/mesh/topology.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// A body that lives elsewhere, such as mannequin(). It must outlive whatever shares it.
+inline std::shared_ptr<const BodyModel> borrowed(const BodyModel& body) {
+  return {std::shared_ptr<const BodyModel>(), &body};
+}
+
+namespace data {
+
+/// A body as the sampler and the evaluation use it.
+struct PreparedBody {
+  std::shared_ptr<const BodyModel> model;
+  std::vector<Edge> edges;
+
+  /// Errors  npt::Error for no body, and for one without the 24 joints that poses are drawn for
+  explicit PreparedBody(std::shared_ptr<const BodyModel> body) : model(std::move(body)) {
+    if (!model) throw Error({.file = "body", .found = "none", .expected = "a body model"});
+    if (model->joint_count() != smpl_joint_count)
+      throw Error({.file = "body",
+                   .found = std::to_string(model->joint_count()) + " joints",
+                   .expected = std::to_string(smpl_joint_count) + ", which random poses are made for"});
+    edges = edges_of(model->triangles());
+  }
+
+  static std::vector<Edge> edges_of(std::span<const Triangle> triangles) {
+    std::vector<Edge> edges;
+    edges.reserve(3 * triangles.size());
+    for (const Triangle& t : triangles)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+        if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
+      }
+    std::ranges::sort(edges);
+    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+    edges.shrink_to_fit();
+    return edges;
+  }
+};
+
+}  // namespace data
+
+}  // namespace npt::inline NPT_ABI

@@ -1,0 +1,79 @@
+/// A training sample as the network sees it, and what makes samples for a trainer.
+/// Shapes    pose: [Vp, 3], identity and truth: [V, 3], row major, normalised; vertex v of the truth is vertex v of the
+///           identity, and no vertex of the pose mesh belongs to one of theirs
+/// Source    Wang et al., CVPR 2020, section 3.1: the truth is M(a1, b2, t1), the identity's shape and vertex order in the
+///           pose mesh's pose
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/mesh/normalise.hpp>
+#include <npt/mesh/topology.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+struct Sample {
+  std::vector<float> pose;      ///< [Vp, 3] in its own frame
+  std::vector<float> identity;  ///< [V, 3] in its own frame
+  /// [V, 3] centred by its own bounding box and scaled by the identity's factor, so that the network's result maps back to
+  /// the identity's units.
+  std::vector<float> truth;
+  std::vector<Edge> edges;          ///< of the identity, each once; empty for a subset of its vertices
+  std::vector<Triangle> triangles;  ///< of the identity; empty for a subset of its vertices
+  double scale = 1;                 ///< network units in a unit of the identity mesh: 1 where meshes are only centred
+
+  std::size_t vertex_count() const noexcept { return identity.size() / 3; }
+  std::size_t pose_vertex_count() const noexcept { return pose.size() / 3; }
+};
+
+/// What all sources of samples let one choose. Lengths are in the meshes' unit, metres for bodies.
+struct SampleOptions {
+  std::uint64_t seed = 0;
+  std::size_t vertices = 0;       ///< of each mesh, drawn anew for every use; 0: all
+  std::size_t pose_vertices = 0;  ///< of the pose mesh, where they are to differ; 0: as `vertices` says
+  bool shuffle = true;            ///< whole meshes: vertices in a new random order, pose and identity each in its own
+  bool topology = true;           ///< whole meshes: fill edges and triangles, for losses on edges
+  Normalisation normalisation = Normalisation::centre;
+  /// Degrees. Identity and pose mesh turn about the vertical axis (y), each by its own angle in -yaw .. yaw; the truth
+  /// turns as the pose mesh does.
+  double yaw = 0;
+  /// Identity and pose mesh grow by a factor each, log-uniform in scale_low .. scale_high; the truth as the identity does.
+  double scale_low = 1, scale_high = 1;
+  /// Standard deviation of the noise on each coordinate of the pose mesh is uniform in 0 .. noise, a draw a mesh, so that
+  /// clean meshes stay among the samples.
+  double noise = 0;
+};
+
+/// Gives a trainer its samples. A sample depends on (seed, step, index) only, so that neither threads nor a resumed training
+/// change it.
+/// Thread safety  all members may be called by any number of threads at a time
+class SampleSource {
+ public:
+  virtual ~SampleSource() = default;
+
+  /// Overwrites `sample` with sample `index` (below 2^20) of the batch of `step` (below 2^36). Its memory is used again.
+  virtual void fill(std::uint64_t step, std::uint64_t index, Sample& sample) const = 0;
+
+  /// The most vertices that the identity of a sample, and its pose mesh, can have.
+  virtual std::size_t max_vertices() const = 0;
+  virtual std::size_t max_pose_vertices() const = 0;
+  /// Whether every sample's meshes have equally many vertices, as networks that pair vertices need.
+  virtual bool equal_counts() const = 0;
+
+  Sample draw(std::uint64_t step, std::uint64_t index) const {
+    Sample sample;
+    fill(step, index, sample);
+    return sample;
+  }
+
+ protected:
+  SampleSource() = default;
+  SampleSource(const SampleSource&) = default;
+  SampleSource& operator=(const SampleSource&) = default;
+};
+
+}  // namespace npt::inline NPT_ABI
