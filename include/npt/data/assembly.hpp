@@ -40,19 +40,26 @@ inline void gather(const Frame& frame, std::span<const float> xyz, std::span<con
   }
 }
 
-/// Edges and triangles between the places where `rows`, an order of all vertices, puts them. Edges keep a < b.
-inline void renumber(std::span<const std::uint32_t> rows, std::span<const Edge> edges,
-                     std::span<const Triangle> triangles, std::vector<std::uint32_t>& places, Sample& sample) {
+/// places[rows[i]] = i: where an order of all vertices puts each of them.
+inline void places_of(std::span<const std::uint32_t> rows, std::vector<std::uint32_t>& places) {
   places.resize(rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) places[rows[i]] = static_cast<std::uint32_t>(i);
-  sample.edges.resize(edges.size());
+}
+
+/// Edges between the new places of their vertices, a < b; in the old order of the edges.
+inline void renumber(std::span<const std::uint32_t> places, std::span<const Edge> edges, std::vector<Edge>& out) {
+  out.resize(edges.size());
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const std::uint32_t a = places[edges[e][0]], b = places[edges[e][1]];
-    sample.edges[e] = {std::min(a, b), std::max(a, b)};
+    out[e] = {std::min(a, b), std::max(a, b)};
   }
-  sample.triangles.resize(triangles.size());
+}
+
+inline void renumber(std::span<const std::uint32_t> places, std::span<const Triangle> triangles,
+                     std::vector<Triangle>& out) {
+  out.resize(triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t)
-    sample.triangles[t] = {places[triangles[t][0]], places[triangles[t][1]], places[triangles[t][2]]};
+    out[t] = {places[triangles[t][0]], places[triangles[t][1]], places[triangles[t][2]]};
 }
 
 /// Fills the coordinates from the scratch's meshes and rows. The frames are those of the meshes there, whichever of their

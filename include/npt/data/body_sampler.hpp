@@ -149,9 +149,10 @@ class BodySampler : public SampleSource {
     data::normalise_into(scratch, options_.normalisation, sample);
     sample.edges.clear();
     sample.triangles.clear();
-    if (whole && options_.topology)
-      data::renumber(scratch.identity_rows, identity.body.edges, identity.body.model->triangles(), scratch.places,
-                     sample);
+    if (!whole || !options_.topology) return;
+    data::places_of(scratch.identity_rows, scratch.places);
+    data::renumber(scratch.places, identity.body.edges, sample.edges);
+    data::renumber(scratch.places, identity.body.model->triangles(), sample.triangles);
   }
 
  private:

@@ -1,0 +1,169 @@
+/// How well meshes are transferred: pairs with a known truth, and the errors of their results.
+///   pmd             eq. 7 with both bounding boxes centred: what the paper's public evaluation computes, times three
+///   pmd_in_place    the same with the result left where the network puts it, in the identity's frame: what the
+///                   reconstruction loss sees
+///   edge_error      mean over the identity's edges of |length / true length - 1|
+/// Shapes    pose: [Vp, 3]; identity, truth, result: [V, 3], row major
+/// Units     metres for bodies: pmd in square metres
+/// Numerics  sums in double, in a fixed order; a result with a NaN has errors that are NaN
+/// Source    Wang et al., CVPR 2020, eq. 7
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/core/random.hpp>
+#include <npt/data/augmentation.hpp>
+#include <npt/data/streams.hpp>
+#include <npt/mesh/metrics.hpp>
+#include <npt/mesh/normalise.hpp>
+#include <npt/mesh/topology.hpp>
+#include <npt/parallel/executor.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// A transfer whose result is known. Meshes are in their own unit and place.
+struct EvaluationPair {
+  std::string name;
+  std::vector<float> pose;      ///< [Vp, 3]
+  std::vector<float> identity;  ///< [V, 3]
+  std::vector<float> truth;     ///< [V, 3]: vertex v is the identity's vertex v
+  std::vector<Triangle> pose_triangles;
+  std::vector<Edge> edges;  ///< of the identity, each once
+};
+
+/// A named list of pairs, each made when it is asked for. `pair(i)`, i < count, always gives the same and may be called by
+/// several threads at a time.
+struct EvaluationSet {
+  std::string name;
+  std::size_t count = 0;
+  std::function<EvaluationPair(std::size_t)> pair{};
+};
+
+/// The same pairs with normal noise of this standard deviation on every coordinate of the pose mesh.
+inline EvaluationSet with_noise(EvaluationSet set, double sigma, std::uint64_t seed) {
+  if (!(sigma >= 0) || !std::isfinite(sigma))
+    throw Error({.file = "noise", .found = std::to_string(sigma), .expected = "a number from 0"});
+  if (sigma == 0) return set;
+  set.pair = [pair = std::move(set.pair), sigma, seed](std::size_t i) {
+    EvaluationPair result = pair(i);
+    Random random = data::random_for(data::Purpose::evaluation, seed, 0, i, data::Part::noise);
+    data::add_noise(result.pose, sigma, random);
+    return result;
+  };
+  return set;
+}
+
+struct PairErrors {
+  std::string name;
+  double pmd = 0, pmd_in_place = 0, edge_error = 0;
+
+  double per_coordinate() const { return pmd / 3; }
+  double root_mm() const { return root_pmd_mm(pmd); }
+};
+
+/// The errors of a set. Means over pairs, each pair counting once; root_mm is the root of the mean.
+struct Evaluation {
+  std::string name;
+  std::vector<PairErrors> pairs;
+
+  double pmd() const { return mean(&PairErrors::pmd); }
+  double pmd_in_place() const { return mean(&PairErrors::pmd_in_place); }
+  double edge_error() const { return mean(&PairErrors::edge_error); }
+  double per_coordinate() const { return pmd() / 3; }
+  double root_mm() const { return root_pmd_mm(pmd()); }
+
+  /// The numbers of the `count` pairs with the largest PMD, worst first; NaN is worst of all.
+  std::vector<std::size_t> worst(std::size_t count) const {
+    std::vector<std::size_t> order(pairs.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto badness = [this](std::size_t i) {
+      return std::isnan(pairs[i].pmd) ? std::numeric_limits<double>::infinity() : pairs[i].pmd;
+    };
+    std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return badness(a) > badness(b); });
+    order.resize(std::min(count, order.size()));
+    return order;
+  }
+
+ private:
+  double mean(double PairErrors::*error) const {
+    double sum = 0;
+    for (const PairErrors& pair : pairs) sum += pair.*error;
+    return sum / static_cast<double>(pairs.size());
+  }
+};
+
+/// Mean over `edges` of |length / true length - 1|. Edges without length in the truth are left out; 0 where no edge is left.
+inline double edge_error(std::span<const float> result, std::span<const float> truth, std::span<const Edge> edges) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const auto& [a, b] : edges) {
+    const double wanted = length(internal::point(truth, a) - internal::point(truth, b));
+    if (wanted == 0) continue;
+    sum += std::abs(length(internal::point(result, a) - internal::point(result, b)) / wanted - 1);
+    ++count;
+  }
+  return count == 0 ? 0 : sum / static_cast<double>(count);
+}
+
+/// The errors of one result, [V, 3] in the identity's unit and place.
+/// Errors  npt::Error for a truth or result of another vertex count than the identity
+inline PairErrors pair_errors(const EvaluationPair& pair, std::span<const float> result) {
+  internal::expect_same_count(pair.identity, pair.truth);
+  internal::expect_same_count(result, pair.truth);
+  const auto centred = [](std::span<const float> xyz, Vec3d centre) {
+    std::vector<float> moved(xyz.size());
+    apply(Frame{centre, 1}, xyz, moved);
+    return moved;
+  };
+  const std::vector<float> truth = centred(pair.truth, internal::bounding_box_centre(pair.truth));
+  return {.name = pair.name,
+          .pmd = pmd(centred(result, internal::bounding_box_centre(result)), truth),
+          .pmd_in_place = pmd(centred(result, internal::bounding_box_centre(pair.identity)), truth),
+          .edge_error = edge_error(result, truth, pair.edges)};
+}
+
+/// Runs `transfer(pair, result)` on every pair of the set: it writes the result [V, 3] in the identity's unit and place.
+/// With an executor of several slots, `transfer` and `after_pair` are called by several threads at a time.
+/// Errors  npt::Error for an empty set, and what the pairs or the transfer throw
+template <class Transfer, Executor Exec = SerialExecutor>
+Evaluation evaluate(const EvaluationSet& set, const Transfer& transfer, const Exec& executor = Exec(),
+                    const std::function<void()>& after_pair = {}) {
+  if (set.count == 0) throw Error({.file = set.name, .found = "no pairs to evaluate", .expected = "at least one"});
+  Evaluation evaluation{.name = set.name, .pairs = std::vector<PairErrors>(set.count)};
+  executor.for_each(static_cast<int>(set.count), [&](int i, int) {
+    const EvaluationPair pair = set.pair(static_cast<std::size_t>(i));
+    std::vector<float> result(pair.identity.size());
+    transfer(pair, std::span<float>(result));
+    evaluation.pairs[static_cast<std::size_t>(i)] = pair_errors(pair, result);
+    if (after_pair) after_pair();
+  });
+  return evaluation;
+}
+
+/// A transfer for evaluate() from a network in its own coordinates, `network(pose, identity, result)`, with frames as
+/// transfer/transfer.hpp uses them. Pose meshes are given as they are: none is resampled.
+template <class Network>
+auto in_frames(Network network, Normalisation normalisation) {
+  return [network = std::move(network), normalisation](const EvaluationPair& pair, std::span<float> result) {
+    const Frame frame = frame_of(pair.identity, normalisation, "identity");
+    std::vector<float> identity(pair.identity.size()), pose(pair.pose.size());
+    apply(frame, pair.identity, identity);
+    apply(frame_of(pair.pose, normalisation, "pose"), pair.pose, pose);
+    network(std::span<const float>(pose), std::span<const float>(identity), result);
+    apply_inverse(frame, result, result);
+  };
+}
+
+}  // namespace npt::inline NPT_ABI
