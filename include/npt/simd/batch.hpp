@@ -38,6 +38,15 @@ template <class T>
 NPT_ALWAYS_INLINE void store(T* to, const Batch<T>& x) {
   x.store_aligned(to);
 }
+/// The same from and to any address.
+template <class T>
+NPT_ALWAYS_INLINE Batch<T> load_unaligned(const T* from) {
+  return Batch<T>::load_unaligned(from);
+}
+template <class T>
+NPT_ALWAYS_INLINE void store_unaligned(T* to, const Batch<T>& x) {
+  x.store_unaligned(to);
+}
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> broadcast(T x) {
   return Batch<T>(x);
@@ -73,6 +82,12 @@ NPT_ALWAYS_INLINE Batch<T> relu(const Batch<T>& x) {
   return xsimd::max(Batch<T>(T(0)), x);
 }
 
+/// dy where x > 0 and 0 elsewhere; dy where x is NaN.
+template <class T>
+NPT_ALWAYS_INLINE Batch<T> zero_where_not_positive(const Batch<T>& x, const Batch<T>& dy) {
+  return xsimd::select(x <= Batch<T>(T(0)), Batch<T>(T(0)), dy);
+}
+
 /// The larger of the running maximum m and x; NaN from either side stays.
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> running_max(const Batch<T>& m, const Batch<T>& x) {
@@ -86,6 +101,11 @@ NPT_ALWAYS_INLINE Batch<T> tanh(const Batch<T>& x) {
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> exp(const Batch<T>& x) {
   return xsimd::exp(x);
+}
+
+template <class T>
+NPT_ALWAYS_INLINE Batch<T> sqrt(const Batch<T>& x) {
+  return xsimd::sqrt(x);
 }
 
 /// Sum over the lanes, in an order fixed by the instruction set.
