@@ -197,9 +197,30 @@ Metadata load(Model<Net, T>& model, const SafetensorsFile& file, const Metadata&
   return file.metadata();
 }
 
+/// The same for whoever knows a network only by its variant's metadata and its list of parameters. `buffer` is laid out as
+/// Model::buffer() and unchanged after an error.
+template <class T>
+Metadata load_values(const SafetensorsFile& file, const Metadata& variant,
+                     const std::vector<NamedParameter>& parameters, std::span<T> buffer, const Metadata& assume = {}) {
+  internal::check_variant(file, variant, assume);
+  internal::check_tensors(file, parameters, variant);
+  std::vector<T> loaded(buffer.begin(), buffer.end());
+  internal::read_values(file, parameters, assume, std::span<T>(loaded));
+  std::ranges::copy(loaded, buffer.begin());
+  return file.metadata();
+}
+
 template <class Net, class T>
 Metadata load(Model<Net, T>& model, const std::filesystem::path& path, const Metadata& assume = {}) {
   return load(model, SafetensorsFile::read(path), assume);
+}
+
+/// Writes the values of a buffer that is laid out as Model::buffer(), with the variant and whatever else `metadata` says.
+template <class T>
+void save_values(const std::filesystem::path& path, const Metadata& variant,
+                 const std::vector<NamedParameter>& parameters, std::span<const T> buffer, Metadata metadata = {}) {
+  for (const auto& [key, value] : variant) metadata[key] = value;
+  internal::write_values(path, parameters, buffer, std::move(metadata));
 }
 
 /// Writes the model, with its variant and attributes and whatever else `metadata` says. The file appears only when
