@@ -5,14 +5,13 @@
 
 #include <npt/core/error.hpp>
 #include <npt/io/file.hpp>
+#include <npt/io/text.hpp>
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstddef>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -28,33 +27,6 @@ struct TransferJob {
   std::string place;  ///< "pairs.txt: line 3", or empty: stands before messages about the job
 };
 
-namespace internal {
-
-/// The words of a line: separated by blanks, "..." or '...' around a name with blanks, # begins a comment. Nothing
-/// where a quotation mark is not closed.
-inline std::optional<std::vector<std::string>> words_of(std::string_view line) {
-  std::vector<std::string> words;
-  std::size_t i = 0;
-  const auto blank = [&line](std::size_t k) { return std::isspace(static_cast<unsigned char>(line[k])) != 0; };
-  while (true) {
-    while (i < line.size() && blank(i)) ++i;
-    if (i == line.size() || line[i] == '#') return words;
-    words.emplace_back();
-    while (i < line.size() && !blank(i)) {
-      if (line[i] != '"' && line[i] != '\'') {
-        words.back() += line[i++];
-        continue;
-      }
-      const std::size_t close = line.find(line[i], i + 1);
-      if (close == std::string_view::npos) return std::nullopt;
-      words.back() += line.substr(i + 1, close - i - 1);
-      i = close + 1;
-    }
-  }
-}
-
-}  // namespace internal
-
 /// Lines of `identity pose output`; names are relative to the current folder.
 /// Errors    npt::Error that names the file and the line
 inline std::vector<TransferJob> read_pairs(const std::filesystem::path& file) {
@@ -63,7 +35,7 @@ inline std::vector<TransferJob> read_pairs(const std::filesystem::path& file) {
   std::size_t number = 0;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
-    const auto words = internal::words_of(std::string_view(text).substr(at, end - at));
+    const auto words = npt::internal::words_of(std::string_view(text).substr(at, end - at));
     at = end + 1;
     const std::string place = "line " + std::to_string(++number);
     if (!words) throw npt::Error({file.string(), place, "a quotation mark that is not closed", "identity pose output"});

@@ -7,11 +7,8 @@
 #include <npt/core/error.hpp>
 #include <npt/mesh/topology.hpp>
 
-#include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,21 +34,7 @@ struct PreparedBody {
       throw Error({.file = "body",
                    .found = std::to_string(model->joint_count()) + " joints",
                    .expected = std::to_string(smpl_joint_count) + ", which random poses are made for"});
-    edges = edges_of(model->triangles());
-  }
-
-  static std::vector<Edge> edges_of(std::span<const Triangle> triangles) {
-    std::vector<Edge> edges;
-    edges.reserve(3 * triangles.size());
-    for (const Triangle& t : triangles)
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-        if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
-      }
-    std::ranges::sort(edges);
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-    edges.shrink_to_fit();
-    return edges;
+    edges = unique_edges(model->triangles());
   }
 };
 

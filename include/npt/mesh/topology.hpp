@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -30,6 +31,17 @@ inline std::vector<Triangle> triangulate(const Mesh& mesh) {
 
 using Edge = std::array<std::uint32_t, 2>;
 
+namespace internal {
+
+/// Takes repeats out of edges {a, b}, a < b, and sorts them.
+inline std::vector<Edge> sorted_once(std::vector<Edge> edges) {
+  std::ranges::sort(edges);
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  return edges;
+}
+
+}  // namespace internal
+
 /// The undirected edges {a, b}, a < b, each once, ascending. Sides of faces, not the diagonals of their triangles. A
 /// side from a vertex to itself is none.
 inline std::vector<Edge> unique_edges(const Mesh& mesh) {
@@ -42,9 +54,19 @@ inline std::vector<Edge> unique_edges(const Mesh& mesh) {
       if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
     }
   }
-  std::ranges::sort(edges);
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  return edges;
+  return internal::sorted_once(std::move(edges));
+}
+
+/// The same for triangles.
+inline std::vector<Edge> unique_edges(std::span<const Triangle> triangles) {
+  std::vector<Edge> edges;
+  edges.reserve(3 * triangles.size());
+  for (const Triangle& t : triangles)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t a = t[i], b = t[(i + 1) % 3];
+      if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
+    }
+  return internal::sorted_once(std::move(edges));
 }
 
 /// The neighbours of every vertex in compressed rows: those of v are vertices[start[v]] .. vertices[start[v + 1] - 1],

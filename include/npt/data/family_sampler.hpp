@@ -1,0 +1,128 @@
+/// Training samples from a family of species with labelled poses (family.hpp): the identity of one species, the pose mesh of
+/// another, the truth the identity's own mesh of that label. For networks with the pooled feature, or subsets of equally
+/// many vertices.
+/// Errors    npt::Error for a family that is none, held-out labels that it doesn't have, no label left to train with, more
+///           vertices asked for than a species has, and options out of range
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/data/assembly.hpp>
+#include <npt/data/augmentation.hpp>
+#include <npt/data/family.hpp>
+#include <npt/data/sample.hpp>
+#include <npt/data/streams.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+class FamilySampler : public SampleSource {
+ public:
+  /// `held_out`: labels, or their parts before '_', that no sample shows.
+  explicit FamilySampler(std::shared_ptr<const Family> family, const std::vector<std::string>& held_out = {},
+                         SampleOptions options = {})
+      : options_(options), index_(std::move(family), held_out) {
+    data::check_options(options_);
+    for (std::size_t i = 0; i < index_.shared().size(); ++i)
+      if (!index_.shared()[i].training.empty()) usable_.push_back(i);
+    if (usable_.empty())
+      throw Error({.file = index_.name(),
+                   .found = "no label that two species share and that is not held out",
+                   .expected = "at least one"});
+    for (const Species& species : index_.species())
+      if (std::max(options_.vertices, options_.pose_vertices) > species.vertex_count())
+        throw Error(
+            {.file = "vertices of a sample",
+             .found = std::to_string(std::max(options_.vertices, options_.pose_vertices)),
+             .expected = "at most " + std::to_string(species.vertex_count()) + ", which " + species.name + " has"});
+  }
+
+  using SampleSource::draw;
+  const SampleOptions& options() const noexcept { return options_; }
+  const data::FamilyIndex& family() const noexcept { return index_; }
+
+  std::size_t max_vertices() const override { return most(options_.vertices); }
+  std::size_t max_pose_vertices() const override { return most(pose_vertices()); }
+  bool equal_counts() const override {
+    if (options_.vertices != pose_vertices()) return false;
+    return options_.vertices != 0 || std::ranges::all_of(index_.species(), [this](const Species& s) {
+             return s.vertex_count() == index_.species(0).vertex_count();
+           });
+  }
+
+  /// Which meshes make a sample. Every two species that share a label are equally likely.
+  data::FamilyPair choose(std::uint64_t step, std::uint64_t index) const {
+    Random random = random_for(step, index, data::Part::choice);
+    const data::SharedPoses& shared = index_.shared()[usable_[data::pick(random, usable_.size())]];
+    const auto [own, other] = shared.training[data::pick(random, shared.training.size())];
+    const auto labels = index_.own_labels(shared.identity);
+    return {shared.identity, labels[data::pick(random, labels.size())], shared.pose, other, own};
+  }
+
+  void fill(std::uint64_t step, std::uint64_t index, Sample& sample) const override {
+    const data::FamilyPair pair = choose(step, index);
+    const Species &identity = index_.species(pair.identity), &pose = index_.species(pair.pose);
+    data::Scratch& scratch = data::Scratch::of_thread();
+    Random augmentation = random_for(step, index, data::Part::augmentation);
+    const data::Placements placements = data::draw_placements(options_, augmentation);
+    const auto make = [](const std::vector<float>& mesh, const data::Placement& placement, std::vector<float>& xyz) {
+      xyz = mesh;
+      placement.apply(xyz);
+    };
+    make(identity.meshes[pair.identity_label], placements.identity, scratch.identity);
+    make(identity.meshes[pair.truth_label], placements.truth, scratch.truth);
+    make(pose.meshes[pair.pose_label], placements.pose, scratch.pose);
+    if (options_.noise > 0) {
+      Random noise = random_for(step, index, data::Part::noise);
+      const double sigma = noise.uniform(0, options_.noise);
+      data::add_noise(scratch.pose, sigma, noise);
+    }
+    Random order = random_for(step, index, data::Part::pose_order);
+    choose_rows(pose, pose_vertices(), order, scratch, scratch.pose_rows);
+    order = random_for(step, index, data::Part::identity_order);
+    choose_rows(identity, options_.vertices, order, scratch, scratch.identity_rows);
+    data::normalise_into(scratch, options_.normalisation, sample);
+    sample.edges.clear();
+    sample.triangles.clear();
+    if (options_.vertices != 0 || !options_.topology) return;
+    data::places_of(scratch.identity_rows, scratch.places);
+    data::renumber(scratch.places, identity.edges, sample.edges);
+    data::renumber(scratch.places, identity.triangles, sample.triangles);
+  }
+
+ private:
+  Random random_for(std::uint64_t step, std::uint64_t index, data::Part part) const {
+    return data::random_for(data::Purpose::training, options_.seed, step, index, part);
+  }
+  std::size_t pose_vertices() const { return options_.pose_vertices != 0 ? options_.pose_vertices : options_.vertices; }
+  std::size_t most(std::size_t vertices) const {
+    if (vertices != 0) return vertices;
+    std::size_t result = 0;
+    for (const Species& species : index_.species()) result = std::max(result, species.vertex_count());
+    return result;
+  }
+  void choose_rows(const Species& species, std::size_t vertices, Random& random, data::Scratch& scratch,
+                   std::vector<std::uint32_t>& rows) const {
+    const auto count = static_cast<std::uint32_t>(species.vertex_count());
+    if (vertices != 0 || options_.shuffle) {
+      scratch.choice.draw(vertices == 0 ? count : static_cast<std::uint32_t>(vertices), count, random, rows);
+      return;
+    }
+    rows.resize(count);
+    std::iota(rows.begin(), rows.end(), std::uint32_t{0});
+  }
+
+  SampleOptions options_;
+  data::FamilyIndex index_;
+  std::vector<std::size_t> usable_;  ///< of index_.shared(): those with labels to train with
+};
+
+}  // namespace npt::inline NPT_ABI
