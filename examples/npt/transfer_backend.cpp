@@ -48,6 +48,15 @@ class EngineBackend : public TransferBackend {
     return npt::with_positions(identity.mesh, identity_, result_);
   }
 
+  void transfer(std::span<const float> identity, std::span<const float> pose,
+                std::span<const npt::Triangle> pose_triangles, std::span<float> result) const override {
+    const npt::IdentityInput input = npt::identity_input(identity, options_);
+    const std::size_t count = network_.program->paired ? identity.size() / 3 : 0;
+    std::vector<float> own(identity.size());
+    engine_(npt::pose_input(pose, pose_triangles, count, options_), input.coordinates, own);
+    npt::restore(input, own, result);
+  }
+
   std::string description() const override { return network_.variant.text(); }
   std::string notice() const override { return notice_; }
 

@@ -4,11 +4,13 @@
 
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normalise.hpp>
+#include <npt/mesh/topology.hpp>
 
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 namespace program {
@@ -45,6 +47,10 @@ class TransferBackend {
   /// The identity in the pose of `pose`: the identity's mesh with other positions, and renewed normals where it had
   /// some. Errors    npt::Error for meshes that the network can't take; names them
   virtual npt::Mesh transfer(const LoadedMesh& identity, const LoadedMesh& pose) = 0;
+
+  /// The same on coordinates: writes the identity's new positions [V, 3]. May be called by any number of threads at a time.
+  virtual void transfer(std::span<const float> identity, std::span<const float> pose,
+                        std::span<const npt::Triangle> pose_triangles, std::span<float> result) const = 0;
 
   /// One line about the network: "bottleneck 1024, conv_relu, per-vertex".
   virtual std::string description() const = 0;

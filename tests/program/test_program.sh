@@ -294,6 +294,53 @@ test_transfer() {
   missing d.obj
 }
 
+test_evaluate() {
+  make_meshes
+  # A transfer's own result as the truth: evaluation takes the way of transfer, whatever the vertex counts, to the last bit
+  # that PLY keeps.
+  expect 0 -- transfer --identity a.obj --pose b.ply --out t.ply --seed 3
+  mkdir lists
+  printf '# identity pose truth\n../a.obj ../b.ply ../t.ply\n' > lists/list.txt
+  expect 0 --out '"pmd":0.0,' --out '"pairs":1' -- evaluate --list lists/list.txt --seed 3 --json
+  expect 0 --out "PMD x 1e-4" --out "list.txt" --out "a.obj as b.ply" -- evaluate --list lists/list.txt --seed 3 --worst 5
+  expect 0 --out '"pmd":' -- evaluate --list lists/list.txt --seed 4 --json
+  grep -q '"pmd":0.0,' out.txt && fail "another seed of random weights gives the same result"
+
+  # The same for any threads; noise and seeds matter.
+  pmd_of() { grep -o '"pmd":[^,]*' out.txt; }
+  expect 0 --out "fresh pairs of mannequin, seed 5" -- evaluate --pairs 2 --seed 5 --threads 1 --json
+  local first
+  first=$(pmd_of)
+  expect 0 -- evaluate --pairs 2 --seed 5 --threads 2 --json
+  [ "$(pmd_of)" = "$first" ] || fail "threads change the result"
+  expect 0 -- evaluate --pairs 2 --seed 5 --noise 0.01 --json
+  [ "$(pmd_of)" != "$first" ] || fail "noise changes nothing"
+  [ "$(wc -l < out.txt)" -eq 1 ] || fail "JSON of more than one line"
+
+  mkdir -p family/cat family/dog
+  cp a.obj family/cat/sit.obj
+  cp a.obj family/cat/run.obj
+  cp b.ply family/dog/Sit.ply
+  expect 0 --out "all labels" -- evaluate --family family --feature pooled
+  expect 0 --out "held-out labels" --out "cat run as dog Sit" -- evaluate --family family --feature pooled --held-out sit --worst 9
+  expect 1 --err "'fly'" -- evaluate --family family --held-out fly
+  cp b.ply family/cat/walk.ply
+  expect 1 --err "walk.ply: found 5 vertices, expected 4" -- evaluate --family family
+
+  expect 2 --err "--list" -- evaluate --list lists/list.txt --protocol
+  expect 2 --err "--held-out" -- evaluate --held-out walk
+  expect 2 --err "--pairs" -- evaluate --pairs 0
+  expect 1 --err "none.txt: found no such file" -- evaluate --list none.txt
+  expect 1 --err "none.safetensors" -- evaluate --body none.safetensors
+  expect 1 --err "noise: found -1" -- evaluate --pairs 1 --noise -1
+  printf 'a.obj b.ply\n' > bad.txt
+  expect 1 --err "bad.txt: line 1: found 2 names" -- evaluate --list bad.txt
+  printf 'a.obj b.ply none.ply\n' > bad.txt
+  expect 1 --err "bad.txt: line 1: found no file 'none.ply'" -- evaluate --list bad.txt
+  printf 'a.obj a.obj b.ply\n' > bad.txt
+  expect 1 --err "b.ply: found 5 vertices, expected 4" -- evaluate --list bad.txt
+}
+
 "test_$area"
 if [ "$failures" -ne 0 ]; then
   echo "$failures failures"

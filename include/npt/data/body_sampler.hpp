@@ -46,12 +46,11 @@ struct BodySamplerOptions : SampleOptions {
 
 class BodySampler : public SampleSource {
  public:
-  explicit BodySampler(std::vector<WeightedBody> bodies, BodySamplerOptions options = {})
-      : options_(options), mixture_(std::move(bodies)) {
+  explicit BodySampler(const std::vector<WeightedBody>& bodies, BodySamplerOptions options = {}) : options_(options) {
     data::check_options(options_);
-    if (mixture_.empty()) throw Error({.file = "bodies", .found = "none", .expected = "at least one body"});
+    if (bodies.empty()) throw Error({.file = "bodies", .found = "none", .expected = "at least one body"});
     double sum = 0;
-    for (const WeightedBody& member : mixture_) {
+    for (const WeightedBody& member : bodies) {
       if (!(member.weight > 0) || !std::isfinite(member.weight))
         throw Error(
             {.file = "weight of a body", .found = std::to_string(member.weight), .expected = "a number above 0"});
@@ -202,7 +201,6 @@ class BodySampler : public SampleSource {
   }
 
   BodySamplerOptions options_;
-  std::vector<WeightedBody> mixture_;
   std::vector<double> shares_;  ///< ascending sums of the weights
   std::vector<Member> members_;
 };

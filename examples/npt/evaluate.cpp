@@ -1,0 +1,234 @@
+/// npt evaluate: how far a network's results are from the truth, on the paper's protocol, fresh pairs of a body, a family of
+/// meshes, or files. Pairs take the way of `npt transfer`.
+#include "arguments.hpp"
+#include "interrupt.hpp"
+#include "network_arguments.hpp"
+#include "progress.hpp"
+#include "report.hpp"
+#include "subcommand.hpp"
+#include "transfer_backend.hpp"
+
+#include <npt/body/body_file.hpp>
+#include <npt/body/mannequin.hpp>
+#include <npt/data/body_pairs.hpp>
+#include <npt/data/evaluation.hpp>
+#include <npt/data/family.hpp>
+#include <npt/data/family_file.hpp>
+#include <npt/data/pair_files.hpp>
+#include <npt/parallel/tbb_executor.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  program::TransferOptions transfer;
+  std::optional<fs::path> body, list, family;
+  bool protocol = false, json = false;
+  std::size_t pairs = 0, worst = 0;
+  std::string shapes = "normal", held_out;
+  std::optional<std::string> normalise;
+  double noise = 0;
+};
+
+/// What the network is evaluated on, and how to say so.
+struct Data {
+  std::string name;
+  std::vector<npt::EvaluationSet> sets;
+};
+
+Data body_data(const Options& o) {
+  const auto body =
+      o.body ? std::make_shared<const npt::BodyModel>(npt::load_body(*o.body)) : npt::borrowed(npt::mannequin());
+  const auto distribution = o.shapes == "uniform" ? npt::ShapeDistribution::uniform : npt::ShapeDistribution::normal;
+  const std::string name = o.body ? o.body->filename().string() : "mannequin";
+  if (o.pairs == 0) return {"the paper's protocol on " + name, npt::protocol_sets(body, distribution)};
+  const std::uint64_t seed = o.transfer.seed;
+  return {
+      "fresh pairs of " + name + ", seed " + std::to_string(seed),
+      {npt::body_pairs(body, npt::fresh_pairs(o.pairs, seed, body->shape_count(), distribution), "fresh pairs", seed)}};
+}
+
+Data load_data(const Options& o) {
+  Data data;
+  if (o.list) {
+    data = {o.list->string(), {npt::file_pairs(*o.list)}};
+  } else if (o.family) {
+    const auto family = std::make_shared<const npt::Family>(npt::load_family(*o.family));
+    const auto held_out = o.held_out.empty() ? std::vector<std::string>() : program::split_list(o.held_out);
+    data = {"species of " + o.family->string(), {npt::family_pairs(family, held_out, o.pairs, o.transfer.seed)}};
+  } else {
+    data = body_data(o);
+  }
+  for (npt::EvaluationSet& set : data.sets) set = npt::with_noise(std::move(set), o.noise, o.transfer.seed);
+  return data;
+}
+
+/// Pairs run side by side, each on one thread: no barrier inside a network costs anything then. A single pair gets all
+/// threads. Each running pair has a workspace of its own (112 MB at 6890 vertices and bottleneck 1024), hence the limit.
+int side_by_side(int threads, std::size_t pairs) {
+  constexpr std::size_t most = 16;
+  const std::size_t available =
+      threads > 0 ? static_cast<std::size_t>(threads) : std::max(1U, std::thread::hardware_concurrency());
+  return static_cast<int>(std::min({available, pairs, most}));
+}
+
+std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferOptions options, std::string& network) {
+  std::size_t pairs = 0;
+  for (const npt::EvaluationSet& set : data.sets) pairs += set.count;
+  const npt::TbbExecutor executor(side_by_side(options.threads, pairs));
+  if (executor.slots() > 1) options.threads = 1;
+  const std::unique_ptr<program::TransferBackend> backend = program::make_transfer_backend(options);
+  if (!backend->notice().empty()) std::cerr << "npt: note: " << backend->notice() << '\n';
+  network = backend->description();
+  program::catch_interrupts();
+  program::Progress progress("pairs", pairs);
+  std::mutex mutex;
+  std::vector<npt::Evaluation> evaluations;
+  for (const npt::EvaluationSet& set : data.sets)
+    evaluations.push_back(npt::evaluate(
+        set,
+        [&backend](const npt::EvaluationPair& pair, std::span<float> result) {
+          program::stop_if_interrupted();
+          try {
+            std::as_const(*backend).transfer(pair.identity, pair.pose, pair.pose_triangles, result);
+          } catch (const npt::Error& error) {
+            throw npt::Error({.file = pair.name, .place = error.what()});
+          }
+        },
+        executor,
+        [&] {
+          const std::lock_guard lock(mutex);
+          progress.advance();
+        }));
+  return evaluations;
+}
+
+void print_table(const std::vector<npt::Evaluation>& evaluations, std::size_t worst) {
+  std::printf("%-18s %6s %11s %15s %9s %11s %10s\n", "", "pairs", "PMD x 1e-4", "per coordinate", "root mm",
+              "edge error", "in place");
+  for (const npt::Evaluation& e : evaluations)
+    std::printf("%-18s %6zu %11.3f %15.3f %9.2f %11.4f %10.3f\n", e.name.c_str(), e.pairs.size(), 1e4 * e.pmd(),
+                1e4 * e.per_coordinate(), e.root_mm(), e.edge_error(), 1e4 * e.pmd_in_place());
+  for (const npt::Evaluation& e : evaluations) {
+    if (worst == 0) continue;
+    std::printf("worst of %s\n", e.name.c_str());
+    for (const std::size_t i : e.worst(worst)) {
+      const npt::PairErrors& p = e.pairs[i];
+      std::printf("  %-22s %11.3f %15.3f %9.2f %11.4f %10.3f\n", p.name.c_str(), 1e4 * p.pmd, 1e4 * p.per_coordinate(),
+                  p.root_mm(), p.edge_error, 1e4 * p.pmd_in_place);
+    }
+  }
+}
+
+template <class Errors>
+program::Report report_of(const std::string& name, const Errors& errors, double pmd, double edge_error,
+                          double in_place) {
+  return {{"name", name},
+          {"pmd", pmd},
+          {"pmd_per_coordinate", errors.per_coordinate()},
+          {"root_mm", errors.root_mm()},
+          {"edge_error", edge_error},
+          {"pmd_in_place", in_place}};
+}
+
+program::Report report_of(const npt::Evaluation& e, std::size_t worst) {
+  program::Report report = report_of(e.name, e, e.pmd(), e.edge_error(), e.pmd_in_place());
+  report["pairs"] = e.pairs.size();
+  if (worst == 0) return report;
+  program::Report list = program::Report::array();
+  for (const std::size_t i : e.worst(worst)) {
+    const npt::PairErrors& p = e.pairs[i];
+    list.push_back(report_of(p.name, p, p.pmd, p.edge_error, p.pmd_in_place));
+  }
+  report["worst"] = std::move(list);
+  return report;
+}
+
+void run(Options o) {
+  if (!o.held_out.empty() && !o.family) throw CLI::RequiresError("--held-out", "--family");
+  if (o.normalise) o.transfer.normalisation = npt::parse_normalisation(*o.normalise, "--normalise");
+  const Data data = load_data(o);
+  std::string network;
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<npt::Evaluation> evaluations = evaluate(data, o.transfer, network);
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  if (o.json) {
+    program::Report report{{"network", network}, {"data", data.name}, {"noise", o.noise}};
+    for (const npt::Evaluation& e : evaluations) report["sets"].push_back(report_of(e, o.worst));
+    report["seconds"] = seconds.count();
+    std::cout << report.dump(-1, ' ', false, program::Report::error_handler_t::replace) << '\n';
+    return;
+  }
+  std::printf("%s on %s\n", network.c_str(), data.name.c_str());
+  print_table(evaluations, o.worst);
+  std::printf("%.1f s\n", seconds.count());
+  std::fflush(stdout);
+}
+
+void add(CLI::App& command) {
+  auto o = std::make_shared<Options>();
+  program::add_network_options(command, o->transfer.network);
+  CLI::Option* body =
+      command.add_option("--body", o->body, "Body in SMPL's layout (.safetensors); without: the built-in mannequin");
+  CLI::Option* protocol =
+      command.add_flag("--protocol", o->protocol, "The paper's 72 seen and 72 unseen poses (the default)");
+  command.add_option("--pairs", o->pairs, "Fresh pairs of the body instead, so many; of --family: at most so many")
+      ->check(CLI::Range(1, 1000000))
+      ->excludes(protocol);
+  CLI::Option* list =
+      command.add_option("--list", o->list, "File with lines of: identity pose truth; names relative to it")
+          ->excludes(protocol)
+          ->excludes(body)
+          ->excludes("--pairs");
+  command.add_option("--family", o->family, "Folder of species with labelled poses")
+      ->excludes(protocol)
+      ->excludes(body)
+      ->excludes(list);
+  command.add_option("--held-out", o->held_out,
+                     "Labels of --family to evaluate on, or their parts before '_': \"Walk,Death\"");
+  command.add_option("--shapes", o->shapes, "Distribution of a body's shapes: normal, or uniform in [-4, 4]")
+      ->check(CLI::IsMember({"normal", "uniform"}))
+      ->capture_default_str();
+  command.add_option("--noise", o->noise, "Standard deviation of noise on the pose mesh's coordinates, in metres")
+      ->capture_default_str();
+  command.add_option("--seed", o->transfer.seed, "Of fresh pairs, noise, resampling, random weights")
+      ->check(program::whole_number())
+      ->capture_default_str();
+  command
+      .add_option("--normalise", o->normalise,
+                  "How meshes are brought to the network's frame; without: the weights' own way")
+      ->check(CLI::IsMember({"sphere", "centre", "none"}));
+  command.add_flag("--invariant", o->transfer.invariant, "Make results independent of the inputs' vertex orders");
+  command.add_option("--threads", o->transfer.threads, "Threads; 0: all that the process may use")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  command.add_option("--worst", o->worst, "Also list the so many worst pairs")->check(CLI::Range(0, 1000000));
+  command.add_flag("--json", o->json, "One line of JSON");
+  command.footer(
+      "PMD is eq. 7 of the paper in square metres with bounding boxes centred; per coordinate, a third of it, is what "
+      "the\n"
+      "paper's public evaluation computes; root mm is its square root in millimetres; edge error is the mean of\n"
+      "|length / true length - 1|; in place leaves results where the network puts them.");
+  command.callback([o] { run(*o); });
+}
+
+const program::Subcommand registered("evaluate", "Measure a network's results against the truth", add);
+
+}  // namespace
