@@ -9,25 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "support/golden.hpp"
 #include "support/nets.hpp"
 
 namespace {
 
-/// Mesh n of a [N, 3, V] tensor as [V, 3].
-template <class T>
-std::vector<T> mesh_of(const npt::Tensor& tensor, std::size_t n) {
-  const std::vector<double> values = npt::to_double(tensor);
-  const std::size_t vertices = tensor.shape[2];
-  std::vector<T> points(3 * vertices);
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    for (std::size_t v = 0; v < vertices; ++v)
-      points[3 * v + axis] = static_cast<T>(values[(3 * n + axis) * vertices + v]);
-  return points;
-}
-
 template <class Net, class T>
 double golden_error(const std::string& name) {
-  const std::string base = std::string(NPT_TEST_DATA) + "/golden/" + name;
+  const std::string base = support::golden_path(name);
   npt::Model<Net, T> model;
   npt::load(model, base + ".weights.safetensors");
   const auto golden = npt::SafetensorsFile::read(base + ".case.safetensors");
@@ -37,15 +26,15 @@ double golden_error(const std::string& name) {
   std::vector<npt::TransferPair<T>> pairs;
   const std::size_t meshes = golden.at("output").shape[0];
   for (std::size_t n = 0; n < meshes; ++n) {
-    poses.push_back(mesh_of<T>(golden.at("pose"), n));
-    identities.push_back(mesh_of<T>(golden.at("identity"), n));
+    poses.push_back(support::mesh_of<T>(golden.at("pose"), n));
+    identities.push_back(support::mesh_of<T>(golden.at("identity"), n));
     results.emplace_back(identities[n].size());
   }
   for (std::size_t n = 0; n < meshes; ++n) pairs.push_back({poses[n], identities[n], results[n]});
   engine.run(pairs);
   for (std::size_t n = 0; n < meshes; ++n)
-    worst =
-        std::max(worst, support::relative_error(results[n], support::to_map(mesh_of<double>(golden.at("output"), n))));
+    worst = std::max(
+        worst, support::relative_error(results[n], support::to_map(support::mesh_of<double>(golden.at("output"), n))));
   return worst;
 }
 

@@ -37,12 +37,18 @@ class PackedWeights {
 
   /// weight(row, k) and bias(row) are called for every entry.
   template <class Weight, class Bias>
-  PackedWeights(int rows, int k_count, Weight&& weight, Bias&& bias)
-      : rows_(rows),
-        k_count_(k_count),
-        blocks_(RowBlocks::of(rows)),
-        weights_(static_cast<std::size_t>(rows) * static_cast<std::size_t>(k_count)),
-        bias_(static_cast<std::size_t>(rows)) {
+  PackedWeights(int rows, int k_count, Weight&& weight, Bias&& bias) {
+    pack(rows, k_count, weight, bias);
+  }
+
+  /// Packs other weights. Allocates nothing where the shape stays.
+  template <class Weight, class Bias>
+  void pack(int rows, int k_count, Weight&& weight, Bias&& bias) {
+    rows_ = rows;
+    k_count_ = k_count;
+    blocks_ = RowBlocks::of(rows);
+    weights_.grow_to(static_cast<std::size_t>(rows) * static_cast<std::size_t>(k_count));
+    bias_.grow_to(static_cast<std::size_t>(rows));
     T* out = weights_.data();
     for (int b = 0; b < blocks_.count; ++b)
       for (int k = 0; k < k_count; ++k)

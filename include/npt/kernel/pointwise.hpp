@@ -47,6 +47,9 @@ struct Pointwise {
   static constexpr bool normalises = false;  ///< needs mean and deviation of its input over all vertices
   static constexpr bool increasing =
       false;  ///< x <= y implies f(x) <= f(y): a maximum over vertices may be taken before it
+  // For training, see backward.hpp:
+  static constexpr int sums_per_channel = 0;  ///< sums that the gradients of its parameters are made of
+  static constexpr int other_channels = 0;    ///< channels of its second input that vjp knows a gradient for
   template <class T>
   static NPT_ALWAYS_INLINE Nothing column(const PointwiseArgs<T>&, Position) {
     return {};

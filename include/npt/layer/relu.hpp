@@ -1,4 +1,4 @@
-/// Rectified linear unit: y = max(0, x), elementwise; NaN in gives NaN out.
+/// Rectified linear unit: y = max(0, x), elementwise; NaN in gives NaN out. Its derivative at 0 is 0.
 #pragma once
 
 #include <npt/config.hpp>
@@ -12,6 +12,11 @@ struct Relu : kernel::Pointwise {
   template <class T>
   static NPT_ALWAYS_INLINE simd::Batch<T> apply(simd::Batch<T> x, Nothing, Nothing) {
     return simd::relu(x);
+  }
+  template <class T>
+  static NPT_ALWAYS_INLINE simd::Batch<T> vjp(const simd::Batch<T>& x, const simd::Batch<T>& dy, Nothing, Nothing,
+                                              simd::Batch<T>*) {
+    return simd::zero_where_not_positive(x, dy);
   }
 };
 inline constexpr Relu relu{};

@@ -58,6 +58,32 @@ struct Modulate : kernel::Pointwise {
     });
     return simd::fma(gamma, x, beta);
   }
+
+  /// Sums in the order of the parameters: gamma's weights and bias, beta's weights and bias.
+  static constexpr int sums_per_channel = 2 * (Cond + 1);
+  template <class T>
+  static NPT_ALWAYS_INLINE simd::Batch<T> vjp(const simd::Batch<T>& x, const simd::Batch<T>& dy, const Row<T>& row,
+                                              const Column<T>& column, simd::Batch<T>* sums) {
+    simd::Batch<T> gamma = row.gamma[Cond];
+    const simd::Batch<T> product = dy * x;
+    simd::unroll<Cond>([&](auto i) NPT_LAMBDA_INLINE {
+      gamma = simd::fma(row.gamma[i], column.p[i], gamma);
+      sums[i] = simd::fma(product, column.p[i], sums[i]);
+      sums[Cond + 1 + i] = simd::fma(dy, column.p[i], sums[Cond + 1 + i]);
+    });
+    sums[Cond] += product;
+    sums[2 * Cond + 1] += dy;
+    return dy * gamma;
+  }
+  static constexpr int other_channels = Cond;
+  template <class T>
+  static NPT_ALWAYS_INLINE void other_vjp(const simd::Batch<T>& x, const simd::Batch<T>& dy, const Row<T>& row,
+                                          const Column<T>&, simd::Batch<T>* sums) {
+    const simd::Batch<T> product = dy * x;
+    simd::unroll<Cond>([&](auto i) NPT_LAMBDA_INLINE {
+      sums[i] = simd::fma(product, row.gamma[i], simd::fma(dy, row.beta[i], sums[i]));
+    });
+  }
 };
 
 /// Whether SPAdaIN normalises. The first block of the compact-feature network doesn't (supplement C.2 and D.5).

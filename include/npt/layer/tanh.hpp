@@ -23,6 +23,12 @@ struct ScaledTanh : kernel::Pointwise {
   static NPT_ALWAYS_INLINE simd::Batch<T> apply(simd::Batch<T> x, const simd::Batch<T>& scale, Nothing) {
     return scale * simd::tanh(x);
   }
+  template <class T>
+  static NPT_ALWAYS_INLINE simd::Batch<T> vjp(const simd::Batch<T>& x, const simd::Batch<T>& dy,
+                                              const simd::Batch<T>& scale, Nothing, simd::Batch<T>*) {
+    const simd::Batch<T> t = simd::tanh(x);
+    return scale * dy * (simd::broadcast(T(1)) - t * t);
+  }
 };
 
 /// tanh without a scale, for networks of one's own.
@@ -32,6 +38,12 @@ struct Tanh : kernel::Pointwise {
   template <class T>
   static NPT_ALWAYS_INLINE simd::Batch<T> apply(simd::Batch<T> x, Nothing, Nothing) {
     return simd::tanh(x);
+  }
+  template <class T>
+  static NPT_ALWAYS_INLINE simd::Batch<T> vjp(const simd::Batch<T>& x, const simd::Batch<T>& dy, Nothing, Nothing,
+                                              simd::Batch<T>*) {
+    const simd::Batch<T> t = simd::tanh(x);
+    return dy * (simd::broadcast(T(1)) - t * t);
   }
 };
 inline constexpr Tanh tanh{};

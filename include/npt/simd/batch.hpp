@@ -60,6 +60,13 @@ NPT_ALWAYS_INLINE void prefetch_to_second_level([[maybe_unused]] std::uintptr_t 
 #endif
 }
 
+template <class T>
+NPT_ALWAYS_INLINE void prefetch_to_first_level([[maybe_unused]] const T* address) {
+#if defined(__GNUC__)
+  __builtin_prefetch(address, 1, 3);
+#endif
+}
+
 /// a * b + c, rounded once wherever the instruction set has it.
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> fma(const Batch<T>& a, const Batch<T>& b, const Batch<T>& c) {

@@ -1,0 +1,150 @@
+/// What Gradients (train/gradients.hpp) is apart from its network's type. Compiled once a scalar and executor, however many networks a
+/// program trains.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/engine/core.hpp>
+#include <npt/engine/tape_backward.hpp>
+#include <npt/engine/tape_forward.hpp>
+#include <npt/engine/tape_memory.hpp>
+#include <npt/parallel/executor.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace npt::inline NPT_ABI::engine {
+
+template <class T, class Exec>
+class GradientCore {
+ public:
+  using Scalar = T;
+
+  GradientCore(const graph::Tape& tape, std::size_t parameters, std::span<const ChainLoops<T>> loops, Exec executor)
+      : tape_(&tape),
+        parameter_count_(parameters),
+        loops_(loops),
+        executor_(std::move(executor)),
+        memory_(std::make_unique<TapeMemory<T>>()) {}
+
+  const Exec& executor() const { return executor_; }
+  const graph::Tape& tape() const { return *tape_; }
+  /// Elements of a parameter buffer, Model::buffer().
+  std::size_t parameter_count() const { return parameter_count_; }
+  /// Bytes held.
+  std::size_t bytes() const { return memory_->bytes(); }
+
+  /// Takes new weights: after every step of the optimiser.
+  void load(std::span<const T> parameters) {
+    expect("parameters", parameters.size(), parameter_count_);
+    TapeMemory<T>& memory = *memory_;
+    memory.parameters.grow_to(parameter_count_);
+    std::ranges::copy(parameters, memory.parameters.data());
+    if (memory.weights.empty()) {
+      memory.weights.resize(static_cast<std::size_t>(tape_->stage_count));
+      for (int i = 0; i < tape_->stage_count; ++i) {
+        memory.columns.emplace_back();
+        for (int row = 0; tape_->stage(i).product && row < tape_->stage(i).operand_rows; ++row)
+          memory.columns.back().push_back(column_of_row(*tape_, tape_->stage(i), row));
+      }
+    }
+    executor_.for_each(2 * tape_->stage_count, [&](int task, int) { pack(task / 2, task % 2 == 0); });
+  }
+
+  /// A batch through the network. Results are written, and what the gradient needs is kept. The pairs' meshes may be gone afterwards.
+  void forward(std::span<const TransferPair<T>> pairs) {
+    if (memory_->weights.empty())
+      throw Error({.file = "gradients", .found = "no weights", .expected = "a call of load() before"});
+    if (pairs.empty()) throw Error({.file = "batch", .found = "no pairs", .expected = "at least one"});
+    memory_->pose.clear();
+    memory_->identity.clear();
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      check(pairs[i], i);
+      memory_->pose.add({.coordinates = pairs[i].pose, .result = {}, .code = static_cast<int>(i)});
+      memory_->identity.add({.coordinates = pairs[i].identity, .result = pairs[i].result, .code = static_cast<int>(i)});
+    }
+    TapeForward<T>(*tape_, loops_, *memory_).run(executor_);
+  }
+
+  /// The gradient of the batch of the last forward(): result_gradient[i], [V, 3], is dL / d result of pair i. Overwrites
+  /// parameter_gradient, which is laid out as Model::buffer() (attributes and padding get 0).
+  void backward(std::span<const std::span<const T>> result_gradient, std::span<T> parameter_gradient) {
+    backward({.result = result_gradient, .parameters = parameter_gradient, .pose = {}, .identity = {}});
+  }
+  /// The same with the gradients of the meshes.
+  void backward(const TapeGradients<T>& gradients) {
+    const auto& pairs = memory_->identity.instances;
+    expect("parameter gradient", gradients.parameters.size(), parameter_count_);
+    expect("result gradients", gradients.result.size(), pairs.size());
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      expect("result gradient", gradients.result[i].size(), pairs[i].coordinates.size());
+    check_meshes("pose gradients", gradients.pose, memory_->pose);
+    check_meshes("identity gradients", gradients.identity, memory_->identity);
+    TapeBackward<T>(*tape_, loops_, *memory_, gradients).run(executor_);
+  }
+
+ private:
+  void pack(int i, bool is_forward) {
+    const graph::TapeStage& stage = tape_->stage(i);
+    if (!stage.product) return;
+    const T* parameters = memory_->parameters.data();
+    const T* weights = parameters + stage.weight;
+    const std::vector<int>& columns = memory_->columns[static_cast<std::size_t>(i)];
+    const auto weight = [&](int row, int k) {
+      return weights[row * stage.columns + columns[static_cast<std::size_t>(k)]];
+    };
+    TapeWeights<T>& packed = memory_->weights[static_cast<std::size_t>(i)];
+    if (is_forward)
+      packed.forward.pack(stage.rows, stage.operand_rows, weight,
+                          [&](int row) { return stage.bias_is_dead ? T(0) : parameters[stage.bias + row]; });
+    else
+      packed.backward.pack(
+          stage.operand_rows, stage.rows, [&](int k, int row) { return weight(row, k); }, [](int) { return T(0); });
+  }
+
+  static void expect(const char* what, std::size_t found, std::size_t expected) {
+    if (found != expected)
+      throw Error({.file = what, .found = std::to_string(found), .expected = std::to_string(expected)});
+  }
+  static void check_meshes(const char* what, std::span<const std::span<T>> gradients, const Side<T>& side) {
+    if (gradients.empty()) return;
+    expect(what, gradients.size(), side.instances.size());
+    for (std::size_t i = 0; i < gradients.size(); ++i)
+      expect(what, gradients[i].size(), side.instances[i].coordinates.size());
+  }
+  void check(const TransferPair<T>& pair, std::size_t number) const {
+    const std::string place = "pair " + std::to_string(number);
+    const auto points = [&place](const char* what, std::size_t size) {
+      if (size == 0 || size % 3 != 0)
+        throw Error({.file = what,
+                     .place = place,
+                     .found = std::to_string(size) + " numbers",
+                     .expected = "three for each of at least one vertex"});
+    };
+    points("pose", pair.pose.size());
+    points("identity", pair.identity.size());
+    if (pair.result.size() != pair.identity.size())
+      throw Error({.file = "result",
+                   .place = place,
+                   .found = std::to_string(pair.result.size()) + " numbers",
+                   .expected = std::to_string(pair.identity.size()) + ", as many as the identity has"});
+    if (tape_->paired && pair.pose.size() != pair.identity.size())
+      throw Error({.file = "pose",
+                   .place = place,
+                   .found = std::to_string(pair.pose.size() / 3) + " vertices",
+                   .expected = std::to_string(pair.identity.size() / 3) +
+                               ", as many as the identity has: this network pairs vertices"});
+  }
+
+  const graph::Tape* tape_;
+  std::size_t parameter_count_;
+  std::span<const ChainLoops<T>> loops_;
+  Exec executor_;
+  std::unique_ptr<TapeMemory<T>> memory_;
+};
+
+}  // namespace npt::inline NPT_ABI::engine

@@ -1,0 +1,609 @@
+/// Runs a tape backwards: from the gradient of the result to those of all parameters and, if asked for, of both meshes.
+///
+/// Stages go last to first. One task carries a chunk of groups through a stage: the gradient of its output is finished (through the
+/// norm that reads it), multiplied with the transposed weights and taken through the routes into their ports, and collected for the
+/// gradient of the weights together with the operand, which is made again. Chunks are as many as the shapes say, never as the
+/// threads, and are merged in order: the same bits for any number of threads.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/engine/tape_memory.hpp>
+#include <npt/kernel/backward.hpp>
+#include <npt/kernel/outer_product.hpp>
+#include <npt/parallel/executor.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <span>
+
+namespace npt::inline NPT_ABI::engine {
+
+/// What a backward pass starts from and where it leaves its results.
+template <class T>
+struct TapeGradients {
+  std::span<const std::span<const T>> result;  ///< by pair: [V, 3]
+  std::span<T> parameters;                     ///< as Model::buffer(), overwritten
+  std::span<const std::span<T>> pose;          ///< by pair: [Vp, 3], overwritten; none if empty
+  std::span<const std::span<T>> identity;      ///< by pair: [V, 3]
+};
+
+template <class T>
+class TapeBackward : TapeView<T> {
+ public:
+  TapeBackward(const graph::Tape& tape, std::span<const ChainLoops<T>> loops, TapeMemory<T>& memory,
+               const TapeGradients<T>& gradients)
+      : TapeView<T>(tape, loops, memory), gradients_(gradients) {}
+
+  /// The gradient of what TapeForward ran last on this memory.
+  template <Executor E>
+  void run(const E& executor) {
+    prepare(executor);
+    std::fill(gradients_.parameters.begin(), gradients_.parameters.end(), T(0));
+    for (int i = tape_.stage_count - 1; i >= 0; --i)
+      if (i == tape_.stage_count - 1 || has_gradient(tape_.stage(i).output)) run_stage(i, executor);
+    leave_input_gradients(0, gradients_.pose);
+    leave_input_gradients(1, gradients_.identity);
+  }
+
+ private:
+  using typename TapeView<T>::Args;
+  using typename TapeView<T>::Stage;
+  using typename TapeView<T>::Route;
+  using typename TapeView<T>::Tensor;
+  using typename TapeView<T>::Port;
+  using TapeView<T>::index;
+  using TapeView<T>::tape_;
+  using TapeView<T>::memory_;
+
+  static constexpr std::size_t slack = index(kernel::panel_width<T>) * kernel::panel_width<T>;
+  static constexpr int most_chunks = 16;
+
+  // ---- what takes part ----
+
+  /// Whether gradients are wanted there: everywhere but at the inputs, unless they are asked for.
+  bool wanted(int port) const {
+    if (port < 0) return false;
+    const int input = tape_.tensor(tape_.port(port).tensor).input;
+    return input < 0 || !(input == 0 ? gradients_.pose : gradients_.identity).empty();
+  }
+  bool has_gradient(int tensor) const {
+    bool found = false;
+    for_each_port(tensor, [&](int) { found = true; });
+    return found;
+  }
+  template <class F>
+  void for_each_port(int tensor, F&& f) const {
+    for (int p = 0; p < tape_.port_count; ++p)
+      if (tape_.port(p).tensor == tensor) f(p);
+  }
+  template <class F>
+  void for_each_pool(int port, F&& f) const {
+    for (int t = 0; t < tape_.tensor_count; ++t)
+      if (this->pooled(t) && tape_.tensor(t).port == port) f(t);
+  }
+
+  // ---- memory ----
+
+  template <Executor E>
+  void prepare(const E& executor) {
+    for (std::size_t side = 0; side < 2; ++side)
+      for (int b = 0; b < tape_.buffer_count[side]; ++b) {
+        bool used = false;
+        for (int p = 0; p < tape_.port_count; ++p)
+          used = used || (tape_.port(p).buffer == b && wanted(p) &&
+                          tape_.tensor(tape_.port(p).tensor).from_pose == (side == 0));
+        if (used)
+          memory_.buffers[side][index(b)].grow_to(
+              this->side_of(side == 0).items.size() * kernel::tile_size(tape_.buffer_channels[side][index(b)]) + slack);
+      }
+    for (int p = 0; p < tape_.port_count; ++p) {
+      const Port& port = tape_.port(p);
+      const Tensor& tensor = tape_.tensor(port.tensor);
+      const Side<T>& side = this->side_of(tensor.from_pose);
+      if (port.normalises) {
+        memory_.norm_partials[index(p)].grow_to(side.items.size() * 2 * index(tensor.channels));
+        memory_.norm_gradients[index(p)].grow_to(side.instances.size() * 2 * index(tensor.channels));
+      }
+      if (port.starts_at_zero && wanted(p)) {
+        T* first = memory_.buffers[tensor.from_pose ? 0 : 1][index(port.buffer)].data();
+        std::fill(first, first + side.items.size() * kernel::tile_size(tensor.channels), T(0));
+      }
+    }
+    for (int t = 0; t < tape_.tensor_count; ++t) {
+      if (!this->pooled(t)) continue;
+      const std::size_t size =
+          this->side_of(tape_.tensor(t).from_pose).instances.size() * kernel::panel_stride<T>(tape_.tensor(t).channels);
+      memory_.pooled_gradients[index(t)].grow_to(size);
+      memory_.peak_gradients[index(t)].grow_to(size);
+      std::fill(memory_.pooled_gradients[index(t)].data(), memory_.pooled_gradients[index(t)].data() + size, T(0));
+    }
+    // A task's scratch: a tile for the operand and later the gradient, one for a gradient that only maxima make, and the collected
+    // operands of the weights' gradient.
+    std::size_t tiles = 0, collected = 0;
+    for (int i = 0; i < tape_.stage_count; ++i) {
+      const Stage& stage = tape_.stage(i);
+      tiles = std::max(tiles, kernel::tile_size(std::max(stage.operand_rows, stage.rows)) + slack);
+      const auto shape = kernel::OuterShape<T>::of(stage.rows, std::max(stage.operand_rows, 1));
+      collected = std::max(collected, round_up(shape.a_size()) + shape.b_size());
+    }
+    tile_stride_ = round_up(tiles);
+    memory_.scratch_stride = std::max(memory_.scratch_stride, 2 * tile_stride_ + round_up(collected));
+    memory_.scratch.grow_to(memory_.scratch_stride * index(executor.slots()));
+  }
+  static constexpr std::size_t round_up(std::size_t n) {
+    constexpr std::size_t unit = simd_alignment / sizeof(T);
+    return (n + unit - 1) / unit * unit;
+  }
+
+  /// Where a chunk keeps its sums.
+  struct ChunkLayout {
+    std::size_t bias = 0, size = 0;
+    std::array<std::size_t, graph::max_routes> routes{};
+    std::array<std::size_t, graph::max_ports> ports{};
+    int count = 0;  ///< of chunks
+    int items = 0;  ///< in each but the last
+  };
+
+  // ---- one stage ----
+
+  template <Executor E>
+  void run_stage(int i, const E& executor) {
+    const Stage& stage = tape_.stage(i);
+    const Side<T>& side = this->side_of(stage.from_pose);
+    const auto shape = kernel::OuterShape<T>::of(stage.rows, std::max(stage.operand_rows, 1));
+    for_each_port(stage.output, [&](int p) { merge_port(p, side, executor); });
+    reads_pooled_ = stage.operand_rows != stage.columns;
+    if (reads_pooled_) memory_.bias_partial.grow_to(side.items.size() * index(stage.rows));
+    const ChunkLayout layout = lay_out(stage, shape, static_cast<int>(side.items.size()));
+    memory_.chunks.grow_to(layout.size * index(layout.count));
+    executor.for_each(layout.count, [&](int chunk, int slot) {
+      run_chunk(i, shape, layout, chunk, memory_.scratch.data() + index(slot) * memory_.scratch_stride);
+    });
+    merge_chunks(i, shape, layout, executor);
+    if (reads_pooled_) take_to_pooled(stage, side, executor);
+  }
+
+  ChunkLayout lay_out(const Stage& stage, const kernel::OuterShape<T>& shape, int items) const {
+    ChunkLayout layout;
+    std::size_t next = stage.product && stage.operand_rows > 0 ? round_up(shape.result_size()) : 0;
+    const auto take = [&next](std::size_t size) {
+      const std::size_t at = next;
+      next += round_up(size);
+      return at;
+    };
+    layout.bias = take(index(stage.rows));
+    for (int r = 0; r < stage.route_count; ++r) {
+      const Route& route = stage.routes[index(r)];
+      if (!this->pooled(route.tensor))
+        layout.routes[index(r)] = take(index(route.channels) * index(this->loops(route.chain).route_sums));
+    }
+    for_each_port(stage.output, [&](int p) {
+      if (tape_.port(p).normalises)
+        layout.ports[index(p)] = take(index(stage.rows) * index(this->loops(tape_.port(p).prefix).prefix_sums));
+    });
+    layout.size = next;
+    layout.items = std::max(1, (items + most_chunks - 1) / most_chunks);
+    layout.count = (items + layout.items - 1) / layout.items;
+    return layout;
+  }
+
+  void run_chunk(int i, const kernel::OuterShape<T>& shape, const ChunkLayout& layout, int chunk, T* scratch) {
+    const Stage& stage = tape_.stage(i);
+    const Side<T>& side = this->side_of(stage.from_pose);
+    T* sums = memory_.chunks.data() + index(chunk) * layout.size;
+    std::fill(sums, sums + layout.size, T(0));
+    T* tile = scratch;
+    T* spare = scratch + tile_stride_;
+    T* collected = spare + tile_stride_;
+    kernel::OuterProduct<T> product(shape, collected, collected + round_up(shape.a_size()), sums);
+    const bool weighs = stage.product && stage.operand_rows > 0;
+    bool goes_on = false;  // to a route that wants it
+    for (int r = 0; r < stage.route_count; ++r) goes_on = goes_on || wanted(stage.routes[index(r)].port);
+    const int last = std::min(static_cast<int>(side.items.size()), (chunk + 1) * layout.items);
+    for (int number = chunk * layout.items; number < last; ++number) {
+      const Item& item = side.items[index(number)];
+      if (weighs) collect_operand(stage, item, index(number), tile, product);
+      const T* gradient = output_gradient(i, item, index(number), tile, spare, layout, sums);
+      if (stage.product) add_to_bias(stage, item, index(number), gradient, sums + layout.bias);
+      if (weighs) {
+        product.collect_a(gradient, stage.rows, item.valid);
+        if (product.full() || number + 1 == last) product.multiply();
+      }
+      if (!goes_on) continue;
+      if (stage.product)
+        take_through_weights(i, item, index(number), gradient, layout, sums);
+      else
+        take_along_routes(stage, item, index(number), 0, stage.rows, gradient, kernel::panel_stride<T>(stage.rows),
+                          layout, sums);
+    }
+  }
+
+  void collect_operand(const Stage& stage, const Item& item, std::size_t number, T* tile,
+                       kernel::OuterProduct<T>& product) const {
+    const T* operand = tile;
+    if (stage.route_count == 1 && stage.routes[0].chain.count == 0)
+      operand = this->tile(stage.routes[0].tensor, item, number, stage.from_pose);
+    else
+      this->read_operand(stage, item, number, tile);
+    product.collect_b(operand, stage.operand_rows, item.valid);
+  }
+
+  /// The gradient of a stage's output for one group: in place where one port holds it, else made in `tile`.
+  const T* output_gradient(int i, const Item& item, std::size_t number, T* tile, T* spare, const ChunkLayout& layout,
+                           T* sums) const {
+    const Stage& stage = tape_.stage(i);
+    if (i == tape_.stage_count - 1) {
+      kernel::split_coordinates(
+          gradients_.result[index(item.instance)].data() + 3 * index(item.group) * kernel::group_width, item.valid,
+          tile);
+      return tile;
+    }
+    int ports = 0, pools = 0, only = -1;
+    for_each_port(stage.output, [&](int p) {
+      ++ports;
+      only = p;
+      for_each_pool(p, [&](int) { ++pools; });
+    });
+    if (ports == 1 && pools == 0 && !tape_.port(only).normalises)
+      return this->gradient_tile(only, item, number, stage.from_pose);
+    const std::size_t size = kernel::tile_size(stage.rows);
+    bool adds = false;
+    for_each_port(stage.output, [&](int p) {
+      const Port& port = tape_.port(p);
+      T* upstream = port.dense ? this->gradient_tile(p, item, number, stage.from_pose) : spare;
+      if (!port.dense) std::fill(spare, spare + size, T(0));
+      for_each_pool(p, [&](int t) { scatter_peaks(t, item, upstream); });
+      if (!port.normalises) {
+        for (std::size_t k = 0; k < size; ++k) tile[k] = adds ? tile[k] + upstream[k] : upstream[k];
+      } else {
+        finish(stage, p, item, number, upstream, tile, adds, sums + layout.ports[index(p)]);
+      }
+      adds = true;
+    });
+    return tile;
+  }
+
+  /// Adds what a maximum leaves to the vertices that had it.
+  void scatter_peaks(int t, const Item& item, T* tile) const {
+    const int channels = tape_.tensor(t).channels;
+    const int* peaks = memory_.peaks[index(t)].data() + index(item.instance) * index(channels);
+    const T* gradient = this->panel(memory_.peak_gradients[index(t)], channels, item.instance);
+    for (int c = 0; c < channels; ++c) {
+      const int v = peaks[c] - item.group * kernel::group_width;
+      if (v < 0 || v >= item.valid) continue;
+      tile[kernel::panel_stride<T>(channels) * index(v / kernel::panel_width<T>) +
+           index(c * kernel::panel_width<T> + v % kernel::panel_width<T>)] +=
+          gradient[index(c) * kernel::panel_width<T>];
+    }
+  }
+
+  void finish(const Stage& stage, int p, const Item& item, std::size_t number, const T* upstream, T* tile, bool adds,
+              T* sums) const {
+    const Port& port = tape_.port(p);
+    const std::size_t stride = kernel::panel_stride<T>(stage.rows);
+    const Args args = this->arguments(port.prefix, -1, item, number, stage.from_pose);
+    const T* moments = this->statistics(p, item.instance);
+    const T* means = norm_gradient(p, item.instance);
+    const T* values = this->tile(stage.output, item, number, stage.from_pose);
+    // Other's gradients of layers in front of a norm are not kept: lowering stores such an input first.
+    this->loops(port.prefix)
+        .finish({.rows = {.values = values,
+                          .values_stride = stride,
+                          .upstream = upstream,
+                          .upstream_stride = stride,
+                          .downstream = tile,
+                          .downstream_stride = stride,
+                          .adds = adds,
+                          .valid = item.valid,
+                          .first_channel = 0,
+                          .rows = stage.rows,
+                          .args = args.data(),
+                          .parameter_sums = sums,
+                          .norm_sums = {nullptr, nullptr},
+                          .other = {}},
+                 .norm = {moments, moments + stage.rows, means, means + stage.rows}});
+  }
+
+  void add_to_bias(const Stage& stage, const Item& item, std::size_t number, const T* gradient, T* bias) {
+    if (stage.bias_is_dead && !reads_pooled_) return;
+    const std::size_t stride = kernel::panel_stride<T>(stage.rows);
+    const int panels = kernel::used_panels<T>(item.valid);
+    T* partial = reads_pooled_ ? memory_.bias_partial.data() + number * index(stage.rows) : nullptr;
+    for (int r = 0; r < stage.rows; ++r) {
+      simd::Batch<T> sum = simd::broadcast(T(0));
+      for (int p = 0; p < panels; ++p)
+        for (int q = 0; q < kernel::panel_registers; ++q)
+          sum += simd::load(gradient + index(r) * kernel::panel_width<T> +
+                            kernel::internal::register_offset<T>(stride, p, q));
+      const T total = simd::reduce_add(sum);
+      bias[r] += total;
+      if (partial != nullptr) partial[r] = total;
+    }
+  }
+
+  /// The gradient of the operand, a block of rows at a time, and on along the routes.
+  void take_through_weights(int i, const Item& item, std::size_t number, const T* gradient, const ChunkLayout& layout,
+                            T* sums) {
+    const Stage& stage = tape_.stage(i);
+    const kernel::PackedWeights<T>& weights = memory_.weights[index(i)].backward;
+    const int panels = kernel::used_panels<T>(item.valid);
+    const int steps = weights.k_count();
+    alignas(simd_alignment) T raw[index(kernel::max_tile_rows) * kernel::group_width];
+    for (int b = 0; b < weights.blocks().count; ++b) {
+      const int row = weights.blocks().first_row(b), rows = weights.blocks().rows(b);
+      if (!any_wants(stage, row, rows)) continue;
+      const std::size_t raw_stride = kernel::panel_stride<T>(rows);
+      for (int p = 0; p < panels; ++p)
+        kernel::micro_kernels<T>[index(rows)](steps, weights.block(b),
+                                              gradient + kernel::panel_stride<T>(steps) * index(p),
+                                              weights.bias() + row, raw + raw_stride * index(p));
+      take_along_routes(stage, item, number, row, rows, raw, raw_stride, layout, sums);
+    }
+  }
+
+  bool any_wants(const Stage& stage, int row, int rows) const {
+    bool wants = false;
+    for (int r = 0; r < stage.route_count; ++r) {
+      const Route& route = stage.routes[index(r)];
+      wants = wants || (wanted(route.port) && route.row < row + rows && row < route.row + route.channels);
+    }
+    return wants;
+  }
+
+  /// Rows row .. row + rows - 1 of the operand's gradient (at `upstream`) into the ports of the routes that made them.
+  void take_along_routes(const Stage& stage, const Item& item, std::size_t number, int row, int rows, const T* upstream,
+                         std::size_t upstream_stride, const ChunkLayout& layout, T* sums) {
+    for (int r = 0; r < stage.route_count; ++r) {
+      const Route& route = stage.routes[index(r)];
+      if (this->pooled(route.tensor)) continue;
+      const int begin = std::max(row, route.row), end = std::min(row + rows, route.row + route.channels);
+      if (begin >= end) continue;
+      const Tensor& tensor = tape_.tensor(route.tensor);
+      const ChainLoops<T>& loops = this->loops(route.chain);
+      const int first = begin - route.row;
+      const std::size_t own = this->item_on(tensor, item, number, stage.from_pose);
+      const Args args = this->arguments(route.chain, route.port, item, number, stage.from_pose);
+      T* norm_sums = nullptr;
+      if (route.norm >= 0)
+        norm_sums = memory_.norm_partials[index(route.port)].data() + own * 2 * index(tensor.channels) + index(first);
+      kernel::BackwardRange<T> range{
+          .values = this->tile(route.tensor, item, number, stage.from_pose) + index(first) * kernel::panel_width<T>,
+          .values_stride = kernel::panel_stride<T>(tensor.channels),
+          .upstream = upstream + index(begin - row) * kernel::panel_width<T>,
+          .upstream_stride = upstream_stride,
+          .downstream = nullptr,
+          .downstream_stride = kernel::panel_stride<T>(tensor.channels),
+          .adds = !route.opens,
+          .valid = item.valid,
+          .first_channel = first,
+          .rows = end - begin,
+          .args = args.data(),
+          .parameter_sums = sums + layout.routes[index(r)] + index(first) * index(loops.route_sums),
+          .norm_sums = {norm_sums, norm_sums == nullptr ? nullptr : norm_sums + tensor.channels},
+          .other = {}};
+      if (wanted(route.port)) {
+        range.downstream =
+            this->gradient_tile(route.port, item, number, stage.from_pose) + index(first) * kernel::panel_width<T>;
+        loops.backward(range);
+      }
+      if (loops.backward_others == nullptr) continue;
+      bool others = false;
+      for (int s = 0; s < route.chain.count; ++s)
+        if (wanted(route.other_ports[index(s)])) {
+          range.other[s] = this->gradient_tile(route.other_ports[index(s)], item, number, stage.from_pose);
+          others = true;
+        }
+      if (others) loops.backward_others(range);
+    }
+  }
+
+  // ---- barriers ----
+
+  T* norm_gradient(int p, int mesh) const {
+    return memory_.norm_gradients[index(p)].data() +
+           index(mesh) * 2 * index(tape_.tensor(tape_.port(p).tensor).channels);
+  }
+
+  /// The two means of a port's gradients that its norm's derivative needs, and the gradients that maxima leave there.
+  template <Executor E>
+  void merge_port(int p, const Side<T>& side, const E& executor) {
+    const Port& port = tape_.port(p);
+    const int channels = tape_.tensor(port.tensor).channels;
+    if (port.normalises)
+      executor.for_each(static_cast<int>(side.instances.size()), [&](int mesh, int) {
+        const Instance<T>& instance = side.instances[index(mesh)];
+        T* NPT_RESTRICT means = norm_gradient(p, mesh);
+        const std::size_t width = 2 * index(channels);
+        std::fill(means, means + width, T(0));
+        if (port.dense)
+          for (int g = 0; g < kernel::group_count(instance.vertices); ++g) {
+            const T* NPT_RESTRICT partial =
+                memory_.norm_partials[index(p)].data() + index(instance.first_item + g) * width;
+            for (std::size_t k = 0; k < width; ++k) means[k] += partial[k];
+          }
+      });
+    for_each_pool(p, [&](int t) {
+      for (int mesh = 0; mesh < static_cast<int>(side.instances.size()); ++mesh) take_through_pool(t, p, mesh);
+    });
+    if (port.normalises)
+      for (int mesh = 0; mesh < static_cast<int>(side.instances.size()); ++mesh) {
+        const T share = T(1) / static_cast<T>(side.instances[index(mesh)].vertices);
+        T* means = norm_gradient(p, mesh);
+        for (int k = 0; k < 2 * channels; ++k) means[k] *= share;
+      }
+  }
+
+  void take_through_pool(int t, int p, int mesh) {
+    const Tensor& tensor = tape_.tensor(t);
+    const ChainLoops<T>& loops = this->loops(tensor.chain);
+    const Args args = this->arguments(tensor.chain, tensor.port, Item{mesh, 0, 1}, 0, tensor.from_pose);
+    memory_.pooled_sums.grow_to(index(tensor.channels) * index(loops.route_sums) + 1);
+    T* sums = memory_.pooled_sums.data();
+    std::fill(sums, sums + index(tensor.channels) * index(loops.route_sums), T(0));
+    T* means = tape_.port(p).normalises ? norm_gradient(p, mesh) : nullptr;
+    // `adds` is for the norm's sums, so the gradient itself starts from zero.
+    T* gradient = this->panel(memory_.peak_gradients[index(t)], tensor.channels, mesh);
+    std::fill(gradient, gradient + kernel::panel_stride<T>(tensor.channels), T(0));
+    loops.backward(
+        {.values = memory_.maps[index(t)].data() + index(mesh) * 2 * kernel::panel_stride<T>(tensor.channels),
+         .values_stride = 0,
+         .upstream = this->panel(memory_.pooled_gradients[index(t)], tensor.channels, mesh),
+         .upstream_stride = 0,
+         .downstream = gradient,
+         .downstream_stride = 0,
+         .adds = true,
+         .valid = 1,
+         .first_channel = 0,
+         .rows = tensor.channels,
+         .args = args.data(),
+         .parameter_sums = sums,
+         .norm_sums = {means, means == nullptr ? nullptr : means + tensor.channels},
+         .other = {}});
+    add_parameter_gradients(tensor.chain, tensor.norm + 1, tensor.chain.count, tensor.channels, loops.route_sums,
+                            {sums, 1, 0});
+  }
+
+  /// Sums [channels][sums] of some chunks.
+  struct ChunkSums {
+    const T* first;
+    int chunks;
+    std::size_t stride;
+    T operator()(std::size_t k) const {
+      T total = first[k];
+      for (int c = 1; c < chunks; ++c) total += first[index(c) * stride + k];
+      return total;
+    }
+  };
+
+  /// Gives the sums of steps begin .. end - 1 of a chain to their parameters.
+  void add_parameter_gradients(const graph::Chain& chain, int begin, int end, int channels, int sums_per_channel,
+                               const ChunkSums& sums) {
+    if (sums_per_channel == 0) return;
+    const ChainLoops<T>& loops = this->loops(chain);
+    int first = 0;
+    for (int s = begin; s < end; ++s) {
+      const graph::Step& step = chain.steps[index(s)];
+      int at = first;
+      for (std::size_t k = 0; k < step.parameters.size() && at < first + loops.operation_sums[index(s)]; ++k) {
+        if (step.parameters[k] < 0) continue;
+        const bool by_channel = step.sizes[k] % channels == 0;
+        const int elements = by_channel ? step.sizes[k] / channels : step.sizes[k];
+        T* gradient = gradients_.parameters.data() + step.parameters[k];
+        for (int c = 0; c < channels; ++c)
+          for (int e = 0; e < elements; ++e)
+            gradient[(by_channel ? c * elements : 0) + e] += sums(index(c) * index(sums_per_channel) + index(at + e));
+        at += elements;
+      }
+      first += loops.operation_sums[index(s)];
+    }
+  }
+
+  template <Executor E>
+  void merge_chunks(int i, const kernel::OuterShape<T>& shape, const ChunkLayout& layout, const E& executor) {
+    const Stage& stage = tape_.stage(i);
+    const T* chunks = memory_.chunks.data();
+    if (stage.product && stage.operand_rows > 0) {
+      constexpr int strip = 32;
+      executor.for_each((stage.rows + strip - 1) / strip, [&](int s, int) {
+        merge_weights(i, shape, layout, s * strip, std::min(stage.rows, (s + 1) * strip));
+      });
+    }
+    if (stage.product && !stage.bias_is_dead) {
+      const ChunkSums bias{chunks + layout.bias, layout.count, layout.size};
+      for (int r = 0; r < stage.rows; ++r) gradients_.parameters[index(stage.bias + r)] += bias(index(r));
+    }
+    for (int r = 0; r < stage.route_count; ++r) {
+      const Route& route = stage.routes[index(r)];
+      if (this->pooled(route.tensor)) continue;
+      add_parameter_gradients(route.chain, route.norm + 1, route.chain.count, route.channels,
+                              this->loops(route.chain).route_sums,
+                              {chunks + layout.routes[index(r)], layout.count, layout.size});
+    }
+    for_each_port(stage.output, [&](int p) {
+      const Port& port = tape_.port(p);
+      if (port.normalises)
+        add_parameter_gradients(port.prefix, 0, port.prefix.count, stage.rows, this->loops(port.prefix).prefix_sums,
+                                {chunks + layout.ports[index(p)], layout.count, layout.size});
+    });
+  }
+
+  void merge_weights(int i, const kernel::OuterShape<T>& shape, const ChunkLayout& layout, int begin, int end) {
+    const Stage& stage = tape_.stage(i);
+    const std::vector<int>& columns = memory_.columns[index(i)];
+    for (int p = 0; p < shape.panels(); ++p) {
+      const int width = shape.registers(p) * simd::lanes<T>;
+      const int first = p * kernel::panel_width<T>;
+      const int used = std::min(width, stage.operand_rows - first);
+      for (int r = begin; r < end; ++r) {
+        T sum[kernel::panel_width<T>] = {};
+        const T* from = memory_.chunks.data() + shape.at(r, first);
+        for (int c = 0; c < layout.count; ++c, from += layout.size)
+          for (int k = 0; k < width; ++k) sum[k] += from[k];
+        T* gradient = gradients_.parameters.data() + stage.weight + r * stage.columns;
+        for (int k = 0; k < used; ++k) gradient[columns[index(first + k)]] += sum[k];
+      }
+    }
+  }
+
+  /// The gradients of pooled features and of the weights that they meet.
+  template <Executor E>
+  void take_to_pooled(const Stage& stage, const Side<T>& side, const E& executor) {
+    const std::size_t meshes = side.instances.size();
+    memory_.mesh_bias.grow_to(meshes * index(stage.rows));
+    executor.for_each(static_cast<int>(meshes), [&](int mesh, int) {
+      const Instance<T>& instance = side.instances[index(mesh)];
+      T* NPT_RESTRICT bias = memory_.mesh_bias.data() + index(mesh) * index(stage.rows);
+      std::fill(bias, bias + stage.rows, T(0));
+      for (int g = 0; g < kernel::group_count(instance.vertices); ++g) {
+        const T* NPT_RESTRICT partial =
+            memory_.bias_partial.data() + index(instance.first_item + g) * index(stage.rows);
+        for (int r = 0; r < stage.rows; ++r) bias[r] += partial[r];
+      }
+      for (int r = 0; r < stage.route_count; ++r) {
+        const Route& route = stage.routes[index(r)];
+        if (!this->pooled(route.tensor)) continue;
+        T* to = this->panel(memory_.pooled_gradients[index(route.tensor)], route.channels, mesh);
+        for (int row = 0; row < stage.rows; ++row) {
+          const T* weights = memory_.parameters.data() + stage.weight + row * stage.columns + route.column;
+          for (int c = 0; c < route.channels; ++c) to[index(c) * kernel::panel_width<T>] += weights[c] * bias[row];
+        }
+      }
+    });
+    constexpr int strip = 32;
+    executor.for_each((stage.rows + strip - 1) / strip, [&](int s, int) {
+      for (int r = 0; r < stage.route_count; ++r) {
+        const Route& route = stage.routes[index(r)];
+        if (!this->pooled(route.tensor)) continue;
+        for (int mesh = 0; mesh < static_cast<int>(meshes); ++mesh) {
+          const T* feature =
+              memory_.maps[index(route.tensor)].data() + index(2 * mesh + 1) * kernel::panel_stride<T>(route.channels);
+          for (int row = s * strip; row < std::min(stage.rows, (s + 1) * strip); ++row) {
+            T* gradient = gradients_.parameters.data() + stage.weight + row * stage.columns + route.column;
+            const T factor = memory_.mesh_bias[index(mesh) * index(stage.rows) + index(row)];
+            for (int c = 0; c < route.channels; ++c) gradient[c] += factor * feature[index(c) * kernel::panel_width<T>];
+          }
+        }
+      }
+    });
+  }
+
+  void leave_input_gradients(int t, std::span<const std::span<T>> to) const {
+    if (to.empty()) return;
+    const Side<T>& side = this->side_of(t == 0);
+    for (const std::span<T>& gradient : to) std::fill(gradient.begin(), gradient.end(), T(0));
+    for_each_port(t, [&](int p) {
+      for (std::size_t number = 0; number < side.items.size(); ++number) {
+        const Item& item = side.items[number];
+        kernel::join_coordinates(this->gradient_tile(p, item, number, t == 0), item.valid,
+                                 to[index(item.instance)].data() + 3 * index(item.group) * kernel::group_width);
+      }
+    });
+  }
+
+  const TapeGradients<T>& gradients_;
+  std::size_t tile_stride_ = 0;
+  bool reads_pooled_ = false;  ///< the running stage reads a pooled tensor
+};
+
+}  // namespace npt::inline NPT_ABI::engine

@@ -1,0 +1,260 @@
+/// Runs a tape forwards: the network's result, with everything kept that its gradient needs.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/engine/tape_memory.hpp>
+#include <npt/kernel/moments.hpp>
+#include <npt/parallel/executor.hpp>
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+namespace npt::inline NPT_ABI::engine {
+
+template <class T>
+class TapeForward : TapeView<T> {
+ public:
+  using TapeView<T>::TapeView;
+
+  /// memory.pose and memory.identity, of equally many meshes, to their results.
+  template <Executor E>
+  void run(const E& executor) {
+    prepare(executor.slots());
+    for (int t = 0; t < tape_.tensor_count; ++t)
+      if (tape_.tensor(t).input >= 0) this->side_of(t == 0).split(memory_.maps[index(t)]);
+    for (int i = 0; i < tape_.stage_count; ++i) run_stage(i, executor);
+  }
+
+ private:
+  using typename TapeView<T>::Args;
+  using typename TapeView<T>::Stage;
+  using typename TapeView<T>::Route;
+  using typename TapeView<T>::Tensor;
+  using typename TapeView<T>::Port;
+  using TapeView<T>::index;
+  using TapeView<T>::tape_;
+  using TapeView<T>::memory_;
+
+  void prepare(int slots) {
+    std::size_t operand = 0;
+    int widest = 0;
+    for (int t = 0; t < tape_.tensor_count; ++t) {
+      const Tensor& tensor = tape_.tensor(t);
+      const Side<T>& side = this->side_of(tensor.from_pose);
+      widest = std::max(widest, tensor.channels);
+      if (this->pooled(t)) {
+        memory_.maps[index(t)].grow_to(side.instances.size() * 2 * kernel::panel_stride<T>(tensor.channels));
+        memory_.peaks[index(t)].grow_to(side.instances.size() * index(tensor.channels));
+      } else {
+        memory_.maps[index(t)].grow_to(side.items.size() * kernel::tile_size(tensor.channels) + slack);
+      }
+    }
+    for (int p = 0; p < tape_.port_count; ++p) {
+      const Tensor& tensor = tape_.tensor(tape_.port(p).tensor);
+      if (tape_.port(p).normalises)
+        memory_.statistics[index(p)].grow_to(this->side_of(tensor.from_pose).instances.size() * 2 *
+                                             index(tensor.channels));
+    }
+    for (int i = 0; i < tape_.stage_count; ++i)
+      operand = std::max(operand, kernel::tile_size(std::max(tape_.stage(i).operand_rows, tape_.stage(i).rows)));
+    memory_.scratch_stride = std::max(memory_.scratch_stride, operand + slack);
+    memory_.scratch.grow_to(memory_.scratch_stride * index(slots));
+    sums_stride_ = 2 * index(widest);
+    memory_.sums.grow_to(sums_stride_ * index(slots));
+  }
+  /// Products over the vertices read up to a register's rows behind a tile.
+  static constexpr std::size_t slack = index(kernel::panel_width<T>) * kernel::panel_width<T>;
+
+  template <class F>
+  void for_each_port(int tensor, F&& f) const {
+    for (int p = 0; p < tape_.port_count; ++p)
+      if (tape_.port(p).tensor == tensor && tape_.port(p).normalises) f(p);
+  }
+  template <class F>
+  void for_each_pool(int tensor, F&& f) const {
+    for (int t = 0; t < tape_.tensor_count; ++t)
+      if (tape_.tensor(t).pooled_from == tensor) f(t);
+  }
+
+  template <Executor E>
+  void run_stage(int i, const E& executor) {
+    const Stage& stage = tape_.stage(i);
+    const Side<T>& side = this->side_of(stage.from_pose);
+    part_size_ = side.items.size() * index(stage.rows);
+    std::size_t parts = 0, pools = 0;
+    for_each_port(stage.output, [&](int p) {
+      partial_[index(p)] = parts * part_size_;
+      parts += 2;
+    });
+    for_each_pool(stage.output, [&](int t) {
+      pool_partial_[index(t)] = parts++ * part_size_;
+      pool_peaks_[index(t)] = pools++ * part_size_;
+    });
+    memory_.partial.grow_to(parts * part_size_);
+    memory_.partial_peaks.grow_to(pools * part_size_);
+    add_pooled(i, executor);
+    executor.for_each(static_cast<int>(side.items.size()), [&](int number, int slot) {
+      run_item(i, side.items[index(number)], index(number),
+               memory_.scratch.data() + index(slot) * memory_.scratch_stride);
+    });
+    executor.for_each(static_cast<int>(side.instances.size()),
+                      [&](int mesh, int slot) { merge(stage, side, mesh, slot); });
+  }
+
+  /// Biases with the products of pooled features, for every mesh.
+  template <Executor E>
+  void add_pooled(int i, const E& executor) {
+    const Stage& stage = tape_.stage(i);
+    has_pooled_ = stage.operand_rows != stage.columns;
+    if (!has_pooled_) return;
+    const std::size_t meshes = this->side_of(stage.from_pose).instances.size();
+    memory_.bias.grow_to(meshes * index(stage.rows));
+    executor.for_each(static_cast<int>(meshes), [&](int mesh, int) {
+      T* bias = memory_.bias.data() + index(mesh) * index(stage.rows);
+      for (int row = 0; row < stage.rows; ++row) {
+        T sum = memory_.parameters[index(stage.bias + row)];
+        for (int r = 0; r < stage.route_count; ++r) {
+          const Route& route = stage.routes[index(r)];
+          if (!this->pooled(route.tensor)) continue;
+          const T* weights = memory_.parameters.data() + stage.weight + row * stage.columns + route.column;
+          const T* feature = pooled_feature(route.tensor, mesh);
+          for (int c = 0; c < route.channels; ++c) sum += weights[c] * feature[index(c) * kernel::panel_width<T>];
+        }
+        bias[row] = sum;
+      }
+    });
+  }
+
+  T* pooled_maxima(int t, int mesh) const {
+    return memory_.maps[index(t)].data() + index(mesh) * 2 * kernel::panel_stride<T>(tape_.tensor(t).channels);
+  }
+  T* pooled_feature(int t, int mesh) const {
+    return pooled_maxima(t, mesh) + kernel::panel_stride<T>(tape_.tensor(t).channels);
+  }
+
+  void run_item(int i, const Item& item, std::size_t number, T* scratch) {
+    const Stage& stage = tape_.stage(i);
+    T* out = this->tile(stage.output, item, number, stage.from_pose);
+    const std::size_t out_stride = kernel::panel_stride<T>(stage.rows);
+    if (!stage.product) {
+      this->read_operand(stage, item, number, out);
+      for (int row = 0; row < stage.rows; row += kernel::max_tile_rows)
+        gather(stage, item, number, row, std::min(kernel::max_tile_rows, stage.rows - row), out);
+      if (i == tape_.stage_count - 1)
+        kernel::join_coordinates(out, item.valid,
+                                 memory_.identity.instances[index(item.instance)].result.data() +
+                                     3 * index(item.group) * kernel::group_width);
+      return;
+    }
+    const kernel::PackedWeights<T>& weights = memory_.weights[index(i)].forward;
+    const T* operand = scratch;
+    if (stage.route_count == 1 && stage.routes[0].chain.count == 0 && !this->pooled(stage.routes[0].tensor))
+      operand = this->tile(stage.routes[0].tensor, item, number, stage.from_pose);
+    else
+      this->read_operand(stage, item, number, scratch);
+    const T* bias = has_pooled_ ? memory_.bias.data() + index(item.instance) * index(stage.rows) : weights.bias();
+    const int panels = kernel::used_panels<T>(item.valid);
+    const int steps = weights.k_count();
+    for (int b = 0; b < weights.blocks().count; ++b) {
+      const int row = weights.blocks().first_row(b), rows = weights.blocks().rows(b);
+      for (int p = 0; p < panels; ++p)
+        kernel::micro_kernels<T>[index(rows)](steps, weights.block(b),
+                                              operand + kernel::panel_stride<T>(steps) * index(p), bias + row,
+                                              out + out_stride * index(p) + index(row) * kernel::panel_width<T>);
+      gather(stage, item, number, row, rows, out);
+    }
+  }
+
+  /// What rows of the output give to moments and maxima.
+  void gather(const Stage& stage, const Item& item, std::size_t number, int row, int rows, const T* out) {
+    const std::size_t stride = kernel::panel_stride<T>(stage.rows);
+    const T* values = out + index(row) * kernel::panel_width<T>;
+    const std::size_t at = number * index(stage.rows) + index(row);
+    for_each_port(stage.output, [&](int p) {
+      const graph::Chain& prefix = tape_.port(p).prefix;
+      T* mean = memory_.partial.data() + partial_[index(p)] + at;
+      if (prefix.count == 0) {
+        kernel::gather_moments(values, stride, item.valid, rows, mean, mean + part_size_);
+        return;
+      }
+      alignas(simd_alignment) T through[index(kernel::max_tile_rows) * kernel::group_width];
+      const std::size_t through_stride = kernel::panel_stride<T>(rows);
+      const Args args = this->arguments(prefix, -1, item, number, stage.from_pose);
+      this->loops(prefix).read({.from = values,
+                                .to = through,
+                                .from_stride = stride,
+                                .to_stride = through_stride,
+                                .first_panel = 0,
+                                .panels = kernel::used_panels<T>(item.valid),
+                                .first_channel = row,
+                                .rows = rows,
+                                .args = args.data()});
+      kernel::gather_moments(through, through_stride, item.valid, rows, mean, mean + part_size_);
+    });
+    for_each_pool(stage.output, [&](int t) {
+      T* maxima = memory_.partial.data() + pool_partial_[index(t)] + at;
+      kernel::gather_maxima(values, stride, item.valid, rows, maxima);
+      int* peaks = memory_.partial_peaks.data() + pool_peaks_[index(t)] + at;
+      for (int r = 0; r < rows; ++r) {
+        int v = 0;
+        while (v < item.valid - 1 &&
+               values[stride * index(v / kernel::panel_width<T>) +
+                      index(r * kernel::panel_width<T> + v % kernel::panel_width<T>)] != maxima[r])
+          ++v;
+        peaks[r] = v + item.group * kernel::group_width;
+      }
+    });
+  }
+  void merge(const Stage& stage, const Side<T>& side, int mesh, int slot) {
+    const Instance<T>& instance = side.instances[index(mesh)];
+    const std::size_t first = index(instance.first_item) * index(stage.rows);
+    for_each_port(stage.output, [&](int p) {
+      T* mean = this->statistics(p, mesh);
+      const T* partial = memory_.partial.data() + partial_[index(p)] + first;
+      kernel::merge_moments(partial, partial + part_size_, instance.vertices, stage.rows,
+                            memory_.sums.data() + index(slot) * sums_stride_, mean, mean + stage.rows);
+    });
+    for_each_pool(stage.output, [&](int t) { merge_pool(stage, instance, t, mesh, first); });
+  }
+  void merge_pool(const Stage& stage, const Instance<T>& instance, int t, int mesh, std::size_t first) {
+    const Tensor& tensor = tape_.tensor(t);
+    const T* maxima = memory_.partial.data() + pool_partial_[index(t)] + first;
+    const int* peaks = memory_.partial_peaks.data() + pool_peaks_[index(t)] + first;
+    T* raw = pooled_maxima(t, mesh);
+    int* peak = memory_.peaks[index(t)].data() + index(mesh) * index(stage.rows);
+    for (int c = 0; c < stage.rows; ++c) {
+      T best = maxima[c];
+      int at = peaks[c];
+      for (int g = 1; g < kernel::group_count(instance.vertices); ++g) {
+        const std::size_t k = index(g) * index(stage.rows) + index(c);
+        if (best >= maxima[k] || best != best) continue;
+        best = maxima[k];
+        at = peaks[k];
+      }
+      raw[index(c) * kernel::panel_width<T>] = best;
+      peak[c] = at;
+    }
+    const Args args = this->arguments(tensor.chain, tensor.port, Item{mesh, 0, 1}, 0, tensor.from_pose);
+    this->loops(tensor.chain)
+        .read({.from = raw,
+               .to = pooled_feature(t, mesh),
+               .from_stride = 0,
+               .to_stride = 0,
+               .first_panel = 0,
+               .panels = 1,
+               .first_channel = 0,
+               .rows = tensor.channels,
+               .args = args.data()});
+  }
+
+  bool has_pooled_ = false;  ///< the running stage reads a pooled tensor
+  // Offsets in memory.partial and partial_peaks of parts [items][channels]:
+  std::array<std::size_t, graph::max_ports> partial_{};              ///< by port: of its means; squares stand behind
+  std::array<std::size_t, graph::max_tape_tensors> pool_partial_{};  ///< by pooled tensor: of its maxima
+  std::array<std::size_t, graph::max_tape_tensors> pool_peaks_{};    ///< and of their vertices
+  std::size_t part_size_ = 0;
+  std::size_t sums_stride_ = 0;  ///< of a slot's scratch for merging moments
+};
+
+}  // namespace npt::inline NPT_ABI::engine

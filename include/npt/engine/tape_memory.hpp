@@ -1,0 +1,184 @@
+/// What a tape keeps while it runs: packed weights, the activations of the forward pass, gradients on their way back. It only ever
+/// grows, so that a warm step allocates nothing.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/aligned.hpp>
+#include <npt/engine/tape_loops.hpp>
+#include <npt/engine/workspace.hpp>
+#include <npt/graph/tape.hpp>
+#include <npt/kernel/outer_product.hpp>
+#include <npt/kernel/packed_weights.hpp>
+#include <npt/kernel/panel.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace npt::inline NPT_ABI::engine {
+
+/// A convolution's weights for the forward product, and transposed for the one that takes gradients back.
+template <class T>
+struct TapeWeights {
+  kernel::PackedWeights<T> forward;   ///< [rows][operand rows]
+  kernel::PackedWeights<T> backward;  ///< [operand rows][rows], no bias
+};
+
+/// Columns of the weights, by row of the operand tile.
+inline int column_of_row(const graph::Tape& tape, const graph::TapeStage& stage, int row) {
+  for (int r = 0; r < stage.route_count; ++r) {
+    const graph::Route& route = stage.routes[static_cast<std::size_t>(r)];
+    if (tape.tensor(route.tensor).pooled_from < 0 && row >= route.row && row < route.row + route.channels)
+      return route.column + row - route.row;
+  }
+  NPT_ASSERT(false);
+  return 0;
+}
+
+/// The memory of one tape.
+template <class T>
+struct TapeMemory {
+  Side<T> pose, identity;
+  AlignedBuffer<T> parameters;            ///< as Model::buffer(): pointwise layers and pooled columns read it
+  std::vector<TapeWeights<T>> weights;    ///< by stage
+  std::vector<std::vector<int>> columns;  ///< by stage and row of the operand
+
+  // forward
+  std::array<AlignedBuffer<T>, graph::max_tape_tensors> maps;     ///< by tensor: [items] tiles; pooled: [meshes] panels
+  std::array<AlignedBuffer<int>, graph::max_tape_tensors> peaks;  ///< pooled: [meshes][channels] vertex of the maximum
+  std::array<AlignedBuffer<T>, graph::max_ports> statistics;      ///< normalising ports: [meshes][mean, 1 / deviation]
+  AlignedBuffer<T> partial;  ///< by item: means and squares, or maxima, of the running stage
+  AlignedBuffer<int> partial_peaks;
+  AlignedBuffer<T> bias;  ///< by mesh, of a stage that reads a pooled tensor
+  AlignedBuffer<double> sums;
+
+  // backward
+  std::array<std::array<AlignedBuffer<T>, graph::max_ports>, 2> buffers;  ///< by side and buffer: [items] tiles
+  std::array<AlignedBuffer<T>, graph::max_ports> norm_partials;   ///< normalising ports: [items][two sums][channels]
+  std::array<AlignedBuffer<T>, graph::max_ports> norm_gradients;  ///< [meshes][two means][channels]
+  std::array<AlignedBuffer<T>, graph::max_tape_tensors>
+      pooled_gradients;  ///< [meshes] panels, behind and before the chain
+  std::array<AlignedBuffer<T>, graph::max_tape_tensors> peak_gradients;
+  AlignedBuffer<T> pooled_sums;   ///< parameter sums of a pooled chain
+  AlignedBuffer<T> chunks;        ///< [chunks] weight, bias and parameter sums of the running stage
+  AlignedBuffer<T> bias_partial;  ///< [items][rows] of a stage that reads a pooled tensor
+  AlignedBuffer<T> mesh_bias;     ///< [meshes][rows]
+
+  AlignedBuffer<T> scratch;  ///< [slots of the executor]
+  std::size_t scratch_stride = 0;
+
+  std::size_t bytes() const {
+    std::size_t n = parameters.size() + partial.size() + bias.size() + chunks.size() + bias_partial.size() +
+                    mesh_bias.size() + scratch.size();
+    for (const auto& w : weights) n += (w.forward.bytes() + w.backward.bytes()) / sizeof(T);
+    const auto add = [&n](const auto& list) {
+      for (const auto& b : list) n += b.size();
+    };
+    add(maps);
+    add(statistics);
+    add(buffers[0]);
+    add(buffers[1]);
+    add(norm_partials);
+    add(norm_gradients);
+    add(pooled_gradients);
+    add(peak_gradients);
+    return n * sizeof(T) + sums.size() * sizeof(double);
+  }
+};
+
+/// Where things lie, for both directions.
+template <class T>
+class TapeView {
+ public:
+  TapeView(const graph::Tape& tape, std::span<const ChainLoops<T>> loops, TapeMemory<T>& memory)
+      : tape_(tape), loops_(loops), memory_(memory) {}
+
+ protected:
+  using Tape = graph::Tape;
+  using Stage = graph::TapeStage;
+  using Route = graph::Route;
+  using Tensor = graph::TapeTensor;
+  using Port = graph::Port;
+  using Args = std::array<kernel::PointwiseArgs<T>, graph::max_chain + 1>;
+
+  static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+  const Side<T>& side_of(bool pose) const { return pose ? memory_.pose : memory_.identity; }
+  const ChainLoops<T>& loops(const graph::Chain& chain) const { return loops_[index(chain.signature)]; }
+  bool pooled(int t) const { return tape_.tensor(t).pooled_from >= 0; }
+
+  /// Number on the tensor's own side of the item that a running item meets there.
+  std::size_t item_on(const Tensor& t, const Item& item, std::size_t number, bool over_pose) const {
+    if (over_pose || !t.from_pose) return number;
+    return index(memory_.pose.instances[index(item.instance)].first_item + item.group);
+  }
+  T* tile(int t, const Item& item, std::size_t number, bool over_pose) const {
+    const Tensor& tensor = tape_.tensor(t);
+    return memory_.maps[index(t)].data() +
+           item_on(tensor, item, number, over_pose) * kernel::tile_size(tensor.channels);
+  }
+  /// The tile of a port's gradients.
+  T* gradient_tile(int p, const Item& item, std::size_t number, bool over_pose) const {
+    const Port& port = tape_.port(p);
+    const Tensor& tensor = tape_.tensor(port.tensor);
+    return memory_.buffers[tensor.from_pose ? 0 : 1][index(port.buffer)].data() +
+           item_on(tensor, item, number, over_pose) * kernel::tile_size(tensor.channels);
+  }
+  /// Mean and 1 / deviation of a normalising port's norm for a mesh.
+  T* statistics(int p, int mesh) const {
+    return memory_.statistics[index(p)].data() + index(mesh) * 2 * index(tape_.tensor(tape_.port(p).tensor).channels);
+  }
+  T* panel(AlignedBuffer<T>& panels, int channels, int mesh) const {
+    return panels.data() + index(mesh) * kernel::panel_stride<T>(channels);
+  }
+
+  /// What the steps of a chain read; `port` gives the norm's moments (-1: none).
+  Args arguments(const graph::Chain& chain, int port, const Item& item, std::size_t number, bool over_pose) const {
+    Args args;
+    for (int c = 0; c < chain.count; ++c) {
+      const graph::Step& step = chain.steps[index(c)];
+      kernel::PointwiseArgs<T>& a = args[index(c)];
+      for (std::size_t k = 0; k < step.parameters.size(); ++k)
+        if (step.parameters[k] >= 0) a.parameters[k] = memory_.parameters.data() + step.parameters[k];
+      if (step.normalises) {
+        a.mean = statistics(port, item.instance);
+        a.inverse_deviation = a.mean + tape_.tensor(tape_.port(port).tensor).channels;
+      }
+      if (step.other >= 0) {
+        a.other = tile(step.other, item, number, over_pose);
+        a.other_channels = tape_.tensor(step.other).channels;
+      }
+    }
+    return args;
+  }
+
+  /// A stage's operand for one group: its routes that are not pooled, one above the other.
+  void read_operand(const Stage& stage, const Item& item, std::size_t number, T* to) const {
+    for (int r = 0; r < stage.route_count; ++r) {
+      const Route& route = stage.routes[index(r)];
+      if (pooled(route.tensor)) continue;
+      Args args = arguments(route.chain, route.port, item, number, stage.from_pose);
+      T* rows = to + index(route.row) * kernel::panel_width<T>;
+      args[index(route.chain.count)].other = rows;
+      args[index(route.chain.count)].other_channels = stage.operand_rows;
+      const ChainLoops<T>& chain = loops(route.chain);
+      (route.adds ? chain.add : chain.read)({.from = tile(route.tensor, item, number, stage.from_pose),
+                                             .to = rows,
+                                             .from_stride = kernel::panel_stride<T>(route.channels),
+                                             .to_stride = kernel::panel_stride<T>(stage.operand_rows),
+                                             .first_panel = 0,
+                                             .panels = kernel::used_panels<T>(item.valid),
+                                             .first_channel = 0,
+                                             .rows = route.channels,
+                                             .args = args.data()});
+    }
+  }
+
+  const Tape& tape_;
+  std::span<const ChainLoops<T>> loops_;
+  TapeMemory<T>& memory_;
+};
+
+}  // namespace npt::inline NPT_ABI::engine
