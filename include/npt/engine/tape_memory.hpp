@@ -142,7 +142,7 @@ class TapeView {
       kernel::PointwiseArgs<T>& a = args[index(c)];
       for (std::size_t k = 0; k < step.parameters.size(); ++k)
         if (step.parameters[k] >= 0) a.parameters[k] = memory_.parameters.data() + step.parameters[k];
-      if (step.normalises) {
+      if (step.normalises && port >= 0) {
         a.mean = statistics(port, item.instance);
         a.inverse_deviation = a.mean + tape_.tensor(tape_.port(port).tensor).channels;
       }
