@@ -79,7 +79,8 @@ void write_mesh(const fs::path& path, const npt::Species& species, std::size_t l
   npt::write_mesh(path, mesh);
 }
 
-void write_species(const fs::path& path, const npt::Species& species, std::map<std::string, std::string> metadata) {
+void write_species(const fs::path& path, const npt::Species& species,
+                   const std::map<std::string, std::string>& metadata) {
   std::vector<float> poses;
   for (const auto& mesh : species.meshes) poses.insert(poses.end(), mesh.begin(), mesh.end());
   std::vector<std::int32_t> faces;
