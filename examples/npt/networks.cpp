@@ -17,10 +17,18 @@ Network network() {
   n.program = &npt::graph::program_of<Net>;
   for (const npt::NamedParameter& p : npt::Model<Net>::parameters())
     if (!p.parameter.attribute) n.parameters += static_cast<std::size_t>(p.parameter.size());
+  n.metadata = npt::variant_metadata<Net>();
+  n.list = [] { return npt::Model<Net>::parameters(); };
+  n.buffer_size = static_cast<std::size_t>(npt::parameter_buffer_size(npt::Model<Net>::network()));
   n.explain = &npt::explain<Net>;
   n.from_file = [](const npt::SafetensorsFile& file, const npt::Metadata& assume, int threads) -> FloatEngine {
     npt::Model<Net> model;
     npt::load(model, file, assume);
+    return npt::Engine<Net>(model, threads);
+  };
+  n.from_values = [](std::span<const float> values, int threads) -> FloatEngine {
+    npt::Model<Net> model;
+    std::ranges::copy(values, model.buffer().begin());
     return npt::Engine<Net>(model, threads);
   };
   n.from_seed = [](std::uint64_t seed, int threads, npt::Precision precision) -> FloatEngine {

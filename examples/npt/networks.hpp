@@ -1,5 +1,5 @@
 /// The networks that the program has compiled in, behind functions: five bottlenecks, both unit orders, both features.
-/// networks.cpp is the only file of the program that is compiled for their types.
+/// networks.cpp and training_networks.cpp are the only files of the program that are compiled for their types.
 #pragma once
 
 #include <npt/engine/core.hpp>
@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,10 +33,15 @@ struct Network {
   Variant variant;
   const npt::graph::Program* program = nullptr;
   std::size_t parameters = 0;
+  npt::Metadata metadata;                                ///< that names the variant in weights files
+  std::vector<npt::NamedParameter> (*list)() = nullptr;  ///< its parameters
+  std::size_t buffer_size = 0;                           ///< of all their values
 
   std::string (*explain)() = nullptr;
   /// Checks the file against the network, as npt::load does.
   FloatEngine (*from_file)(const npt::SafetensorsFile& file, const npt::Metadata& assume, int threads) = nullptr;
+  /// `values`: a buffer of buffer_size.
+  FloatEngine (*from_values)(std::span<const float> values, int threads) = nullptr;
   /// With npt::randomise's weights; the same in both scalars.
   FloatEngine (*from_seed)(std::uint64_t seed, int threads, npt::Precision precision) = nullptr;
   DoubleEngine (*double_from_seed)(std::uint64_t seed, int threads) = nullptr;

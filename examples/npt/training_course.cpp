@@ -1,0 +1,151 @@
+#include "training_course.hpp"
+
+#include "arguments.hpp"
+
+#include <npt/body/body_file.hpp>
+#include <npt/body/mannequin.hpp>
+#include <npt/core/error.hpp>
+#include <npt/data/body_pairs.hpp>
+#include <npt/data/body_sampler.hpp>
+#include <npt/data/family_file.hpp>
+#include <npt/data/family_sampler.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+namespace program {
+
+namespace {
+
+struct NamedBody {
+  npt::WeightedBody body;
+  std::string name;
+};
+
+NamedBody load_named_body(const std::string& argument) {
+  std::string file = argument;
+  double weight = 1;
+  if (const std::size_t sign = argument.rfind('='); sign != std::string::npos) {
+    const auto result = std::from_chars(argument.data() + sign + 1, argument.data() + argument.size(), weight);
+    if (result.ec == std::errc() && result.ptr == argument.data() + argument.size()) {
+      if (!(weight > 0) || !std::isfinite(weight))
+        throw npt::Error({"--body " + argument, {}, "a weight of " + argument.substr(sign + 1), "a number above 0"});
+      file = argument.substr(0, sign);
+    } else {
+      weight = 1;
+    }
+  }
+  if (file == "mannequin") return {{npt::borrowed(npt::mannequin()), weight}, "mannequin"};
+  return {{std::make_shared<const npt::BodyModel>(npt::load_body(file)), weight},
+          std::filesystem::path(file).stem().string()};
+}
+
+npt::BodySamplerOptions sampler_options(const TrainingArguments& a, const StageArguments& stage,
+                                        npt::Normalisation normalisation) {
+  npt::BodySamplerOptions options;
+  options.seed = a.seed;
+  options.vertices = stage.vertices;
+  options.topology = a.edge_loss != "none";
+  options.normalisation = normalisation;
+  options.yaw = a.yaw;
+  const std::vector<float> range = parse_numbers(a.scale_range, "--scale-range");
+  if (range.size() != 2) throw npt::Error({"--scale-range", {}, std::to_string(range.size()) + " numbers", "LOW,HIGH"});
+  options.scale_low = static_cast<double>(range[0]);
+  options.scale_high = static_cast<double>(range[1]);
+  options.noise = a.noise;
+  options.shapes = a.shapes == "normal" ? npt::ShapeDistribution::normal : npt::ShapeDistribution::uniform;
+  options.protocol = a.protocol;
+  options.mix_bodies = a.mix_bodies;
+  return options;
+}
+
+/// `make_source(stage)` for each stage.
+template <class MakeSource>
+void add_stages(TrainingCourse& course, const TrainingArguments& a, bool paired, MakeSource&& make_source) {
+  const std::vector<StageArguments> stages = parse_stages(a);
+  for (const StageArguments& stage : stages) {
+    course.sources.push_back(make_source(stage));
+    const npt::SampleSource& source = *course.sources.back();
+    if (paired && !source.equal_counts())
+      throw npt::Error({"--feature",
+                        {},
+                        "per-vertex with meshes of different vertex counts",
+                        "pooled, a number of vertices that all meshes have, or meshes that agree"});
+    course.stages.push_back({stage.begin, stage.batch, &source});
+  }
+  const bool whole = std::ranges::any_of(stages, [](const StageArguments& s) { return s.vertices == 0; });
+  if (a.edge_loss != "none" && !whole)
+    throw npt::Error({"--edge-loss",
+                      {},
+                      a.edge_loss + " with random vertices only, which have no edges",
+                      "a stage of whole meshes, such as --stage 0:48x120 --stage 0.7:2xall, or --vertices all"});
+}
+
+void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired) {
+  std::vector<NamedBody> bodies;
+  for (const std::string& argument : a.bodies.empty() ? std::vector<std::string>{"mannequin"} : a.bodies)
+    bodies.push_back(load_named_body(argument));
+  std::vector<npt::WeightedBody> mixture;
+  for (const NamedBody& body : bodies) {
+    mixture.push_back(body.body);
+    course.trained_on += (course.trained_on.empty() ? "" : ", ") + body.name;
+  }
+  add_stages(course, a, paired, [&](const StageArguments& stage) {
+    return std::make_unique<npt::BodySampler>(mixture, sampler_options(a, stage, course.normalisation));
+  });
+  course.unit = "metre";
+  course.validated_on =
+      "unseen identities and poses of " + course.trained_on + ", seed " + std::to_string(validation_seed);
+  const npt::ShapeDistribution shapes =
+      a.shapes == "normal" ? npt::ShapeDistribution::normal : npt::ShapeDistribution::uniform;
+  course.make_validation = [bodies, shapes](std::size_t pairs) {
+    std::vector<npt::EvaluationSet> sets;
+    const std::size_t each = (pairs + bodies.size() - 1) / bodies.size();
+    for (const NamedBody& body : bodies)
+      sets.push_back(npt::body_pairs(body.body.body,
+                                     npt::fresh_pairs(each, validation_seed, body.body.body->shape_count(), shapes),
+                                     body.name, validation_seed));
+    return sets;
+  };
+}
+
+void use_family(TrainingCourse& course, const TrainingArguments& a, bool paired) {
+  if (a.protocol || a.mix_bodies || a.shapes != "normal")
+    throw npt::Error({"--family", {}, "with an option for bodies", "no --protocol, --mix-bodies or --shapes"});
+  const auto family = std::make_shared<const npt::Family>(npt::load_family(*a.family));
+  for (const npt::Species& species : family->species)
+    course.trained_on += (course.trained_on.empty() ? "" : ", ") + species.name;
+  add_stages(course, a, paired, [&](const StageArguments& stage) {
+    return std::make_unique<npt::FamilySampler>(family, a.held_out, sampler_options(a, stage, course.normalisation));
+  });
+  course.unit = "the meshes' own";
+  course.validated_on = (a.held_out.empty() ? "all labels, trained on, of " : "held-out labels of ") +
+                        course.trained_on + ", seed " + std::to_string(validation_seed);
+  if (paired) {
+    // Whole meshes of two species can't be paired.
+    course.make_validation = [](std::size_t) { return std::vector<npt::EvaluationSet>{}; };
+    course.validated_on.clear();
+    return;
+  }
+  course.make_validation = [family, held_out = a.held_out](std::size_t pairs) {
+    return std::vector<npt::EvaluationSet>{npt::family_pairs(family, held_out, pairs, validation_seed)};
+  };
+}
+
+}  // namespace
+
+TrainingCourse make_training_course(const TrainingArguments& arguments, bool paired) {
+  TrainingCourse course;
+  course.normalisation = arguments.normalisation ? npt::parse_normalisation(*arguments.normalisation, "--normalisation")
+                         : arguments.family      ? npt::Normalisation::sphere
+                                                 : npt::Normalisation::centre;
+  if (arguments.family)
+    use_family(course, arguments, paired);
+  else
+    use_bodies(course, arguments, paired);
+  return course;
+}
+
+}  // namespace program

@@ -1,0 +1,37 @@
+/// What a training draws its samples from and is measured on: made from the arguments.
+#pragma once
+
+#include "training_arguments.hpp"
+
+#include <npt/data/evaluation.hpp>
+#include <npt/data/sample.hpp>
+#include <npt/train/trainer.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace program {
+
+/// Validation pairs are drawn with this seed; training never draws the same, whatever its seed.
+inline constexpr std::uint64_t validation_seed = 20260101;
+
+struct TrainingCourse {
+  std::vector<std::unique_ptr<npt::SampleSource>> sources;
+  std::vector<npt::TrainingStage> stages;  ///< refer to the sources
+  npt::Normalisation normalisation = npt::Normalisation::centre;
+  std::string trained_on;  ///< for the weights' metadata
+  std::string unit;
+  std::string validated_on;
+
+  /// Sets of about `pairs` pairs in all, of identities and poses that training never shows.
+  std::vector<npt::EvaluationSet> validation(std::size_t pairs) const { return make_validation(pairs); }
+  std::function<std::vector<npt::EvaluationSet>(std::size_t)> make_validation;
+};
+
+/// `paired`: the network needs meshes of equal vertex counts.
+/// Errors    npt::Error for bodies and families that can't be read or don't fit the arguments or the network
+TrainingCourse make_training_course(const TrainingArguments& arguments, bool paired);
+
+}  // namespace program

@@ -1,0 +1,23 @@
+/// Gradients of the networks that the program has compiled in. training_networks.cpp and networks.cpp are the only files of the
+/// program that are compiled for their types.
+#pragma once
+
+#include "networks.hpp"
+
+#include <npt/engine/gradient_core.hpp>
+
+namespace program {
+
+using FloatGradients = npt::engine::GradientCore<float, npt::TbbExecutor>;
+using DoubleGradients = npt::engine::GradientCore<double, npt::TbbExecutor>;
+
+struct TrainableNetwork {
+  Variant variant;
+  FloatGradients (*gradients)(int threads) = nullptr;
+  DoubleGradients (*double_gradients)(int threads) = nullptr;
+};
+
+/// The network of that variant, or nullptr.
+const TrainableNetwork* find_trainable(const Variant& variant);
+
+}  // namespace program
