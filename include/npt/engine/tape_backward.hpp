@@ -58,6 +58,7 @@ class TapeBackward : TapeView<T> {
 
   static constexpr std::size_t slack = index(kernel::panel_width<T>) * kernel::panel_width<T>;
   static constexpr int most_chunks = 16;
+  static constexpr int least_items = 8;  ///< in a chunk, if there are several chunks
 
   // ---- what takes part ----
 
@@ -124,7 +125,7 @@ class TapeBackward : TapeView<T> {
     for (int i = 0; i < tape_.stage_count; ++i) {
       const Stage& stage = tape_.stage(i);
       tiles = std::max(tiles, kernel::tile_size(std::max(stage.operand_rows, stage.rows)) + slack);
-      const auto shape = kernel::OuterShape<T>::of(stage.rows, std::max(stage.operand_rows, 1));
+      const kernel::OuterShape<T> shape = outer_shape(stage);
       collected = std::max(collected, round_up(shape.a_size()) + shape.b_size());
     }
     tile_stride_ = round_up(tiles);
@@ -136,9 +137,14 @@ class TapeBackward : TapeView<T> {
     return (n + unit - 1) / unit * unit;
   }
 
+  /// The bias is the weight of one more operand row, of ones.
+  static kernel::OuterShape<T> outer_shape(const Stage& stage) {
+    return kernel::OuterShape<T>::of(stage.rows, stage.operand_rows + 1);
+  }
+
   /// Where a chunk keeps its sums.
   struct ChunkLayout {
-    std::size_t bias = 0, size = 0;
+    std::size_t size = 0;
     std::array<std::size_t, graph::max_routes> routes{};
     std::array<std::size_t, graph::max_ports> ports{};
     int count = 0;  ///< of chunks
@@ -151,9 +157,9 @@ class TapeBackward : TapeView<T> {
   void run_stage(int i, const E& executor) {
     const Stage& stage = tape_.stage(i);
     const Side<T>& side = this->side_of(stage.from_pose);
-    const auto shape = kernel::OuterShape<T>::of(stage.rows, std::max(stage.operand_rows, 1));
-    for_each_port(stage.output, [&](int p) { merge_port(p, side, executor); });
     reads_pooled_ = stage.operand_rows != stage.columns;
+    const kernel::OuterShape<T> shape = outer_shape(stage);
+    for_each_port(stage.output, [&](int p) { merge_port(p, side, executor); });
     if (reads_pooled_) memory_.bias_partial.grow_to(side.items.size() * index(stage.rows));
     const ChunkLayout layout = lay_out(stage, shape, static_cast<int>(side.items.size()));
     memory_.chunks.grow_to(layout.size * index(layout.count));
@@ -166,13 +172,12 @@ class TapeBackward : TapeView<T> {
 
   ChunkLayout lay_out(const Stage& stage, const kernel::OuterShape<T>& shape, int items) const {
     ChunkLayout layout;
-    std::size_t next = stage.product && stage.operand_rows > 0 ? round_up(shape.result_size()) : 0;
+    std::size_t next = stage.product ? round_up(shape.result_size()) : 0;
     const auto take = [&next](std::size_t size) {
       const std::size_t at = next;
       next += round_up(size);
       return at;
     };
-    layout.bias = take(index(stage.rows));
     for (int r = 0; r < stage.route_count; ++r) {
       const Route& route = stage.routes[index(r)];
       if (!this->pooled(route.tensor))
@@ -183,7 +188,10 @@ class TapeBackward : TapeView<T> {
         layout.ports[index(p)] = take(index(stage.rows) * index(this->loops(tape_.port(p).prefix).prefix_sums));
     });
     layout.size = next;
-    layout.items = std::max(1, (items + most_chunks - 1) / most_chunks);
+    // A power of two, so that equal threads get equally many, and enough groups in each to pay for the sums.
+    int chunks = 1;
+    while (chunks < most_chunks && 2 * chunks * least_items <= items) chunks *= 2;
+    layout.items = (items + chunks - 1) / chunks;
     layout.count = (items + layout.items - 1) / layout.items;
     return layout;
   }
@@ -197,16 +205,15 @@ class TapeBackward : TapeView<T> {
     T* spare = scratch + tile_stride_;
     T* collected = spare + tile_stride_;
     kernel::OuterProduct<T> product(shape, collected, collected + round_up(shape.a_size()), sums);
-    const bool weighs = stage.product && stage.operand_rows > 0;
     bool goes_on = false;  // to a route that wants it
     for (int r = 0; r < stage.route_count; ++r) goes_on = goes_on || wanted(stage.routes[index(r)].port);
     const int last = std::min(static_cast<int>(side.items.size()), (chunk + 1) * layout.items);
     for (int number = chunk * layout.items; number < last; ++number) {
       const Item& item = side.items[index(number)];
-      if (weighs) collect_operand(stage, item, index(number), tile, product);
+      if (stage.product) collect_operand(stage, item, index(number), tile, product);
       const T* gradient = output_gradient(i, item, index(number), tile, spare, layout, sums);
-      if (stage.product) add_to_bias(stage, item, index(number), gradient, sums + layout.bias);
-      if (weighs) {
+      if (reads_pooled_) keep_sums(stage, item, index(number), gradient);
+      if (stage.product) {
         product.collect_a(gradient, stage.rows, item.valid);
         if (product.full() || number + 1 == last) product.multiply();
       }
@@ -227,6 +234,7 @@ class TapeBackward : TapeView<T> {
     else
       this->read_operand(stage, item, number, tile);
     product.collect_b(operand, stage.operand_rows, item.valid);
+    product.collect_ones(stage.operand_rows, item.valid);
   }
 
   /// The gradient of a stage's output for one group: in place where one port holds it, else made in `tile`.
@@ -305,20 +313,18 @@ class TapeBackward : TapeView<T> {
                  .norm = {moments, moments + stage.rows, means, means + stage.rows}});
   }
 
-  void add_to_bias(const Stage& stage, const Item& item, std::size_t number, const T* gradient, T* bias) {
-    if (stage.bias_is_dead && !reads_pooled_) return;
+  /// The gradient's sum over the group's vertices: what a pooled feature, the same at all of them, is multiplied with.
+  void keep_sums(const Stage& stage, const Item& item, std::size_t number, const T* gradient) {
     const std::size_t stride = kernel::panel_stride<T>(stage.rows);
     const int panels = kernel::used_panels<T>(item.valid);
-    T* partial = reads_pooled_ ? memory_.bias_partial.data() + number * index(stage.rows) : nullptr;
+    T* sums = memory_.bias_partial.data() + number * index(stage.rows);
     for (int r = 0; r < stage.rows; ++r) {
       simd::Batch<T> sum = simd::broadcast(T(0));
       for (int p = 0; p < panels; ++p)
         for (int q = 0; q < kernel::panel_registers; ++q)
           sum += simd::load(gradient + index(r) * kernel::panel_width<T> +
                             kernel::internal::register_offset<T>(stride, p, q));
-      const T total = simd::reduce_add(sum);
-      bias[r] += total;
-      if (partial != nullptr) partial[r] = total;
+      sums[r] = simd::reduce_add(sum);
     }
   }
 
@@ -503,15 +509,11 @@ class TapeBackward : TapeView<T> {
   void merge_chunks(int i, const kernel::OuterShape<T>& shape, const ChunkLayout& layout, const E& executor) {
     const Stage& stage = tape_.stage(i);
     const T* chunks = memory_.chunks.data();
-    if (stage.product && stage.operand_rows > 0) {
+    if (stage.product) {
       constexpr int strip = 32;
       executor.for_each((stage.rows + strip - 1) / strip, [&](int s, int) {
         merge_weights(i, shape, layout, s * strip, std::min(stage.rows, (s + 1) * strip));
       });
-    }
-    if (stage.product && !stage.bias_is_dead) {
-      const ChunkSums bias{chunks + layout.bias, layout.count, layout.size};
-      for (int r = 0; r < stage.rows; ++r) gradients_.parameters[index(stage.bias + r)] += bias(index(r));
     }
     for (int r = 0; r < stage.route_count; ++r) {
       const Route& route = stage.routes[index(r)];
@@ -534,7 +536,7 @@ class TapeBackward : TapeView<T> {
     for (int p = 0; p < shape.panels(); ++p) {
       const int width = shape.registers(p) * simd::lanes<T>;
       const int first = p * kernel::panel_width<T>;
-      const int used = std::min(width, stage.operand_rows - first);
+      const int used = std::min(width, stage.operand_rows - first);  // of the columns that are weights
       for (int r = begin; r < end; ++r) {
         T sum[kernel::panel_width<T>] = {};
         const T* from = memory_.chunks.data() + shape.at(r, first);
@@ -542,6 +544,8 @@ class TapeBackward : TapeView<T> {
           for (int k = 0; k < width; ++k) sum[k] += from[k];
         T* gradient = gradients_.parameters.data() + stage.weight + r * stage.columns;
         for (int k = 0; k < used; ++k) gradient[columns[index(first + k)]] += sum[k];
+        const int ones = stage.operand_rows - first;
+        if (ones < width && !stage.bias_is_dead) gradients_.parameters[index(stage.bias + r)] += sum[ones];
       }
     }
   }

@@ -82,17 +82,13 @@ class TapeForward : TapeView<T> {
     const Stage& stage = tape_.stage(i);
     const Side<T>& side = this->side_of(stage.from_pose);
     part_size_ = side.items.size() * index(stage.rows);
-    std::size_t parts = 0, pools = 0;
+    std::size_t parts = 0;
     for_each_port(stage.output, [&](int p) {
       partial_[index(p)] = parts * part_size_;
       parts += 2;
     });
-    for_each_pool(stage.output, [&](int t) {
-      pool_partial_[index(t)] = parts++ * part_size_;
-      pool_peaks_[index(t)] = pools++ * part_size_;
-    });
+    for_each_pool(stage.output, [&](int t) { pool_partial_[index(t)] = parts++ * part_size_; });
     memory_.partial.grow_to(parts * part_size_);
-    memory_.partial_peaks.grow_to(pools * part_size_);
     add_pooled(i, executor);
     executor.for_each(static_cast<int>(side.items.size()), [&](int number, int slot) {
       run_item(i, side.items[index(number)], index(number),
@@ -193,19 +189,10 @@ class TapeForward : TapeView<T> {
       kernel::gather_moments(through, through_stride, item.valid, rows, mean, mean + part_size_);
     });
     for_each_pool(stage.output, [&](int t) {
-      T* maxima = memory_.partial.data() + pool_partial_[index(t)] + at;
-      kernel::gather_maxima(values, stride, item.valid, rows, maxima);
-      int* peaks = memory_.partial_peaks.data() + pool_peaks_[index(t)] + at;
-      for (int r = 0; r < rows; ++r) {
-        int v = 0;
-        while (v < item.valid - 1 &&
-               values[stride * index(v / kernel::panel_width<T>) +
-                      index(r * kernel::panel_width<T> + v % kernel::panel_width<T>)] != maxima[r])
-          ++v;
-        peaks[r] = v + item.group * kernel::group_width;
-      }
+      kernel::gather_maxima(values, stride, item.valid, rows, memory_.partial.data() + pool_partial_[index(t)] + at);
     });
   }
+
   void merge(const Stage& stage, const Side<T>& side, int mesh, int slot) {
     const Instance<T>& instance = side.instances[index(mesh)];
     const std::size_t first = index(instance.first_item) * index(stage.rows);
@@ -217,23 +204,36 @@ class TapeForward : TapeView<T> {
     });
     for_each_pool(stage.output, [&](int t) { merge_pool(stage, instance, t, mesh, first); });
   }
+  /// The first vertex of the group at which channel c has that value.
+  int vertex_of(const Stage& stage, const Instance<T>& instance, int group, int c, T value) const {
+    const T* row = memory_.maps[index(stage.output)].data() +
+                   index(instance.first_item + group) * kernel::tile_size(stage.rows) +
+                   index(c) * kernel::panel_width<T>;
+    const int before = group * kernel::group_width;
+    const int valid = std::min(kernel::group_width, instance.vertices - before);
+    int v = 0;
+    while (v < valid - 1 && row[kernel::panel_stride<T>(stage.rows) * index(v / kernel::panel_width<T>) +
+                                index(v % kernel::panel_width<T>)] != value)
+      ++v;
+    return before + v;
+  }
+
   void merge_pool(const Stage& stage, const Instance<T>& instance, int t, int mesh, std::size_t first) {
     const Tensor& tensor = tape_.tensor(t);
     const T* maxima = memory_.partial.data() + pool_partial_[index(t)] + first;
-    const int* peaks = memory_.partial_peaks.data() + pool_peaks_[index(t)] + first;
     T* raw = pooled_maxima(t, mesh);
     int* peak = memory_.peaks[index(t)].data() + index(mesh) * index(stage.rows);
     for (int c = 0; c < stage.rows; ++c) {
+      int group = 0;
       T best = maxima[c];
-      int at = peaks[c];
       for (int g = 1; g < kernel::group_count(instance.vertices); ++g) {
-        const std::size_t k = index(g) * index(stage.rows) + index(c);
-        if (best >= maxima[k] || best != best) continue;
-        best = maxima[k];
-        at = peaks[k];
+        const T here = maxima[index(g) * index(stage.rows) + index(c)];
+        if (best >= here || best != best) continue;
+        best = here;
+        group = g;
       }
       raw[index(c) * kernel::panel_width<T>] = best;
-      peak[c] = at;
+      peak[c] = vertex_of(stage, instance, group, c, best);
     }
     const Args args = this->arguments(tensor.chain, tensor.port, Item{mesh, 0, 1}, 0, tensor.from_pose);
     this->loops(tensor.chain)
@@ -249,10 +249,9 @@ class TapeForward : TapeView<T> {
   }
 
   bool has_pooled_ = false;  ///< the running stage reads a pooled tensor
-  // Offsets in memory.partial and partial_peaks of parts [items][channels]:
+  // Offsets in memory.partial of parts [items][channels]:
   std::array<std::size_t, graph::max_ports> partial_{};              ///< by port: of its means; squares stand behind
   std::array<std::size_t, graph::max_tape_tensors> pool_partial_{};  ///< by pooled tensor: of its maxima
-  std::array<std::size_t, graph::max_tape_tensors> pool_peaks_{};    ///< and of their vertices
   std::size_t part_size_ = 0;
   std::size_t sums_stride_ = 0;  ///< of a slot's scratch for merging moments
 };

@@ -50,8 +50,7 @@ struct TapeMemory {
   std::array<AlignedBuffer<int>, graph::max_tape_tensors> peaks;  ///< pooled: [meshes][channels] vertex of the maximum
   std::array<AlignedBuffer<T>, graph::max_ports> statistics;      ///< normalising ports: [meshes][mean, 1 / deviation]
   AlignedBuffer<T> partial;  ///< by item: means and squares, or maxima, of the running stage
-  AlignedBuffer<int> partial_peaks;
-  AlignedBuffer<T> bias;  ///< by mesh, of a stage that reads a pooled tensor
+  AlignedBuffer<T> bias;     ///< by mesh, of a stage that reads a pooled tensor
   AlignedBuffer<double> sums;
 
   // backward

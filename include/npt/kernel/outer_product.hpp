@@ -118,6 +118,14 @@ class OuterProduct {
       transpose_rows(tile, tile_rows, p * panel_width<T>, valid, panel, width);
     }
   }
+  /// A row of b behind those of its tile that is 1 everywhere: the product's column for it is the sum of a.
+  void collect_ones(int row, int valid) {
+    const int panel = row / panel_width<T>;
+    const int width = shape_.registers(panel) * simd::lanes<T>;
+    T* to = b_ + static_cast<std::size_t>(panel) * shape_.b_stride() + row % panel_width<T>;
+    for (int v = collected_; v < collected_ + valid; ++v)
+      to[static_cast<std::size_t>(v) * static_cast<std::size_t>(width)] = 1;
+  }
   void collect_a(const T* tile, int tile_rows, int valid) {
     for (int block = 0; block < blocks_.count; ++block)
       transpose_rows(tile, tile_rows, blocks_.first_row(block), valid,
