@@ -1,4 +1,5 @@
 /// npt bench: verifies the engine on fresh random input, then times it beside the processor's peak.
+#include "bench_train.hpp"
 #include "networks.hpp"
 #include "report.hpp"
 #include "subcommand.hpp"
@@ -276,6 +277,7 @@ void add(CLI::App& command) {
     threads();
     bench_gemm(*o, seed_of(*o));
   });
+  program::add_bench_train(command);
 }
 
 const program::Subcommand registered("bench", "Measure the engine beside the processor's peak", add);
