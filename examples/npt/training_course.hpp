@@ -7,7 +7,9 @@
 #include <npt/data/sample.hpp>
 #include <npt/train/trainer.hpp>
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,8 +27,10 @@ struct TrainingCourse {
   std::string unit;
   std::string validated_on;
 
-  /// Sets of about `pairs` pairs in all, of identities and poses that training never shows.
-  std::vector<npt::EvaluationSet> validation(std::size_t pairs) const { return make_validation(pairs); }
+  /// Sets of about `pairs` pairs in all, of identities and poses that training never shows; none for 0.
+  std::vector<npt::EvaluationSet> validation(std::size_t pairs) const {
+    return pairs == 0 ? std::vector<npt::EvaluationSet>{} : make_validation(pairs);
+  }
   std::function<std::vector<npt::EvaluationSet>(std::size_t)> make_validation;
 };
 

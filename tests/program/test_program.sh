@@ -341,6 +341,91 @@ test_evaluate() {
   expect 1 --err "b.ply: found 5 vertices, expected 4" -- evaluate --list bad.txt
 }
 
+test_train() {
+  local course="--bottleneck 64 --steps 60 --stage 0:6x20 --stage 0.5:3x50 --rate 1e-3 --average 0.9 --clip 1 --seed 3
+                --validation-pairs 1 --validate-every 10 --log-every 5"
+  expect 0 --out "step 10, " --out "17 %: PMD" --out "whole.safetensors: bottleneck 64, conv_relu, pooled, 60 steps" \
+    -- train --out whole.safetensors $course --threads 2
+  for file in whole.safetensors whole.checkpoint.safetensors whole.log.csv whole.log.png; do exists $file; done
+  [ "$(wc -l < whole.log.csv)" -eq 13 ] || fail "whole.log.csv has no row every 5 steps"
+  expect 0 --out "normalisation:  centre" --out "npt train --bottleneck 64 --steps 60" --out "pmd:" --out "mannequin" \
+    -- info whole.safetensors
+  expect 0 -- generate --out a.ply --seed 1
+  expect 0 --out "b.ply in" -- transfer --identity a.ply --pose a.ply --out b.ply --weights whole.safetensors
+  # The same training on one thread, killed without warning after its first checkpoint, and resumed without any options.
+  "$npt" train --out killed.safetensors $course --threads 1 --checkpoint-every 10 > out.txt 2> err.txt &
+  local pid=$!
+  while kill -0 $pid 2> /dev/null && [ ! -e killed.checkpoint.safetensors ]; do sleep 0.01; done
+  kill -9 $pid 2> /dev/null
+  wait $pid 2> /dev/null
+  rm -f ./*.part-*
+  [ -e killed.safetensors ] && echo "note: the training was over before it could be killed"
+  expect 0 -- train --out killed.safetensors --resume --threads 1
+  same whole.safetensors killed.safetensors
+  diff <(cut -d, -f1,3,4,13 whole.log.csv) <(cut -d, -f1,3,4,13 killed.log.csv) > out.txt ||
+    fail "the resumed training's log has other steps, rates or validations"
+  expect 2 --err "--threads" -- train --out x.safetensors --threads many
+  # Ctrl-C: the step is finished, everything is written, and the training can go on.
+  "$npt" train --out stopped.safetensors --bottleneck 64 --minutes 5 --batch 2 --vertices 20 > out.txt 2> err.txt &
+  pid=$!
+  while kill -0 $pid 2> /dev/null && [ ! -s stopped.log.csv ]; do sleep 0.01; done
+  sleep 0.3
+  kill -INT $pid
+  wait $pid
+  [ $? -eq 130 ] || fail "interrupted: exit status $?, expected 130"
+  grep -qF "goes on from here" out.txt || fail "no word about going on"
+  for file in stopped.safetensors stopped.checkpoint.safetensors stopped.log.png; do exists $file; done
+  [ -z "$(find . -name '*.part-*')" ] || fail "a temporary file stays"
+  expect 0 --out "going on at step" -- train --out stopped.safetensors --resume --minutes 0.001
+
+  expect 2 --err "--out" -- train --minutes 1
+  expect 2 --err "--minutes or --steps" -- train --out x.safetensors
+  expect 2 --err "--steps" -- train --out x.safetensors --steps 5 --minutes 1
+  expect 2 --err "--stage" -- train --out x.safetensors --steps 5 --stage 0:4x5 --batch 3
+  expect 1 --err "--stage: found '0.5'" -- train --out x.safetensors --steps 5 --stage 0.5
+  expect 1 --err "stages: found none that begins at 0" -- train --out x.safetensors --steps 5 --stage 0.5:4x5
+  expect 1 --err "--vertices: found 'few'" -- train --out x.safetensors --steps 5 --vertices few
+  expect 1 --err "vertices of a sample: found 9999" -- train --out x.safetensors --steps 5 --vertices 9999
+  expect 1 --err "--edge-loss: found relative with random vertices only" -- train --out x.safetensors --steps 5 --edge-loss relative
+  expect 1 --err "x.txt: found extension .txt" -- train --out x.txt --steps 5
+  expect 1 --err "nowhere/x.safetensors" -- train --out nowhere/x.safetensors --steps 5
+  expect 1 --err "none.safetensors: found no such file" -- train --out x.safetensors --steps 5 --body none.safetensors
+  expect 1 --err "a weight of -1" -- train --out x.safetensors --steps 5 --body mannequin=-1
+  expect 1 --err "nofamily" -- train --out x.safetensors --steps 5 --family nofamily
+  expect 1 --err "x.checkpoint.safetensors: found no such file" -- train --out x.safetensors --resume
+  expect 1 --err "whole.checkpoint.safetensors: found the checkpoint of an earlier training" -- train --out whole.safetensors --steps 5
+  expect 1 --err "--rate: found '2', expected '1e-3', with which the training in whole.checkpoint.safetensors began" \
+    -- train --out whole.safetensors --resume --rate 2
+  cp whole.safetensors broken.checkpoint.safetensors
+  expect 1 --err "broken.checkpoint.safetensors: metadata kind: found nothing" -- train --out broken.safetensors --resume
+  expect 1 --err "metadata bottleneck" -- train --out x.safetensors --steps 5 --start whole.safetensors --bottleneck 128
+  expect 1 --err "training: step " --err "finite numbers" -- train --out x.safetensors --steps 50 --rate 1e30 --warm-up 0 --batch 1 --vertices 9 --bottleneck 64
+  missing x.safetensors
+
+  # Other data, order and losses; whole meshes have edges.
+  expect 0 -- train --out edge.safetensors --bottleneck 64 --order relu_conv --feature per-vertex --steps 1 --batch 1 --vertices all \
+    --edge-loss relative --normalisation sphere --validation-pairs 0
+  expect 0 --out "order:  relu_conv" --out "normalisation:  sphere" -- info edge.safetensors
+  expect 0 -- train --out on.safetensors --start whole.safetensors --steps 1 --bottleneck 64 --batch 1 --vertices 20 --schedule constant \
+    --rate 1e-30 --validation-pairs 0 --yaw 30 --noise 0.01 --scale-range 0.9,1.1 --protocol
+  mkdir -p family/one family/two
+  for label in stand jump; do
+    "$npt" generate --out "family/one/$label.ply" --shape 1 --seed ${#label} > out.txt
+    "$npt" generate --out "family/two/$label.ply" --shape -1 --seed ${#label} > out.txt
+  done
+  expect 0 --out "2 steps" -- train --out animals.safetensors --family family --held-out jump --bottleneck 64 --steps 2 --batch 2 \
+    --vertices 30 --validation-pairs 1
+  expect 0 --out "trained_on:  one, two" --out "normalisation:  sphere" -- info animals.safetensors
+}
+
+test_bench() {
+  expect 0 --out '"share": ' --out '"gradient_error": ' -- bench train --json --bottleneck 64 --vertices 50 --batch 2 --repeats 1
+  expect 0 --out "GFLOP/s" --out "backward" -- bench train --bottleneck 64 --vertices 50 --batch 2 --repeats 1 --feature pooled
+  expect 0 --out '"share": ' -- bench forward --json --bottleneck 64 --vertices 50 --repeats 1
+  expect 1 --err "--vertices: found 99999" -- bench train --vertices 99999
+  expect 2 --err "--bottleneck" -- bench train --bottleneck 3
+}
+
 "test_$area"
 if [ "$failures" -ne 0 ]; then
   echo "$failures failures"
