@@ -103,10 +103,11 @@ std::string pmd_text(double pmd) { return fixed(1e4 * pmd, 2) + "e-4"; }
 
 class Training {
  public:
-  Training(const TrainingArguments& arguments, const CLI::App& command, const npt::SafetensorsFile* checkpoint)
+  Training(const TrainingArguments& arguments, const CLI::App& command, const npt::SafetensorsFile* checkpoint,
+           std::unique_ptr<npt::TrainingGroup>& group)
       : arguments_(arguments),
         files_(arguments.out),
-        group_(training::join_group()),
+        group_(group),
         network_(*program::find_network(arguments.variant)),
         list_(network_.list()),
         course_(program::make_training_course(arguments, network_.program->paired)),
@@ -139,12 +140,8 @@ class Training {
       stopped = agreed(program::interrupt_flag().load());
       if (first()) after_step(progress, stopped);
     }
-    if (!first()) {
-      if (stopped) throw program::Interrupted();
-      return;
-    }
-    status_.clear();
-    finish(progress, stopped);
+    if (first()) finish(progress, stopped);
+    group_.reset();  // waits for the first process, before an exception would end them all
     if (stopped) throw program::Interrupted();
   }
 
@@ -184,6 +181,8 @@ class Training {
     else
       o.rate = npt::CosineRate{.rate = rate, .warm_up = a.warm_up, .last = a.last_rate};
     o.adam = {.beta1 = a.beta1, .beta2 = a.beta2, .epsilon = a.epsilon};
+    if (a.optimiser == "muon") o.matrix_rate = a.matrix_rate / rate;
+    o.muon.momentum = a.matrix_momentum;
     o.loss = {.scaling = a.loss_scaling == "sum" ? npt::LossScaling::sum : npt::LossScaling::mean,
               .edge = a.edge_loss == "length"     ? npt::EdgeLoss::length
                       : a.edge_loss == "relative" ? npt::EdgeLoss::relative
@@ -295,6 +294,7 @@ class Training {
 
   /// What every run ends with: checkpoint, weights and plot.
   void finish(double progress, bool stopped) {
+    status_.clear();
     if (stopped && !window_.empty()) log(progress, false);
     save_checkpoint();
     std::optional<double> pmd;
@@ -318,7 +318,7 @@ class Training {
 
   const TrainingArguments& arguments_;
   Files files_;
-  std::unique_ptr<npt::TrainingGroup> group_;
+  std::unique_ptr<npt::TrainingGroup>& group_;  ///< nothing: alone
   const program::Network& network_;
   std::vector<npt::NamedParameter> list_;
   program::TrainingCourse course_;
@@ -349,7 +349,17 @@ void run(TrainingArguments& arguments, CLI::App& command) {
                       "--resume to go on with it, --overwrite to begin anew, or another --out"});
   }
   if (!arguments.steps && !arguments.minutes) throw CLI::RequiredError("--minutes or --steps");
-  Training(arguments, command, checkpoint ? &*checkpoint : nullptr).run();
+  std::unique_ptr<npt::TrainingGroup> group = training::join_group();
+  const std::string process = group ? "npt: process " + std::to_string(group->rank()) + ": " : "";
+  try {
+    Training(arguments, command, checkpoint ? &*checkpoint : nullptr, group).run();
+  } catch (const program::Interrupted&) {
+    throw;
+  } catch (const std::exception& error) {
+    // Leaving ends the others, and none of them may come to print anything.
+    if (group) std::cerr << process << error.what() << std::endl;
+    throw;
+  }
 }
 
 void add(CLI::App& command) {

@@ -187,6 +187,20 @@ void add_course_options(CLI::App& command, TrainingArguments& a) {
       ->excludes("--stage")
       ->group(group);
   command
+      .add_option("--optimiser", a.optimiser,
+                  "muon: Muon for the matrices between layers and Adam for the rest; adam: Adam for all (the paper)")
+      ->check(CLI::IsMember({"muon", "adam"}))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--matrix-rate", a.matrix_rate, "Muon's learning rate; follows the same schedule")
+      ->check(above(0))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--matrix-momentum", a.matrix_momentum, "Muon's")
+      ->check(CLI::Range(0.0, 0.9999))
+      ->capture_default_str()
+      ->group(group);
+  command
       .add_option("--rate", a.rate,
                   "Learning rate (the paper: 5e-5); without: 3e-3, for bottlenecks above 128 less as their root grows")
       ->check(above(0))

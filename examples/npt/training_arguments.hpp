@@ -42,7 +42,9 @@ struct TrainingArguments {
   std::vector<std::string> stages;  ///< "BEGIN:BATCHxVERTICES"
   std::optional<std::size_t> batch;
   std::optional<std::string> vertices;
+  std::string optimiser = "muon";
   std::optional<double> rate;
+  double matrix_rate = 0.02, matrix_momentum = 0.95;
   std::string schedule = "cosine";
   double warm_up = 0.02, last_rate = 0.02;
   double clip = 0, average = 0, beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;

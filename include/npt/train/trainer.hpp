@@ -7,7 +7,7 @@
 ///   npt::Trainer trainer(gradients, model.parameters(), model.buffer(), options);
 ///   while (!trainer.finished()) trainer.step();
 ///
-/// A step: samples, forward, losses, backward, clipping, Adam with the schedule's rate, moving average.
+/// A step: samples, forward, losses, backward, clipping, Adam (and Muon) with the schedule's rate, moving average.
 /// Numerics  The batch's loss is the mean over its meshes, in the network's units. Samples depend on (seed, step, index) only and
 ///           every sum has a fixed order: the weights are the same bits for any number of threads. With TrainerOptions::steps a
 ///           training that was stopped and restored ends with the same bits as one that was not; with TrainerOptions::seconds
@@ -29,6 +29,7 @@
 #include <npt/train/group.hpp>
 #include <npt/train/losses.hpp>
 #include <npt/train/moving_average.hpp>
+#include <npt/train/muon.hpp>
 #include <npt/train/schedule.hpp>
 #include <npt/train/slices.hpp>
 
@@ -39,6 +40,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <string>
@@ -69,6 +71,9 @@ struct TrainerOptions {
   /// Learning rate at a progress of 0 .. 1: ConstantRate, CosineRate, or the host's own.
   std::function<double(double)> rate = ConstantRate{paper_learning_rate};
   AdamOptions adam{};
+  /// Rate of Muon on the hidden matrices, relative to that of Adam on the rest; 0: Adam on everything.
+  double matrix_rate = 0;
+  MuonOptions muon{};
   LossOptions loss{};
   double clip = 0;                       ///< longest gradient; 0: any
   double average = 0;                    ///< decay of the moving average of the weights; 0: none is kept
@@ -105,6 +110,11 @@ class Trainer {
         adam_(parameters.size(), options_.adam),
         gradient_(parameters.size()) {
     check_options();
+    if (options_.matrix_rate > 0) muon_.emplace(list_, options_.muon);
+    std::vector<NamedParameter> others;
+    std::ranges::copy_if(list_, std::back_inserter(others),
+                         [this](const NamedParameter& p) { return !muon_ || !is_hidden_matrix(p.parameter); });
+    adam_slices_ = learned_slices(others);
     if (options_.average > 0) average_.emplace(parameters, options_.average);
     gradients_.load(parameters_);
   }
@@ -235,6 +245,8 @@ class Trainer {
         refuse("stages", "a begin of " + std::to_string(s.begin), "ascending numbers below 1");
     }
     if (!(o.average >= 0 && o.average < 1)) refuse("average", std::to_string(o.average), "0, or a decay below 1");
+    if (!(o.matrix_rate >= 0 && std::isfinite(o.matrix_rate)))
+      refuse("matrix rate", std::to_string(o.matrix_rate), "0, or a factor");
     if (!(o.clip >= 0)) refuse("clip", std::to_string(o.clip), "0, or a length");
   }
 
@@ -309,13 +321,22 @@ class Trainer {
 
   void optimise(const StepReport& report) {
     const double factor = clip_factor(report.gradient_norm, options_.clip);
+    const auto& executor = gradients_.executor();
     adam_.begin_step(report.rate);
-    if (average_) average_->begin_step();
-    gradients_.executor().for_each(static_cast<int>(slices_.size()), [&](int i, int) {
-      const Slice& s = slices_[static_cast<std::size_t>(i)];
+    executor.for_each(static_cast<int>(adam_slices_.size()), [&](int i, int) {
+      const Slice& s = adam_slices_[static_cast<std::size_t>(i)];
       adam_.update(parameters_, gradient_.span(), s.first, s.last, factor);
-      if (average_) average_->update(parameters_, s.first, s.last);
     });
+    // Adam has no mean of the matrices: their momentum lies there, and so in checkpoints.
+    if (muon_)
+      muon_->step(parameters_, gradient_.span(), adam_.mean(), options_.matrix_rate * report.rate, factor, executor);
+    if (average_) {
+      average_->begin_step();
+      executor.for_each(static_cast<int>(slices_.size()), [&](int i, int) {
+        const Slice& s = slices_[static_cast<std::size_t>(i)];
+        average_->update(parameters_, s.first, s.last);
+      });
+    }
     gradients_.load(parameters_);
   }
 
@@ -325,6 +346,8 @@ class Trainer {
   std::span<float> parameters_;
   TrainerOptions options_;
   Adam<float> adam_;
+  std::vector<Slice> adam_slices_;
+  std::optional<Muon<float>> muon_;
   std::optional<MovingAverage<float>> average_;
   AlignedBuffer<float> gradient_;
   std::uint64_t step_ = 0;
