@@ -5,6 +5,7 @@
 #include <npt/train/muon.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -23,20 +24,26 @@ double entry(const std::vector<double>& m, int columns, int r, int c) {
 
 }  // namespace
 
-TEST_CASE("a matrix product is that of plain loops") {
+TEST_CASE("matrix products and transposes are those of plain loops") {
   npt::kernel::MatrixProduct<double> multiply;
   for (const auto& [m, n, k] : {std::array{1, 1, 1}, {13, 16, 5}, {14, 33, 20}, {40, 7, 64}, {65, 131, 31}}) {
-    const auto a = random_matrix(m, k, 1), b = random_matrix(k, n, 2);
+    const auto a = random_matrix(k, m, 1), b = random_matrix(k, n, 2);
     std::vector<double> c(static_cast<std::size_t>(m * n));
     multiply(m, n, k, a.data(), b.data(), c.data());
     double worst = 0;
     for (int i = 0; i < m; ++i)
       for (int j = 0; j < n; ++j) {
         double sum = 0;
-        for (int s = 0; s < k; ++s) sum += entry(a, k, i, s) * entry(b, n, s, j);
+        for (int s = 0; s < k; ++s) sum += entry(a, m, s, i) * entry(b, n, s, j);
         worst = std::max(worst, std::abs(sum - entry(c, n, i, j)));
       }
     CHECK(worst < 1e-12);
+    std::vector<double> transposed(a.size());
+    npt::kernel::transpose_matrix(a.data(), k, m, transposed.data());
+    std::size_t wrong = 0;
+    for (int s = 0; s < k; ++s)
+      for (int i = 0; i < m; ++i) wrong += entry(transposed, k, i, s) == entry(a, m, s, i) ? 0U : 1U;
+    CHECK(wrong == 0);
   }
 }
 

@@ -6,20 +6,22 @@
 #include <npt/kernel/micro_kernel.hpp>
 #include <npt/kernel/packed_weights.hpp>
 #include <npt/kernel/panel.hpp>
+#include <npt/simd/transpose.hpp>
 
 #include <algorithm>
 #include <cstddef>
 
 namespace npt::inline NPT_ABI::kernel {
 
-/// c = a b for row-major matrices. Keeps its packing memory between calls; one thread.
+/// c = a^T b for row-major matrices: with a transposed, what a tile's rows are multiplied with lies side by side. Keeps its packing
+/// memory between calls; one thread.
 template <class T>
 class MatrixProduct {
  public:
-  /// a: [m, k]   b: [k, n]   c: [m, n], which may not overlap them.
+  /// a: [k, m]   b: [k, n]   c: [m, n], which may not overlap them.
   void operator()(int m, int n, int k, const T* a, const T* b, T* c) {
     weights_.pack(
-        m, k, [&](int row, int step) { return a[index(row) * index(k) + index(step)]; }, [](int) { return T(0); });
+        m, k, [&](int row, int step) { return a[index(step) * index(m) + index(row)]; }, [](int) { return T(0); });
     operand_.grow_to(index(k) * panel_width<T>);
     alignas(simd_alignment) T tile[index(max_tile_rows) * panel_width<T>];
     for (int first = 0; first < n; first += panel_width<T>) {
@@ -43,5 +45,21 @@ class MatrixProduct {
   PackedWeights<T> weights_;
   AlignedBuffer<T> operand_;
 };
+
+/// to[j][i] = from[i][j] for a row-major [rows, columns] matrix.
+template <class T>
+void transpose_matrix(const T* from, int rows, int columns, T* to) {
+  constexpr int lanes = simd::lanes<T>;
+  const auto n = static_cast<std::size_t>(rows), m = static_cast<std::size_t>(columns);
+  const int whole_rows = rows / lanes * lanes, whole_columns = columns / lanes * lanes;
+  for (int i = 0; i < whole_rows; i += lanes)
+    for (int j = 0; j < whole_columns; j += lanes)
+      simd::transpose(from + static_cast<std::size_t>(i) * m + static_cast<std::size_t>(j), m,
+                      to + static_cast<std::size_t>(j) * n + static_cast<std::size_t>(i), n);
+  for (int i = 0; i < rows; ++i)
+    for (int j = i < whole_rows ? whole_columns : 0; j < columns; ++j)
+      to[static_cast<std::size_t>(j) * n + static_cast<std::size_t>(i)] =
+          from[static_cast<std::size_t>(i) * m + static_cast<std::size_t>(j)];
+}
 
 }  // namespace npt::inline NPT_ABI::kernel

@@ -47,26 +47,26 @@ class Orthogonaliser {
     for (const T value : matrix) square += static_cast<double>(value) * static_cast<double>(value);
     if (!(square > 0)) return;
     const T scale = static_cast<T>(1 / std::sqrt(square));
-    for (AlignedBuffer<T>* b : {&x_, &transposed_, &update_}) b->grow_to(index(n) * index(m));
+    for (AlignedBuffer<T>* b : {&x_, &transposed_, &update_}) b->grow_to(matrix.size());
     for (AlignedBuffer<T>* b : {&gram_, &square_}) b->grow_to(index(n) * index(n));
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < m; ++j)
-        x_[index(i) * index(m) + index(j)] = scale * (rows <= columns ? matrix[index(i) * index(columns) + index(j)]
-                                                                      : matrix[index(j) * index(columns) + index(i)]);
+    if (rows <= columns)
+      std::ranges::copy(matrix, x_.data());
+    else
+      kernel::transpose_matrix(matrix.data(), rows, columns, x_.data());
+    for (std::size_t k = 0; k < matrix.size(); ++k) x_[k] *= scale;
     constexpr T a = T(3.4445), b = T(-4.7750), c = T(2.0315);
-    for (int step = 0; step < iterations; ++step) {
-      for (int i = 0; i < n; ++i)
-        for (int j = 0; j < m; ++j) transposed_[index(j) * index(n) + index(i)] = x_[index(i) * index(m) + index(j)];
-      product_(n, n, m, x_.data(), transposed_.data(), gram_.data());
+    for (int step = 0; step < iterations; ++step) {  // X <- a X + (b G + c G^2) X with G = X X^T, which is symmetric
+      kernel::transpose_matrix(x_.data(), n, m, transposed_.data());
+      product_(n, n, m, transposed_.data(), transposed_.data(), gram_.data());
       product_(n, n, n, gram_.data(), gram_.data(), square_.data());
       for (std::size_t k = 0; k < index(n) * index(n); ++k) square_[k] = b * gram_[k] + c * square_[k];
       product_(n, m, n, square_.data(), x_.data(), update_.data());
-      for (std::size_t k = 0; k < index(n) * index(m); ++k) x_[k] = a * x_[k] + update_[k];
+      for (std::size_t k = 0; k < matrix.size(); ++k) x_[k] = a * x_[k] + update_[k];
     }
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < m; ++j)
-        (rows <= columns ? matrix[index(i) * index(columns) + index(j)]
-                         : matrix[index(j) * index(columns) + index(i)]) = x_[index(i) * index(m) + index(j)];
+    if (rows <= columns)
+      std::copy_n(x_.data(), matrix.size(), matrix.begin());
+    else
+      kernel::transpose_matrix(x_.data(), n, m, matrix.data());
   }
 
  private:
