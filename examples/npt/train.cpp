@@ -71,6 +71,7 @@ class Window {
     whole_ += r.seconds.whole;
     row_.rate = r.rate;
     row_.batch = r.batch;
+    row_.vertices = r.vertices;
   }
   bool empty() const { return steps_ == 0; }
   double pmd() const { return row_.pmd / static_cast<double>(steps_); }
@@ -223,7 +224,6 @@ class Training {
     training::LogRow row = window_.take();
     row.step = trainer_->steps();
     row.progress = progress;
-    row.vertices = trainer_->stage().source->max_vertices();
     if (validate) {
       const Stopwatch watch;
       row.validation_pmd = last_pmd_ = measure(validation_);

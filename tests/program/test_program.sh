@@ -426,6 +426,22 @@ test_bench() {
   expect 2 --err "--bottleneck" -- bench train --bottleneck 3
 }
 
+# Two processes on this machine train as one does, up to the order of sums.
+test_mpi() {
+  local course="--bottleneck 64 --steps 20 --stage 0:6x20 --stage 0.5:4x50 --rate 1e-3 --log-every 1 --validation-pairs 1 --threads 1"
+  local together="timeout 120 mpirun -n 2 --allow-run-as-root --oversubscribe"
+  expect 0 -- train --out one.safetensors $course
+  $together "$npt" train --out two.safetensors $course > out.txt 2> err.txt || fail "two processes: exit status $?"
+  for file in two.safetensors two.checkpoint.safetensors two.log.csv two.log.png; do exists $file; done
+  paste -d, <(cut -d, -f1,5 one.log.csv) <(cut -d, -f1,5 two.log.csv) |
+    awk -F, 'NR > 1 { d = $2 - $4; if ($1 != $3 || d * d > 1e-6 * $2 * $2) exit 1 } END { if (NR != 21) exit 1 }' ||
+    fail "two processes have other losses than one"
+  # What stops one stops all, and says why.
+  $together "$npt" train --out x.safetensors --steps 5 --batch 3 > out.txt 2> err.txt && fail "a batch of 3 for two processes"
+  grep -qF "batch: found 3, expected a multiple of the number of processes" err.txt || fail "no word about the batch"
+  missing x.safetensors
+}
+
 "test_$area"
 if [ "$failures" -ne 0 ]; then
   echo "$failures failures"

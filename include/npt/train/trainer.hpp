@@ -90,7 +90,7 @@ struct StepReport {
   double pmd = 0;             ///< mean over the batch of the squared distance a vertex, in squares of the meshes' unit
   double gradient_norm = 0;   ///< before clipping
   double rate = 0;
-  std::size_t batch = 0;
+  std::size_t batch = 0, vertices = 0;  ///< meshes in the step, the most vertices of an identity
   struct {
     double data = 0, forward = 0, loss = 0, backward = 0, optimise = 0, whole = 0;
   } seconds;
@@ -125,6 +125,7 @@ class Trainer {
     report.progress = progress();
     const TrainingStage& stage = stage_at(report.progress);
     report.batch = stage.batch;
+    report.vertices = stage.source->max_vertices();
     report.rate = options_.rate(report.progress);
     draw(stage);
     report.seconds.data = clock.lap();
@@ -153,7 +154,7 @@ class Trainer {
   /// Counts time that belongs to the training without being a step's: validation, checkpoints.
   void spend(double seconds) { seconds_ += seconds; }
 
-  /// The part of the training that is done.
+  /// The part of the training that is done. In a group all processes ask together, as for finished() and stage().
   double progress() const {
     const double done = options_.steps > 0 ? static_cast<double>(step_) / static_cast<double>(options_.steps)
                                            : seconds_ / options_.seconds;
