@@ -121,6 +121,31 @@ struct GlobalNet {
   }
 };
 
+/// Layers behind max_pool: directly, with a parameter a channel, and behind a concatenation with per-vertex channels; the
+/// plain maxima are used as well.
+struct BehindPoolNet {
+  npt::Conv1x1<3, 21> a;
+  PRelu<21> p;
+  PRelu<24> q;
+  npt::Conv1x1<24, 17> b;
+  npt::Conv1x1<41, 19> c;
+  npt::Conv1x1<40, 3> d;
+  static constexpr void visit(auto& self, auto&& visitor) {
+    visitor("a", self.a);
+    visitor("p", self.p);
+    visitor("q", self.q);
+    visitor("b", self.b);
+    visitor("c", self.c);
+    visitor("d", self.d);
+  }
+  constexpr auto operator()(auto pose, auto identity) const {
+    const auto f = pose | a | npt::max_pool;
+    const auto y = cat(identity, f | npt::tanh | p) | q | npt::tanh | b;
+    const auto z = cat(cat(f, y) | npt::relu, identity) | c;
+    return cat(f | npt::tanh, z) | npt::relu | d;
+  }
+};
+
 }  // namespace
 
 TEST_CASE("a pointwise layer of the user's own, with parameters, equals plain loops") {
@@ -151,6 +176,25 @@ TEST_CASE("maxima of both meshes, and the pose's own coordinates in the decoder,
           const Map x = cat_maps(cat_maps(f, identity), cat_maps(g, pose));
           return conv(w, "d", relu(conv(w, "c", x)));
         }) < 1e-13);
+}
+
+TEST_CASE("pointwise layers behind maxima equal plain loops") {
+  CHECK(error_of<BehindPoolNet>(
+            [](const Weights& w, const Map& pose, const Map& identity) {
+              using reference::conv, reference::relu;
+              const auto prelu = [&w](const char* slopes, Map x) {
+                for (std::size_t c = 0; c < x.channels; ++c)
+                  for (std::size_t v = 0; v < x.vertices; ++v)
+                    x.row(c)[v] = std::max(x.row(c)[v], w.at(slopes)[c] * x.row(c)[v]);
+                return x;
+              };
+              const Map f = maxima_over(conv(w, "a", pose), identity.vertices);
+              const Map x = cat_maps(identity, prelu("p.slope", tanh_of(f)));
+              const Map y = conv(w, "b", tanh_of(prelu("q.slope", x)));
+              const Map z = conv(w, "c", cat_maps(relu(cat_maps(f, y)), identity));
+              return conv(w, "d", relu(cat_maps(tanh_of(f), z)));
+            },
+            230, 150) < 1e-13);
 }
 
 TEST_CASE("the pose's coordinates in the decoder also come out of an encoded pose") {

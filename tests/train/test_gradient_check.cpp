@@ -128,8 +128,31 @@ struct NormPool {
     return pose | n.a | npt::instance_norm | npt::relu | npt::max_pool;
   }
 };
+struct LayersBehindPool {
+  static constexpr auto pool(const auto& n, auto pose) {
+    return pose | n.a | npt::instance_norm | npt::max_pool | n.p | npt::tanh;
+  }
+};
 struct ParameterPool {
   static constexpr auto pool(const auto& n, auto pose) { return pose | n.a | npt::instance_norm | n.p | npt::max_pool; }
+};
+
+/// A layer over maxima and per-vertex channels together, beside the plain maxima.
+struct LayerBehindCat {
+  npt::Conv1x1<3, 7> a;
+  PRelu<10> p;
+  npt::Conv1x1<10, 8> c;
+  npt::Conv1x1<15, 3> d;
+  static constexpr void visit(auto& self, auto&& visitor) {
+    visitor("a", self.a);
+    visitor("p", self.p);
+    visitor("c", self.c);
+    visitor("d", self.d);
+  }
+  constexpr auto operator()(auto pose, auto identity) const {
+    const auto f = pose | a | npt::max_pool;
+    return cat(cat(identity, f) | p | npt::tanh | c, f) | npt::tanh | d;
+  }
 };
 
 }  // namespace
@@ -164,6 +187,8 @@ TEST_CASE("compositions have right gradients") {
   expect_right(npt::check_gradients<PooledNet<PlainPool>>());
   expect_right(npt::check_gradients<PooledNet<NormPool>>());
   expect_right(npt::check_gradients<PooledNet<ParameterPool>>());
+  expect_right(npt::check_gradients<PooledNet<LayersBehindPool>>());
+  expect_right(npt::check_gradients<LayerBehindCat>());
 }
 
 TEST_CASE("gradients are right for any vertex count") {

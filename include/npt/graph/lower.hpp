@@ -121,7 +121,11 @@ class Lowering {
         Source& source = operand.sources[index(s)];
         if (node.normalises && source.chain.count != 0)
           throw "npt: instance_norm must follow a convolution and activations that nothing else uses";
-        source.chain.push(step_of(node, source.first, source.channels));
+        const Step step = step_of(node, source.first, source.channels);
+        if (tensor(source.tensor).pooled_from >= 0)
+          source.tensor = behind_pool(source.tensor, step);
+        else
+          source.chain.push(step);
       }
     } else if (node.kind == NodeKind::cat) {
       operand = resolve(node.first);
@@ -156,6 +160,17 @@ class Lowering {
                                    .from_pose = graph_[n].depends == depends_on_pose});
     tensor_of_[index(n)] = pooled;
     return pooled;
+  }
+
+  /// Pooled tensor t with one more layer behind it, which the pooled values go through like those in front of max_pool.
+  constexpr int behind_pool(int t, const Step& step) {
+    if (step.normalises || step.other >= 0)
+      throw "npt: behind max_pool no layer may need values per vertex: instance_norm, or one that is conditioned on others";
+    Tensor longer = tensor(t);
+    longer.chain.push(step);
+    for (int p = 0; p < program_.tensor_count; ++p)
+      if (tensor(p).pooled_from == longer.pooled_from && tensor(p).chain == longer.chain) return p;
+    return add_tensor(longer);
   }
 
   constexpr void add_stage(int conv) {

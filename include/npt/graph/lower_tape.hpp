@@ -120,8 +120,6 @@ class TapeLowering {
       for (int r = 0; r < operand.count; ++r) {
         const Route& route = operand.routes[index(r)];
         must_gather = must_gather || (node.normalises && route.norm >= 0) || route.chain.count == max_chain;
-        if (tensor(route.tensor).pooled_from >= 0)
-          throw "npt: a pointwise layer behind max_pool: put it in front, increasing layers and maxima commute";
         if (node.normalises && tensor(route.tensor).input >= 0) must_gather = true;
       }
       if (must_gather) {
@@ -130,8 +128,13 @@ class TapeLowering {
       }
       for (int r = 0; r < operand.count; ++r) {
         Route& route = operand.routes[index(r)];
+        const Step step = step_of(node, route.column, route.channels);
+        if (tensor(route.tensor).pooled_from >= 0) {
+          route.tensor = behind_pool(route.tensor, step);
+          continue;
+        }
         if (node.normalises) route.norm = route.chain.count;
-        route.chain.push(step_of(node, route.column, route.channels));
+        route.chain.push(step);
       }
     } else if (node.kind == NodeKind::cat || node.kind == NodeKind::sum) {
       operand = resolve(node.first);
@@ -180,6 +183,17 @@ class TapeLowering {
                                        .chain = route.chain,
                                        .norm = route.norm});
     return tensor_of_[index(n)];
+  }
+
+  /// As Lowering::behind_pool.
+  constexpr int behind_pool(int t, const Step& step) {
+    if (step.normalises || step.other >= 0)
+      throw "npt: behind max_pool no layer may need values per vertex: instance_norm, or one that is conditioned on others";
+    TapeTensor longer = tensor(t);
+    longer.chain.push(step);
+    for (int p = 0; p < tape_.tensor_count; ++p)
+      if (tensor(p).pooled_from == longer.pooled_from && tensor(p).chain == longer.chain) return p;
+    return add_tensor(longer);
   }
 
   // ---- ports ----

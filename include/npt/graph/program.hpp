@@ -29,6 +29,8 @@ struct Step {
   int other = -1;                                                                ///< tensor that it also reads
   std::array<int, kernel::max_pointwise_parameters> parameters{-1, -1, -1, -1};  ///< offsets in the parameter buffer
   std::array<int, kernel::max_pointwise_parameters> sizes{};                     ///< their elements
+
+  constexpr bool operator==(const Step&) const = default;
 };
 
 /// Pointwise operations applied one after another in registers.
@@ -41,6 +43,7 @@ struct Chain {
     if (count == max_chain) throw "npt: more than graph::max_chain pointwise layers in a row";
     steps[static_cast<std::size_t>(count++)] = step;
   }
+  constexpr bool operator==(const Chain&) const = default;
 };
 
 /// Where a tensor lives.

@@ -50,7 +50,7 @@ struct TapeTensor {
   bool from_pose = false;
   int input = -1;  ///< number of the network's input, -1: none
   int stage = -1;  ///< that writes it
-  // pooled: maxima over the vertices of another tensor, then increasing layers
+  // pooled: maxima over the vertices of another tensor, then pointwise layers
   int pooled_from = -1;
   Chain chain{};
   int norm = -1;
