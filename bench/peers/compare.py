@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""npt's forward pass beside oneDNN and PyTorch: processes in turn, npt and a peer as a pair, medians and ratios.
+"""npt's forward pass beside oneDNN and PyTorch, or its training step beside PyTorch's: processes in turn, npt and a peer as a pair,
+medians and ratios.
 
-usage: compare.py [--build FOLDER] [--pairs N] [--repeats N] [--threads N] [--vertices V] [--bottleneck B]
+usage: compare.py [--bench forward|train] [--batch N] [--build FOLDER] [--pairs N] [--repeats N] [--threads N] [--vertices V] [--bottleneck B]
                   [--peer onednn|torch|torch-eager]... [--precision fp32|bf16] [--json]
 
 Machines drift: a process that runs now and one that runs a minute later see other clocks and other neighbours. So npt and a
@@ -56,6 +57,9 @@ class Comparison:
 
     def npt(self):
         a = self.arguments
+        if a.bench == "train":
+            return run([self.bin / "npt", "bench", "train", "--vertices", a.vertices, "--bottleneck", a.bottleneck, "--batch",
+                        a.batch, "--threads", a.threads, "--repeats", a.repeats, "--seed", a.seed, "--json"])
         return run([self.bin / "npt", "bench", "forward", "--vertices", a.vertices, "--bottleneck", a.bottleneck, "--threads",
                     a.threads, "--precision", a.precision, "--repeats", a.repeats, "--seed", a.seed, "--json"])
 
@@ -67,6 +71,9 @@ class Comparison:
             return run([self.bin / "bench_peer_onednn"] + tail, environment)
         environment["OPENBLAS_NUM_THREADS"] = str(a.threads)  # torch.set_num_threads doesn't reach it
         environment.update({k: v for k, v in tuned.items() if k != "OPENBLAS_CORETYPE" or has_avx512()})
+        if a.bench == "train":
+            return run([a.python, here / "torch_step.py", "--vertices", a.vertices, "--bottleneck", a.bottleneck, "--batch", a.batch,
+                        "--threads", a.threads, "--repeats", a.repeats, "--seed", a.seed], environment)
         mode = "eager" if name == "torch-eager" else "traced"
         return run([a.python, here / "torch_net.py"] + tail + ["--mode", mode], environment)
 
@@ -92,7 +99,7 @@ def summary(name, results):
             "npt_seconds": round(statistics.median(ours), 5), "peer_seconds": round(statistics.median(theirs), 5),
             "npt_share_of_peak": round(statistics.median(o["share"] for o, _ in results), 3),
             "ratio_median": round(statistics.median(ratios), 3), "ratio_low": round(ratios[0], 3),
-            "ratio_high": round(ratios[-1], 3), "npt_error": results[0][0]["error"],
+            "ratio_high": round(ratios[-1], 3), "npt_error": results[0][0].get("error", results[0][0].get("gradient_error")),
             "peer_error": results[0][1]["error"]}
 
 
@@ -100,6 +107,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=pathlib.Path, default=here.parent.parent / "build" / "release",
                         help="build folder (default: build/release)")
+    parser.add_argument("--bench", choices=("forward", "train"), default="forward")
+    parser.add_argument("--batch", type=int, default=8, help="pairs in a training step")
     parser.add_argument("--pairs", type=int, default=5)
     parser.add_argument("--repeats", type=int, default=7, help="timed runs of each process")
     parser.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)))
@@ -112,11 +121,14 @@ def main():
     parser.add_argument("--python", default="/usr/bin/python3", help="a Python that has torch and numpy")
     parser.add_argument("--json", action="store_true", help="one line of JSON, last")
     arguments = parser.parse_args()
-    for name in ("pairs", "repeats", "threads", "vertices"):
+    for name in ("pairs", "repeats", "threads", "vertices", "batch"):
         if getattr(arguments, name) < 1:
             parser.error(f"--{name} must be at least 1")
-    peers = arguments.peer or ["onednn", "torch"]
-    needed = ["npt", "bench_make_case"] + (["bench_peer_onednn"] if "onednn" in peers else [])
+    training = arguments.bench == "train"
+    peers = arguments.peer or (["torch"] if training else ["onednn", "torch"])
+    if training and (peers != ["torch"] or arguments.precision != "fp32"):
+        parser.error("--bench train has one peer, torch, and one precision, fp32")
+    needed = ["npt"] + ([] if training else ["bench_make_case"]) + (["bench_peer_onednn"] if "onednn" in peers else [])
     missing = [n for n in needed if not (arguments.build / "bin" / n).exists()]
     if missing:
         sys.exit(f"compare.py: {arguments.build / 'bin'}: no {', '.join(missing)}: build with -DNPT_BUILD_BENCHMARKS=ON "
@@ -124,13 +136,15 @@ def main():
 
     with tempfile.TemporaryDirectory() as folder:
         case = pathlib.Path(folder) / "case.safetensors"
-        made = subprocess.run([str(arguments.build / "bin" / "bench_make_case"), str(case), "--bottleneck",
-                               str(arguments.bottleneck), "--vertices", str(arguments.vertices), "--seed",
-                               str(arguments.seed)])
-        if made.returncode != 0:
-            sys.exit("compare.py: bench_make_case failed")
+        if not training:
+            made = subprocess.run([str(arguments.build / "bin" / "bench_make_case"), str(case), "--bottleneck",
+                                   str(arguments.bottleneck), "--vertices", str(arguments.vertices), "--seed",
+                                   str(arguments.seed)])
+            if made.returncode != 0:
+                sys.exit("compare.py: bench_make_case failed")
         comparison = Comparison(arguments, case)
-        print(f"forward, bottleneck {arguments.bottleneck}, {arguments.vertices} vertices, {arguments.threads} threads, npt "
+        what = f"training step, batch {arguments.batch}" if training else "forward"
+        print(f"{what}, bottleneck {arguments.bottleneck}, {arguments.vertices} vertices, {arguments.threads} threads, npt "
               f"{arguments.precision}, {arguments.pairs} pairs of processes, median of {arguments.repeats} runs each")
         print(f"{'peer':28} {'npt s':>9} {'peer s':>9} {'peer/npt':>9} {'low':>7} {'high':>7} {'npt of peak':>12} {'peer error':>11}",
               flush=True)
@@ -141,7 +155,7 @@ def main():
             print(f"{r['peer']:28} {r['npt_seconds']:9.4f} {r['peer_seconds']:9.4f} {r['ratio_median']:9.2f} {r['ratio_low']:7.2f} "
                   f"{r['ratio_high']:7.2f} {100 * r['npt_share_of_peak']:10.1f} % {r['peer_error']:11.1e}", flush=True)
     if arguments.json:
-        print(json.dumps({"bottleneck": arguments.bottleneck, "vertices": arguments.vertices, "threads": arguments.threads,
+        print(json.dumps({"bench": arguments.bench, "bottleneck": arguments.bottleneck, "vertices": arguments.vertices, "threads": arguments.threads,
                           "precision": arguments.precision, "peers": results}))
 
 
