@@ -37,8 +37,9 @@ TEST_CASE("ticks are round numbers inside the axis") {
   CHECK(render::axis_ticks(0, 10, false, 5) == V{0, 2, 4, 6, 8, 10});
   CHECK(render::axis_ticks(1, 100, true) == V{1, 2, 5, 10, 20, 50, 100});
   CHECK(render::axis_ticks(1, 1e12, true, 7) == V{1, 1e2, 1e4, 1e6, 1e8, 1e10, 1e12});
-  for (const auto& [low, high] : {std::pair{1.0, 2.5}, {3.1, 3.4}, {20.0, 35.0}, {1e-7, 3e-7}})
+  for (const auto& range : {std::pair{1.0, 2.5}, {3.1, 3.4}, {20.0, 35.0}, {1e-7, 3e-7}})
     for (const bool logarithmic : {false, true}) {
+      const double low = range.first, high = range.second;
       const V ticks = render::axis_ticks(low, high, logarithmic);
       CAPTURE(low);
       CAPTURE(logarithmic);

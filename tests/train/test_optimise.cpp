@@ -12,7 +12,7 @@
 #include "train/linear_core.hpp"
 
 TEST_CASE("slices cover every learned value once, and nothing else") {
-  for (const std::size_t largest : {1, 4, 9, 100}) {
+  for (const std::size_t largest : {1U, 4U, 9U, 100U}) {
     std::vector<int> seen(support::LinearCore::size);
     for (const npt::Slice& s : npt::learned_slices(support::LinearCore::parameters(), largest)) {
       CHECK(s.size() >= 1);
@@ -35,7 +35,7 @@ TEST_CASE("the gradient's norm is that of the learned values") {
 }
 
 TEST_CASE("squares are summed in double for any length") {
-  for (const std::size_t n : {0, 1, 15, 16, 17, 100}) {
+  for (const std::size_t n : {0U, 1U, 15U, 16U, 17U, 100U}) {
     std::vector<float> x(n);
     double expected = 0;
     for (std::size_t i = 0; i < n; ++i) {

@@ -129,7 +129,7 @@ TEST_CASE("attributes and padding are never touched") {
   run.finish();
   CHECK(run.parameters[48] == 2);
   CHECK(run.trainer.weights()[48] == 2);
-  for (const std::size_t i : {9, 15, 31, 35, 63}) CHECK(run.parameters[i] == 0);
+  for (const std::size_t i : {9U, 15U, 31U, 35U, 63U}) CHECK(run.parameters[i] == 0);
 }
 
 TEST_CASE("any number of threads gives the same bits") {

@@ -68,7 +68,7 @@ TEST_CASE("rows come back as they were written") {
   const Folder folder("rows");
   training::Log log(folder.file(), {});
   CHECK(training::read_log(folder.file()).empty());
-  for (const std::uint64_t step : {10, 20, 30}) log.append(row(step));
+  for (const std::uint64_t step : {10U, 20U, 30U}) log.append(row(step));
   const auto rows = training::read_log(folder.file());
   REQUIRE(rows.size() == 3);
   for (const auto& r : rows) CHECK(r == row(r.step));
@@ -80,7 +80,7 @@ TEST_CASE("a resumed training leaves no row twice, also after its last line was 
   const Folder folder("resume");
   {
     training::Log log(folder.file(), {});
-    for (const std::uint64_t step : {10, 20, 30, 40}) log.append(row(step));
+    for (const std::uint64_t step : {10U, 20U, 30U, 40U}) log.append(row(step));
   }
   npt::write_file(folder.file(), npt::read_file(folder.file()) + "50,1.5,0.");  // killed while it wrote
   training::Log log(folder.file(), 30);
