@@ -90,7 +90,7 @@ TEST_CASE("a step moves hidden matrices only, by the rate, with the same bits fo
     npt::Parameter p = shape;
     p.offset = offset;
     offset += (p.size() + 15) / 16 * 16;
-    list.push_back({"p" + std::to_string(list.size()), p});
+    list.push_back({std::string(1, static_cast<char>('a' + list.size())), p});
   }
   npt::Random random(5);
   const auto size = static_cast<std::size_t>(offset);
