@@ -240,7 +240,8 @@ void add_common(CLI::App& command, const std::shared_ptr<Options>& o) {
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   command.add_option("--repeats", o->repeats, "Timed runs")->check(CLI::Range(1, 10000))->capture_default_str();
-  command.add_option("--seed", o->seed, "Of the random input; without: another one each time");
+  command.add_option("--seed", o->seed, "Of the random input; without: another one each time")
+      ->check(program::whole_number());
   command.add_flag("--json", o->json, "One line of JSON");
 }
 

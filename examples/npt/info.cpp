@@ -9,9 +9,12 @@
 #include <npt/mesh/topology.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <limits>
 #include <map>
@@ -19,6 +22,7 @@
 #include <numeric>
 #include <set>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace {
@@ -205,6 +209,20 @@ Report describe_tensors(const fs::path& path) {
   return report;
 }
 
+/// Whether a file has weights or a body in it, whatever its name: a header's length and the '{' that it begins with. A mesh
+/// file begins with text, which read as a length is beyond any file's.
+bool holds_tensors(const fs::path& path) {
+  if (program::extension_of(path) == ".safetensors") return true;
+  std::error_code code;
+  if (!fs::is_regular_file(path, code)) return false;  // opening a pipe could block
+  std::uint64_t length = 0;
+  std::array<char, sizeof length + 1> begin{};
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(begin.data(), begin.size())) return false;
+  std::memcpy(&length, begin.data(), sizeof length);
+  return length <= npt::SafetensorsFile::max_header && begin.back() == '{';
+}
+
 /// The metadata, too, on a line each.
 void print_for_people(const Report& report) {
   Report shown = report;
@@ -220,7 +238,7 @@ void print_for_people(const Report& report) {
 void run(const Options& options) {
   Report reports = Report::array();
   for (const fs::path& file : options.files)
-    reports.push_back(program::extension_of(file) == ".safetensors" ? describe_tensors(file) : describe_mesh(file));
+    reports.push_back(holds_tensors(file) ? describe_tensors(file) : describe_mesh(file));
   if (options.json) {
     std::cout << reports.dump(2, ' ', false, Report::error_handler_t::replace) << '\n';
     return;
@@ -233,7 +251,8 @@ void run(const Options& options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  command.add_option("FILE", o->files, "Meshes (.ply, .obj), weights and bodies (.safetensors)")->required();
+  command.add_option("FILE", o->files, "Meshes (.ply, .obj), weights and bodies (safetensors, under any name)")
+      ->required();
   command.add_flag("--json", o->json, "For programs: an array with an object for each file");
   command.callback([o] { run(*o); });
 }

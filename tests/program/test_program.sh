@@ -189,8 +189,18 @@ test_info() {
   expect 1 --err "expected a mesh file" -- info a.txt
   : > empty.safetensors
   expect 1 --err "empty.safetensors" -- info empty.safetensors
+  for name in tensors.safetensors tensors tensors.ply; do
+    make_tensors $name
+    expect 0 --out "tensors" --out "U8" -- info $name
+  done
   : > empty.ply
   expect 1 --err "empty.ply" -- info a.obj empty.ply
+}
+
+# A safetensors file with a tensor of one byte.
+make_tensors() {
+  local header='{"x":{"dtype":"U8","shape":[1],"data_offsets":[0,1]}}'
+  printf '%b%s!' "\\x$(printf %02x ${#header})\\0\\0\\0\\0\\0\\0\\0" "$header" > "$1"
 }
 
 test_doctor() {
@@ -424,6 +434,7 @@ test_bench() {
   expect 0 --out '"share": ' -- bench forward --json --bottleneck 64 --vertices 50 --repeats 1
   expect 1 --err "--vertices: found 99999" -- bench train --vertices 99999
   expect 2 --err "--bottleneck" -- bench train --bottleneck 3
+  expect 2 --err "'-1' is not a whole number" -- bench forward --seed=-1
 }
 
 # Two processes on this machine train as one does, up to the order of sums.
