@@ -142,11 +142,7 @@ struct Machine {
 std::vector<std::string> advice(const Machine& machine) {
   std::vector<std::string> lines;
   const std::string_view compiled = npt::compiled_isa();
-  const auto of_compiled = std::ranges::find(machine.sets, compiled, &InstructionSet::name);
-  if (of_compiled != machine.sets.end() && !of_compiled->present)
-    lines.push_back("compiled for " + std::string(compiled) +
-                    ", which this processor lacks: configure and build again on this machine");
-  else if (machine.best() != compiled)
+  if (machine.best() != compiled)  // a processor that has less than that never comes here: processor_guard.cpp
     lines.push_back("this processor has " + machine.best() + ", better than " + std::string(compiled) +
                     ": build again with -DNPT_NATIVE=ON");
 #if !defined(NDEBUG)
