@@ -96,7 +96,7 @@ std::string metadata_of(const npt::SafetensorsFile& file, const std::string& key
 }
 
 std::unique_ptr<npt_network> open_weights(const char* path, int threads) {
-  const auto file = npt::SafetensorsFile::read(std::filesystem::path(reinterpret_cast<const char8_t*>(path)));
+  const auto file = npt::SafetensorsFile::read(path);
   const std::string bottleneck = metadata_of(file, "bottleneck");
   Variant variant{0, metadata_of(file, "order"), metadata_of(file, "feature")};
   for (const NetworkType& type : networks())

@@ -1,7 +1,10 @@
 /// Whole files in, whole files out. A file that is written appears under its name only when it is complete.
+/// Paths     std::string, which a std::filesystem::path converts to: <filesystem> would be a twentieth of what the umbrella
+///           header costs a compiler
 /// Errors    npt::Error that names the path and the system's reason
 #pragma once
 
+#include <sys/stat.h>
 #include <unistd.h>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
@@ -11,8 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
-#include <filesystem>
+#include <cstdlib>
 #include <memory>
 #include <ostream>
 #include <span>
@@ -31,13 +33,29 @@ struct CloseFile {
 };
 using FileHandle = std::unique_ptr<std::FILE, CloseFile>;
 
-inline const char* kind_of(std::filesystem::file_type type) {
-  using enum std::filesystem::file_type;
-  return type == not_found ? "no such file" : type == directory ? "a directory" : "a device or pipe";
-}
+struct FreeText {
+  void operator()(char* text) const { std::free(text); }
+};
 
 /// The reason of the last failed system call.
 inline std::string system_reason() { return std::generic_category().message(errno); }
+
+/// What stands at a path, behind symbolic links.
+struct FileStatus {
+  bool known = true;   ///< false: the system won't say, errno has the reason
+  bool exists = true;  ///< false: nothing stands there
+  struct ::stat system {};
+
+  explicit FileStatus(const std::string& path) {
+    if (::stat(path.c_str(), &system) == 0) return;
+    exists = false;
+    known = errno == ENOENT || errno == ENOTDIR;
+  }
+  bool regular() const { return exists && S_ISREG(system.st_mode); }
+  const char* kind() const {
+    return !exists ? "no such file" : S_ISDIR(system.st_mode) ? "a directory" : "a device or pipe";
+  }
+};
 
 }  // namespace internal
 
@@ -46,18 +64,16 @@ inline constexpr std::uint64_t max_file_size = std::uint64_t{8} << 30;
 
 /// The bytes of a file of at most `limit` bytes. A path that is no regular file is an error: reading a pipe or a device
 /// could block or never end.
-inline std::string read_file(const std::filesystem::path& path, std::uint64_t limit = max_file_size) {
+inline std::string read_file(const std::string& path, std::uint64_t limit = max_file_size) {
   const auto fail = [&path](std::string found, std::string expected) {
-    return Error({.file = path.string(), .found = std::move(found), .expected = std::move(expected)});
+    return Error({.file = path, .found = std::move(found), .expected = std::move(expected)});
   };
-  std::error_code code;
-  const std::filesystem::file_type type = std::filesystem::status(path, code).type();
-  if (type == std::filesystem::file_type::none) throw fail(code.message(), "a readable file");
-  if (type != std::filesystem::file_type::regular) throw fail(internal::kind_of(type), "a file");
+  const internal::FileStatus status(path);
+  if (!status.known) throw fail(internal::system_reason(), "a readable file");
+  if (!status.regular()) throw fail(status.kind(), "a file");
   const internal::FileHandle file(std::fopen(path.c_str(), "rb"));
   if (!file) throw fail(internal::system_reason(), "a readable file");
-  const std::uint64_t size = std::filesystem::file_size(path, code);
-  if (code) throw fail(code.message(), "a readable file");
+  const auto size = static_cast<std::uint64_t>(status.system.st_size);
   if (size > limit) throw fail(std::to_string(size) + " bytes", "at most " + std::to_string(limit));
   std::string bytes(static_cast<std::size_t>(size), '\0');
   const std::size_t got = std::fread(bytes.data(), 1, bytes.size(), file.get());
@@ -72,9 +88,8 @@ inline std::string read_file(const std::filesystem::path& path, std::uint64_t li
 /// its permissions, a symbolic link keeps pointing and its target is replaced.
 class AtomicFile {
  public:
-  explicit AtomicFile(const std::filesystem::path& path) : name_(path.string()), target_(resolve(path)) {
-    temporary_ = target_;
-    temporary_ += ".part-" + std::to_string(::getpid()) + "-" + std::to_string(next_number());
+  explicit AtomicFile(const std::string& path) : name_(path), target_(resolve(path)) {
+    temporary_ = target_ + ".part-" + std::to_string(::getpid()) + "-" + std::to_string(next_number());
     // "x": a file of that name that someone else put there is never overwritten.
     file_.reset(std::fopen(temporary_.c_str(), "wbx"));
     if (!file_) fail(internal::system_reason());
@@ -105,11 +120,9 @@ class AtomicFile {
     NPT_ASSERT(file_);
     if (std::fflush(file_.get()) != 0) fail(internal::system_reason());
     if (std::fclose(file_.release()) != 0) fail_closed(internal::system_reason());
-    std::error_code code;
-    const std::filesystem::file_status old = std::filesystem::status(target_, code);
-    if (std::filesystem::is_regular_file(old)) std::filesystem::permissions(temporary_, old.permissions(), code);
-    std::filesystem::rename(temporary_, target_, code);
-    if (code) fail_closed(code.message());
+    const internal::FileStatus old(target_);
+    if (old.regular()) static_cast<void>(::chmod(temporary_.c_str(), old.system.st_mode & 07777U));
+    if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail_closed(internal::system_reason());
   }
 
  private:
@@ -137,24 +150,22 @@ class AtomicFile {
 
   /// Where the file really goes. Refuses what a rename would wrongly replace: a directory, a device, a write-protected
   /// file.
-  static std::filesystem::path resolve(const std::filesystem::path& path) {
+  static std::string resolve(const std::string& path) {
     const auto refuse = [&path](const std::string& found) {
-      throw Error({.file = path.string(), .found = found, .expected = "a file that can be written"});
+      throw Error({.file = path, .found = found, .expected = "a file that can be written"});
     };
-    std::error_code code;
     if (path.empty()) refuse("an empty name");
-    const std::filesystem::file_type type = std::filesystem::status(path, code).type();
-    if (type == std::filesystem::file_type::none) refuse(code.message());
-    if (type == std::filesystem::file_type::not_found) return path;
-    if (type != std::filesystem::file_type::regular) refuse(internal::kind_of(type));
+    const internal::FileStatus status(path);
+    if (!status.known) refuse(internal::system_reason());
+    if (!status.exists) return path;
+    if (!status.regular()) refuse(status.kind());
     if (::access(path.c_str(), W_OK) != 0) refuse(internal::system_reason());
-    return std::filesystem::canonical(path);
+    const std::unique_ptr<char, internal::FreeText> target(::realpath(path.c_str(), nullptr));
+    if (!target) refuse(internal::system_reason());
+    return target.get();
   }
 
-  void remove_temporary() noexcept {
-    std::error_code ignored;
-    std::filesystem::remove(temporary_, ignored);
-  }
+  void remove_temporary() noexcept { std::remove(temporary_.c_str()); }
   [[noreturn]] void fail(const std::string& reason) const {
     throw Error({.file = name_, .found = reason, .expected = "a file that can be written"});
   }
@@ -164,14 +175,14 @@ class AtomicFile {
   }
 
   std::string name_;
-  std::filesystem::path target_, temporary_;
+  std::string target_, temporary_;
   internal::FileHandle file_;
   Buffer buffer_;
   Stream stream_{buffer_};
 };
 
 /// Writes a whole file at once, by way of AtomicFile.
-inline void write_file(const std::filesystem::path& path, std::string_view bytes) {
+inline void write_file(const std::string& path, std::string_view bytes) {
   AtomicFile file(path);
   file.write(bytes);
   file.commit();

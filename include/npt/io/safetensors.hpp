@@ -23,7 +23,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <memory>
@@ -251,7 +250,7 @@ class SafetensorsFile {
  public:
   static constexpr std::uint64_t max_header = 100'000'000;
 
-  static SafetensorsFile read(const std::filesystem::path& path) { return parse(read_file(path), path.string()); }
+  static SafetensorsFile read(const std::string& path) { return parse(read_file(path), path); }
 
   /// The same from bytes in memory. `name` stands in the messages of errors.
   static SafetensorsFile parse(std::string bytes, const std::string& name) {
@@ -273,8 +272,9 @@ class SafetensorsFile {
 
   /// The tensor of that name, or nullptr.
   const Tensor* find(std::string_view tensor) const {
-    const auto found = index_.find(tensor);
-    return found == index_.end() ? nullptr : &tensors_[found->second];
+    for (const Tensor& t : tensors_)  // tens of them: no index
+      if (t.name == tensor) return &t;
+    return nullptr;
   }
   /// The tensor of that name; throws npt::Error where there is none.
   const Tensor& at(std::string_view tensor) const {
@@ -330,14 +330,12 @@ class SafetensorsFile {
                    .place = "byte " + std::to_string(bytes_->size() - (data.size() - end)),
                    .found = std::to_string(data.size() - end) + " bytes that belong to no tensor",
                    .expected = "the end of the file"});
-    for (std::size_t i = 0; i < tensors_.size(); ++i) index_.emplace(tensors_[i].name, i);
   }
 
   std::string name_;
   std::shared_ptr<const std::string> bytes_;
   std::map<std::string, std::string> metadata_;
   std::vector<Tensor> tensors_;
-  std::map<std::string, std::size_t, std::less<>> index_;
 };
 
 /// Whether a conversion accepts NaN and infinity.
@@ -481,7 +479,10 @@ inline std::string header_json(const std::string& path, std::span<const Tensor> 
                      to_string(tensor.dtype));
     add_name(tensor.name);
     text += std::string(R"({"dtype":")") + to_string(tensor.dtype) + R"(","shape":[)";
-    for (std::size_t i = 0; i < tensor.shape.size(); ++i) text += (i == 0 ? "" : ",") + std::to_string(tensor.shape[i]);
+    for (std::size_t i = 0; i < tensor.shape.size(); ++i) {
+      if (i != 0) text += ',';
+      text += std::to_string(tensor.shape[i]);
+    }
     text += R"(],"data_offsets":[)" + std::to_string(begin) + "," + std::to_string(begin + tensor.bytes.size()) + "]}";
     begin += tensor.bytes.size();
   }
@@ -497,9 +498,9 @@ inline std::string header_json(const std::string& path, std::span<const Tensor> 
 }  // namespace internal
 
 /// Writes the tensors in the given order. The same input gives the same bytes. The file appears only when complete.
-inline void write_safetensors(const std::filesystem::path& path, std::span<const Tensor> tensors,
+inline void write_safetensors(const std::string& path, std::span<const Tensor> tensors,
                               const std::map<std::string, std::string>& metadata = {}) {
-  const std::string header = internal::header_json(path.string(), tensors, metadata);
+  const std::string header = internal::header_json(path, tensors, metadata);
   AtomicFile file(path);
   const std::uint64_t size = header.size();
   file.write(std::as_bytes(std::span(&size, 1)));

@@ -8,10 +8,10 @@
 #include <npt/config.hpp>
 #include <npt/mesh/mesh.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -58,18 +58,25 @@ inline void recompute_corner_normals(Mesh& mesh) {
     std::uint32_t index = no_index;
   };
   const auto key = [&](std::size_t c) { return std::uint64_t{mesh.corner_normal[c]} << 32 | mesh.corners[c]; };
-  std::unordered_map<std::uint64_t, Use> uses;
-  uses.reserve(mesh.corners.size());
+  std::vector<std::uint64_t> keys;  // each once, ascending
+  for (std::size_t c = 0; c < mesh.corners.size(); ++c)
+    if (mesh.corner_normal[c] != no_index) keys.push_back(key(c));
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  std::vector<Use> uses(keys.size());
+  const auto use_of = [&](std::size_t c) -> Use& {
+    return uses[static_cast<std::size_t>(std::lower_bound(keys.begin(), keys.end(), key(c)) - keys.begin())];
+  };
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const Vec3d area = face_area_vector(mesh, f);
     for (std::size_t c = mesh.face_start[f]; c < mesh.face_start[f + 1]; ++c)
-      if (mesh.corner_normal[c] != no_index) uses[key(c)].sum += area;
+      if (mesh.corner_normal[c] != no_index) use_of(c).sum += area;
   }
   const std::vector<Vec3f> stored = mesh.normals;
   std::vector<bool> taken(stored.size());
   for (std::size_t c = 0; c < mesh.corners.size(); ++c) {
     if (mesh.corner_normal[c] == no_index) continue;
-    Use& use = uses[key(c)];
+    Use& use = use_of(c);
     if (use.index == no_index) {
       const std::uint32_t old = mesh.corner_normal[c];
       Vec3f normal = stored[old];

@@ -25,7 +25,7 @@ namespace internal {
 inline std::vector<Vec3f> resample_vertices(std::span<const float> xyz, std::size_t count, Random& random) {
   const auto vertices = static_cast<std::uint32_t>(xyz.size() / 3);
   std::vector<std::uint32_t> chosen = random_permutation(vertices, random);
-  if (count > vertices) std::ranges::sort(chosen);
+  if (count > vertices) std::sort(chosen.begin(), chosen.end());
   chosen.resize(std::min<std::size_t>(count, vertices));
   while (chosen.size() < count) chosen.push_back(random.below(vertices));
   std::vector<Vec3f> points(count);

@@ -35,7 +35,7 @@ namespace internal {
 
 /// Takes repeats out of edges {a, b}, a < b, and sorts them.
 inline std::vector<Edge> sorted_once(std::vector<Edge> edges) {
-  std::ranges::sort(edges);
+  std::sort(edges.begin(), edges.end());
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   return edges;
 }

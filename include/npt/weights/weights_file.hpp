@@ -16,7 +16,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <filesystem>
 #include <map>
 #include <set>
 #include <span>
@@ -165,8 +164,8 @@ void read_values(const SafetensorsFile& file, const std::vector<NamedParameter>&
 }
 
 template <class T>
-void write_values(const std::filesystem::path& path, const std::vector<NamedParameter>& parameters,
-                  std::span<const T> buffer, Metadata metadata) {
+void write_values(const std::string& path, const std::vector<NamedParameter>& parameters, std::span<const T> buffer,
+                  Metadata metadata) {
   std::vector<Tensor> tensors;
   for (const auto& [name, parameter] : parameters) {
     const auto values =
@@ -211,14 +210,14 @@ Metadata load_values(const SafetensorsFile& file, const Metadata& variant,
 }
 
 template <class Net, class T>
-Metadata load(Model<Net, T>& model, const std::filesystem::path& path, const Metadata& assume = {}) {
+Metadata load(Model<Net, T>& model, const std::string& path, const Metadata& assume = {}) {
   return load(model, SafetensorsFile::read(path), assume);
 }
 
 /// Writes the values of a buffer that is laid out as Model::buffer(), with the variant and whatever else `metadata` says.
 template <class T>
-void save_values(const std::filesystem::path& path, const Metadata& variant,
-                 const std::vector<NamedParameter>& parameters, std::span<const T> buffer, Metadata metadata = {}) {
+void save_values(const std::string& path, const Metadata& variant, const std::vector<NamedParameter>& parameters,
+                 std::span<const T> buffer, Metadata metadata = {}) {
   for (const auto& [key, value] : variant) metadata[key] = value;
   internal::write_values(path, parameters, buffer, std::move(metadata));
 }
@@ -226,7 +225,7 @@ void save_values(const std::filesystem::path& path, const Metadata& variant,
 /// Writes the model, with its variant and attributes and whatever else `metadata` says. The file appears only when
 /// complete.
 template <class Net, class T>
-void save(const Model<Net, T>& model, const std::filesystem::path& path, Metadata metadata = {}) {
+void save(const Model<Net, T>& model, const std::string& path, Metadata metadata = {}) {
   for (const auto& [key, value] : variant_metadata<Net>()) metadata[key] = value;
   internal::write_values(path, model.parameters(), model.buffer(), std::move(metadata));
 }
