@@ -126,6 +126,7 @@ TEST_CASE("writing and reading gives back the same mesh and the same text") {
   mesh.positions[1] = {3.4028235e38F, 1.17549435e-38F, 16777217.0F};
   const std::string text = npt::format_obj(mesh, "f");
   const Mesh back = parse(text);
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): it is the bits that are compared
   CHECK(std::memcmp(back.positions.data(), mesh.positions.data(), 8 * sizeof(npt::Vec3f)) == 0);
   CHECK(back.normals == mesh.normals);
   CHECK(back.texcoords == mesh.texcoords);
@@ -146,6 +147,7 @@ TEST_CASE("random floats keep their bits") {
     if (npt::is_finite(p)) mesh.positions.push_back(p);
   }
   const Mesh back = parse(npt::format_obj(mesh, "f"));
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): it is the bits that are compared
   CHECK(std::memcmp(back.positions.data(), mesh.positions.data(), mesh.positions.size() * sizeof(npt::Vec3f)) == 0);
 }
 

@@ -79,6 +79,7 @@ TEST_CASE("floats keep their bits, also the odd ones") {
   mesh.properties = {{"q", "float", {NAN, INFINITY}}};
   for (const PlyFormat format : formats) {
     const Mesh back = npt::parse_ply(npt::format_ply(mesh, "f", format), "f");
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): it is the bits that are compared
     CHECK(std::memcmp(back.positions.data(), mesh.positions.data(), sizeof(npt::Vec3f) * 2) == 0);
     CHECK(std::isnan(back.properties[0].values[0]));
     CHECK(back.properties[0].values[1] == INFINITY);

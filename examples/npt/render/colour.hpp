@@ -26,7 +26,11 @@ inline float linear_to_srgb(float v) {
   return v <= 0.0031308F ? 12.92F * v : 1.055F * std::pow(v, 1.0F / 2.4F) - 0.055F;
 }
 
-inline std::uint8_t to_byte(float v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0F, 1.0F) * 255.0F + 0.5F); }
+/// lround would be a call for each pixel, and differs by the last bit of v at most.
+inline std::uint8_t to_byte(float v) {
+  const float shifted = std::clamp(v, 0.0F, 1.0F) * 255.0F + 0.5F;
+  return static_cast<std::uint8_t>(shifted);
+}
 
 inline Colour from_srgb(float r, float g, float b) { return {srgb_to_linear(r), srgb_to_linear(g), srgb_to_linear(b)}; }
 inline Colour from_hex(std::uint32_t rgb) {

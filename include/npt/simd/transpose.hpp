@@ -36,7 +36,7 @@ NPT_ALWAYS_INLINE void exchange_rows(std::array<Vector<T>, static_cast<std::size
   if constexpr (Distance < lanes<T>) {
     unroll<lanes<T>>([&](auto r) NPT_LAMBDA_INLINE {
       if constexpr ((r & Distance) == 0)
-        exchange<T, Distance>(rows[static_cast<std::size_t>(r)], rows[static_cast<std::size_t>(r + Distance)],
+        exchange<T, Distance>(rows[static_cast<std::size_t>(r)], rows[std::size_t{r} + std::size_t{Distance}],
                               std::make_integer_sequence<int, lanes<T>>{});
     });
     exchange_rows<T, 2 * Distance>(rows);
