@@ -72,7 +72,7 @@ std::size_t whole_number_of(const std::string& text, const std::string& argument
 
 StageArguments parse_stage(const std::string& text) {
   const auto fail = [&] {
-    throw npt::Error({"--stage", {}, "'" + text + "'", "BEGIN:BATCHxVERTICES, such as 0:48x120 or 0.7:12xall"});
+    throw npt::Error({"--stage", {}, "'" + text + "'", "BEGIN:BATCHxVERTICES, such as 0:60x96 or 0.7:2xall"});
   };
   const std::size_t colon = text.find(':'), cross = text.find('x', colon == std::string::npos ? 0 : colon);
   if (colon == std::string::npos || cross == std::string::npos) fail();
@@ -177,7 +177,7 @@ void add_course_options(CLI::App& command, TrainingArguments& a) {
   command
       .add_option("--stage", a.stages,
                   "Part of the training, BEGIN:BATCHxVERTICES, BEGIN from 0 to 1, VERTICES of each mesh at random or "
-                  "all; may be repeated. Without: 0:48x120 0.7:12x600")
+                  "all; may be repeated. Without: 0:60x96 0.6:24x240 0.85:12x600")
       ->group(group);
   command.add_option("--batch", a.batch, "Meshes in a step, throughout")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 20))
@@ -202,7 +202,9 @@ void add_course_options(CLI::App& command, TrainingArguments& a) {
       ->group(group);
   command
       .add_option("--rate", a.rate,
-                  "Learning rate (the paper: 5e-5); without: 3e-3, for bottlenecks above 128 less as their root grows")
+                  "Adam's learning rate (the paper: 5e-5); without: 6e-3 beside Muon, else 3e-3, for bottlenecks above "
+                  "128 less "
+                  "as their root grows")
       ->check(above(0))
       ->group(group);
   command.add_option("--schedule", a.schedule, "Of the rate: constant (the paper), or cosine, which falls to its end")
@@ -310,14 +312,15 @@ std::vector<StageArguments> parse_stages(const TrainingArguments& arguments) {
     stages.push_back({0, arguments.batch.value_or(vertices == 0 ? 8 : 48), vertices});
     return stages;
   }
-  if (arguments.stages.empty()) return {{0, 48, 120}, {0.7, 12, 600}};
+  if (arguments.stages.empty()) return {{0, 60, 96}, {0.6, 24, 240}, {0.85, 12, 600}};
   for (const std::string& text : arguments.stages) stages.push_back(parse_stage(text));
   return stages;
 }
 
 double learning_rate(const TrainingArguments& arguments) {
   if (arguments.rate) return *arguments.rate;
-  return 3e-3 * std::sqrt(128.0 / std::max(128, arguments.variant.bottleneck));
+  const double narrow = arguments.optimiser == "muon" ? 6e-3 : 3e-3;
+  return narrow * std::sqrt(128.0 / std::max(128, arguments.variant.bottleneck));
 }
 
 void add_training_options(CLI::App& command, TrainingArguments& arguments) {

@@ -80,7 +80,7 @@ void add_stages(TrainingCourse& course, const TrainingArguments& a, bool paired,
     throw npt::Error({"--edge-loss",
                       {},
                       a.edge_loss + " with random vertices only, which have no edges",
-                      "a stage of whole meshes, such as --stage 0:48x120 --stage 0.7:2xall, or --vertices all"});
+                      "a stage of whole meshes, such as --stage 0:60x96 --stage 0.7:2xall, or --vertices all"});
 }
 
 void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired) {

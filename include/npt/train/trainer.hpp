@@ -297,7 +297,7 @@ class Trainer {
         sum.edge =
             relative_edge_loss<float>(results_[k], sample.identity, sample.triangles, weight * o.edge_weight, gradient);
     });
-    for (const std::vector<float>& gradient : gradients_of_results_) result_gradients_.push_back(gradient);
+    for (const std::vector<float>& gradient : gradients_of_results_) result_gradients_.emplace_back(gradient);
     std::array<double, 3> sums{};
     for (const Losses& l : losses_) {
       sums[0] += l.reconstruction;
