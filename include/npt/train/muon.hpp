@@ -2,7 +2,7 @@
 ///   m = momentum m + g        u = g + momentum m
 ///   w -= rate sqrt(max(1, rows / columns)) orthogonalised(u)
 /// orthogonalised(u) is about U V^T of u = U S V^T, by five steps of a Newton-Schulz iteration. A gradient's few large directions no
-/// longer hide the many small ones: on this network it reached in 1200 steps what Adam needs more than ten thousand for
+/// longer hide the many small ones: after 1200 steps of this network it was at a PMD of 48e-4 where Adam was at 217e-4
 /// (docs/training.md). Vectors and the layers at the ends stay with Adam.
 /// Numerics  every matrix is one task, and its sums have a fixed order: the same bits for any number of threads
 /// Source    Jordan et al., "Muon: An optimizer for hidden layers in neural networks", 2024 (the iteration's coefficients are
