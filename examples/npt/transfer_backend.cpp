@@ -132,7 +132,7 @@ std::unique_ptr<TransferBackend> from_weights(const std::filesystem::path& path,
                                          normalisation, "");
 }
 
-/// Weights of the right shape that know nothing: until trained ones are shipped, the rest of the program can be tried.
+/// Weights of the right shape that know nothing: for a feature of which no trained ones are shipped, the rest of the program can be tried.
 std::unique_ptr<TransferBackend> from_seed(const TransferOptions& options) {
   Variant variant{.bottleneck = 256};
   if (options.network.order) variant.order = *options.network.order;
@@ -141,7 +141,8 @@ std::unique_ptr<TransferBackend> from_seed(const TransferOptions& options) {
   return std::make_unique<EngineBackend>(
       network, network.from_seed(options.seed, options.threads, npt::Precision::native), options,
       options.normalisation.value_or(npt::Normalisation::centre),
-      "no trained weights are shipped yet: random ones (seed " + std::to_string(options.seed) +
+      "no trained weights with the " + variant.feature + " feature are shipped: random ones (seed " +
+          std::to_string(options.seed) +
           ") are used, and the result is not a pose transfer. Give trained ones with --weights.");
 }
 
@@ -149,8 +150,10 @@ std::unique_ptr<TransferBackend> from_seed(const TransferOptions& options) {
 
 std::unique_ptr<TransferBackend> make_transfer_backend(const TransferOptions& options) {
   if (options.network.weights) return from_weights(*options.network.weights, options);
-  if (const auto shipped = shipped_weights(options.network.feature.value_or("per-vertex")))
-    return from_weights(*shipped, options);
+  // The paper's feature first, if it is shipped and no other was asked for.
+  for (const char* feature : {"per-vertex", "pooled"})
+    if (options.network.feature.value_or(feature) == feature)
+      if (const auto shipped = shipped_weights(feature)) return from_weights(*shipped, options);
   return from_seed(options);
 }
 

@@ -228,7 +228,7 @@ test_transfer() {
   [ "$(grep -c '^v ' c.obj)" -eq 4 ] || fail "c.obj has another number of vertices"
   expect 0 -- transfer --identity a.obj --pose b.ply --out d.obj --seed 3 --threads 1
   same c.obj d.obj
-  expect 0 -- transfer --identity a.obj --pose b.ply --out c.ply --invariant --normalise sphere
+  expect 0 -- transfer --identity a.obj --pose b.ply --out c.ply --invariant --normalise sphere --feature per-vertex
   expect 0 --out "faces by size        triangles 4" -- info c.ply
   same a.obj before.obj
   rm -f c.* d.obj
@@ -308,12 +308,12 @@ test_evaluate() {
   make_meshes
   # A transfer's own result as the truth: evaluation takes the way of transfer, whatever the vertex counts, to the last bit
   # that PLY keeps.
-  expect 0 -- transfer --identity a.obj --pose b.ply --out t.ply --seed 3
+  expect 0 -- transfer --identity a.obj --pose b.ply --out t.ply --seed 3 --feature per-vertex
   mkdir lists
   printf '# identity pose truth\n../a.obj ../b.ply ../t.ply\n' > lists/list.txt
-  expect 0 --out '"pmd":0.0,' --out '"pairs":1' -- evaluate --list lists/list.txt --seed 3 --json
-  expect 0 --out "PMD x 1e-4" --out "list.txt" --out "a.obj as b.ply" -- evaluate --list lists/list.txt --seed 3 --worst 5
-  expect 0 --out '"pmd":' -- evaluate --list lists/list.txt --seed 4 --json
+  expect 0 --out '"pmd":0.0,' --out '"pairs":1' -- evaluate --list lists/list.txt --feature per-vertex --seed 3 --json
+  expect 0 --out "PMD x 1e-4" --out "list.txt" --out "a.obj as b.ply" -- evaluate --list lists/list.txt --feature per-vertex --seed 3 --worst 5
+  expect 0 --out '"pmd":' -- evaluate --list lists/list.txt --feature per-vertex --seed 4 --json
   grep -q '"pmd":0.0,' out.txt && fail "another seed of random weights gives the same result"
 
   # The same for any threads; noise and seeds matter.
