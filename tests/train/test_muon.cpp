@@ -49,7 +49,8 @@ TEST_CASE("matrix products and transposes are those of plain loops") {
 
 TEST_CASE("orthogonalised matrices keep their singular vectors and lose their singular values") {
   npt::Orthogonaliser<double> orthogonalise;
-  for (const auto& [rows, columns] : {std::pair{20, 20}, {12, 30}, {30, 12}}) {
+  for (const auto& shape : {std::pair{20, 20}, {12, 30}, {30, 12}}) {
+    const int rows = shape.first, columns = shape.second;
     CAPTURE(rows);
     CAPTURE(columns);
     auto m = random_matrix(rows, columns, 3);
