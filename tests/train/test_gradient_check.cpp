@@ -104,6 +104,22 @@ struct ConditionedOnHidden {
     return s(pose | a, identity | b | npt::tanh) | npt::relu | d;
   }
 };
+struct ConditionedInFrontOfNorm {
+  npt::Conv1x1<3, 5> a, b;
+  npt::SPAdaIN<5, 5, npt::Norm::none> s;
+  npt::SPAdaIN<5> t;
+  npt::Conv1x1<5, 3> d;
+  static constexpr void visit(auto& self, auto&& visitor) {
+    visitor("a", self.a);
+    visitor("b", self.b);
+    visitor("s", self.s);
+    visitor("t", self.t);
+    visitor("d", self.d);
+  }
+  constexpr auto operator()(auto pose, auto identity) const {
+    return t(s(pose | a, identity | b | npt::tanh), identity) | npt::relu | d;
+  }
+};
 template <class Compose>
 struct PooledNet {
   npt::Conv1x1<3, 7> a;
@@ -184,6 +200,7 @@ TEST_CASE("compositions have right gradients") {
   expect_right(npt::check_gradients<Composed<LayersInFrontOfNorm>>());
   expect_right(npt::check_gradients<Composed<OneLayerTwice>>());
   expect_right(npt::check_gradients<ConditionedOnHidden>());
+  expect_right(npt::check_gradients<ConditionedInFrontOfNorm>());
   expect_right(npt::check_gradients<PooledNet<PlainPool>>());
   expect_right(npt::check_gradients<PooledNet<NormPool>>());
   expect_right(npt::check_gradients<PooledNet<ParameterPool>>());

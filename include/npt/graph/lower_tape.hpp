@@ -121,6 +121,9 @@ class TapeLowering {
         const Route& route = operand.routes[index(r)];
         must_gather = must_gather || (node.normalises && route.norm >= 0) || route.chain.count == max_chain;
         if (node.normalises && tensor(route.tensor).input >= 0) must_gather = true;
+        // A port keeps what the layers in front of its norm do, but not the gradient of a second input of theirs.
+        for (int s = 0; s < route.chain.count; ++s)
+          must_gather = must_gather || (node.normalises && route.chain.steps[index(s)].other >= 0);
       }
       if (must_gather) {
         operand = {};
