@@ -53,10 +53,10 @@ class TapeBackward : TapeView<T> {
   using typename TapeView<T>::Tensor;
   using typename TapeView<T>::Port;
   using TapeView<T>::index;
+  using TapeView<T>::slack;
   using TapeView<T>::tape_;
   using TapeView<T>::memory_;
 
-  static constexpr std::size_t slack = index(kernel::panel_width<T>) * kernel::panel_width<T>;
   static constexpr int most_chunks = 16;
   static constexpr int least_items = 8;  ///< in a chunk, if there are several chunks
 
@@ -228,12 +228,7 @@ class TapeBackward : TapeView<T> {
 
   void collect_operand(const Stage& stage, const Item& item, std::size_t number, T* tile,
                        kernel::OuterProduct<T>& product) const {
-    const T* operand = tile;
-    if (stage.route_count == 1 && stage.routes[0].chain.count == 0)
-      operand = this->tile(stage.routes[0].tensor, item, number, stage.from_pose);
-    else
-      this->read_operand(stage, item, number, tile);
-    product.collect_b(operand, stage.operand_rows, item.valid);
+    product.collect_b(this->operand(stage, item, number, tile), stage.operand_rows, item.valid);
     product.collect_ones(stage.operand_rows, item.valid);
   }
 
@@ -451,21 +446,20 @@ class TapeBackward : TapeView<T> {
     // `adds` is for the norm's sums, so the gradient itself starts from zero.
     T* gradient = this->panel(memory_.peak_gradients[index(t)], tensor.channels, mesh);
     std::fill(gradient, gradient + kernel::panel_stride<T>(tensor.channels), T(0));
-    loops.backward(
-        {.values = memory_.maps[index(t)].data() + index(mesh) * 2 * kernel::panel_stride<T>(tensor.channels),
-         .values_stride = 0,
-         .upstream = this->panel(memory_.pooled_gradients[index(t)], tensor.channels, mesh),
-         .upstream_stride = 0,
-         .downstream = gradient,
-         .downstream_stride = 0,
-         .adds = true,
-         .valid = 1,
-         .first_channel = 0,
-         .rows = tensor.channels,
-         .args = args.data(),
-         .parameter_sums = sums,
-         .norm_sums = {means, means == nullptr ? nullptr : means + tensor.channels},
-         .other = {}});
+    loops.backward({.values = this->pooled_maxima(t, mesh),
+                    .values_stride = 0,
+                    .upstream = this->panel(memory_.pooled_gradients[index(t)], tensor.channels, mesh),
+                    .upstream_stride = 0,
+                    .downstream = gradient,
+                    .downstream_stride = 0,
+                    .adds = true,
+                    .valid = 1,
+                    .first_channel = 0,
+                    .rows = tensor.channels,
+                    .args = args.data(),
+                    .parameter_sums = sums,
+                    .norm_sums = {means, means == nullptr ? nullptr : means + tensor.channels},
+                    .other = {}});
     add_parameter_gradients(tensor.chain, tensor.norm + 1, tensor.chain.count, tensor.channels, loops.route_sums,
                             {sums, 1, 0});
   }
@@ -580,8 +574,7 @@ class TapeBackward : TapeView<T> {
         const Route& route = stage.routes[index(r)];
         if (!this->pooled(route.tensor)) continue;
         for (int mesh = 0; mesh < static_cast<int>(meshes); ++mesh) {
-          const T* feature =
-              memory_.maps[index(route.tensor)].data() + index(2 * mesh + 1) * kernel::panel_stride<T>(route.channels);
+          const T* feature = this->pooled_feature(route.tensor, mesh);
           for (int row = s * strip; row < std::min(stage.rows, (s + 1) * strip); ++row) {
             T* gradient = gradients_.parameters.data() + stage.weight + row * stage.columns + route.column;
             const T factor = memory_.mesh_bias[index(mesh) * index(stage.rows) + index(row)];

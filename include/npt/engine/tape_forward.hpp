@@ -33,6 +33,7 @@ class TapeForward : TapeView<T> {
   using typename TapeView<T>::Tensor;
   using typename TapeView<T>::Port;
   using TapeView<T>::index;
+  using TapeView<T>::slack;
   using TapeView<T>::tape_;
   using TapeView<T>::memory_;
 
@@ -63,9 +64,6 @@ class TapeForward : TapeView<T> {
     sums_stride_ = 2 * index(widest);
     memory_.sums.grow_to(sums_stride_ * index(slots));
   }
-  /// Products over the vertices read up to a register's rows behind a tile.
-  static constexpr std::size_t slack = index(kernel::panel_width<T>) * kernel::panel_width<T>;
-
   template <class F>
   void for_each_port(int tensor, F&& f) const {
     for (int p = 0; p < tape_.port_count; ++p)
@@ -114,19 +112,12 @@ class TapeForward : TapeView<T> {
           const Route& route = stage.routes[index(r)];
           if (!this->pooled(route.tensor)) continue;
           const T* weights = memory_.parameters.data() + stage.weight + row * stage.columns + route.column;
-          const T* feature = pooled_feature(route.tensor, mesh);
+          const T* feature = this->pooled_feature(route.tensor, mesh);
           for (int c = 0; c < route.channels; ++c) sum += weights[c] * feature[index(c) * kernel::panel_width<T>];
         }
         bias[row] = sum;
       }
     });
-  }
-
-  T* pooled_maxima(int t, int mesh) const {
-    return memory_.maps[index(t)].data() + index(mesh) * 2 * kernel::panel_stride<T>(tape_.tensor(t).channels);
-  }
-  T* pooled_feature(int t, int mesh) const {
-    return pooled_maxima(t, mesh) + kernel::panel_stride<T>(tape_.tensor(t).channels);
   }
 
   void run_item(int i, const Item& item, std::size_t number, T* scratch) {
@@ -144,11 +135,7 @@ class TapeForward : TapeView<T> {
       return;
     }
     const kernel::PackedWeights<T>& weights = memory_.weights[index(i)].forward;
-    const T* operand = scratch;
-    if (stage.route_count == 1 && stage.routes[0].chain.count == 0 && !this->pooled(stage.routes[0].tensor))
-      operand = this->tile(stage.routes[0].tensor, item, number, stage.from_pose);
-    else
-      this->read_operand(stage, item, number, scratch);
+    const T* operand = this->operand(stage, item, number, scratch);
     const T* bias = has_pooled_ ? memory_.bias.data() + index(item.instance) * index(stage.rows) : weights.bias();
     const int panels = kernel::used_panels<T>(item.valid);
     const int steps = weights.k_count();
@@ -221,7 +208,7 @@ class TapeForward : TapeView<T> {
   void merge_pool(const Stage& stage, const Instance<T>& instance, int t, int mesh, std::size_t first) {
     const Tensor& tensor = tape_.tensor(t);
     const T* maxima = memory_.partial.data() + pool_partial_[index(t)] + first;
-    T* raw = pooled_maxima(t, mesh);
+    T* raw = this->pooled_maxima(t, mesh);
     int* peak = memory_.peaks[index(t)].data() + index(mesh) * index(stage.rows);
     for (int c = 0; c < stage.rows; ++c) {
       int group = 0;
@@ -238,7 +225,7 @@ class TapeForward : TapeView<T> {
     const Args args = this->arguments(tensor.chain, tensor.port, Item{mesh, 0, 1}, 0, tensor.from_pose);
     this->loops(tensor.chain)
         .read({.from = raw,
-               .to = pooled_feature(t, mesh),
+               .to = this->pooled_feature(t, mesh),
                .from_stride = 0,
                .to_stride = 0,
                .first_panel = 0,

@@ -153,7 +153,27 @@ class TapeView {
     return args;
   }
 
-  /// A stage's operand for one group: its routes that are not pooled, one above the other.
+  /// Products over the vertices read up to a register's rows behind a tile.
+  static constexpr std::size_t slack = index(kernel::panel_width<T>) * kernel::panel_width<T>;
+
+  /// A pooled tensor's maxima for a mesh, and what the layers behind them make of these: panels.
+  T* pooled_maxima(int t, int mesh) const {
+    return memory_.maps[index(t)].data() + index(mesh) * 2 * kernel::panel_stride<T>(tape_.tensor(t).channels);
+  }
+  T* pooled_feature(int t, int mesh) const {
+    return pooled_maxima(t, mesh) + kernel::panel_stride<T>(tape_.tensor(t).channels);
+  }
+
+  /// A stage's operand for one group: the stored tile where that is it, else made in `tile_memory`.
+  const T* operand(const Stage& stage, const Item& item, std::size_t number, T* tile_memory) const {
+    const Route& first = stage.routes[0];
+    if (stage.route_count == 1 && first.chain.count == 0 && !pooled(first.tensor))
+      return tile(first.tensor, item, number, stage.from_pose);
+    read_operand(stage, item, number, tile_memory);
+    return tile_memory;
+  }
+
+  /// Makes a stage's operand for one group: its routes that are not pooled, one above the other.
   void read_operand(const Stage& stage, const Item& item, std::size_t number, T* to) const {
     for (int r = 0; r < stage.route_count; ++r) {
       const Route& route = stage.routes[index(r)];
