@@ -35,6 +35,8 @@ if(NPT_BUILD_PROGRAMS)
     list(APPEND npt_missing_packages libstb-dev)
   endif()
 endif()
+# Optional: without it the room `classic`, its commands and its tests are left out.
+find_package(Eigen3 QUIET NO_MODULE)
 if(NPT_WITH_MPI)
   find_package(MPI QUIET COMPONENTS CXX)
   if(NOT MPI_CXX_FOUND)

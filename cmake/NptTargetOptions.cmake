@@ -3,6 +3,9 @@
 # warnings are about this project's code only.
 function(npt_target_options target)
   target_link_libraries(${target} PRIVATE npt::npt npt::io npt::xtensor TBB::tbb)
+  if(TARGET npt::classic)
+    target_link_libraries(${target} PRIVATE npt::classic)
+  endif()
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
   if(NPT_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)

@@ -4,10 +4,10 @@
 #   --dev   also the tools for work on npt itself: clang, clang-format, clang-tidy, doxygen, Google Benchmark and its peers
 set -euo pipefail
 
-packages=(libxtensor-dev libxsimd-dev libtbb-dev libtinyobjloader-dev doctest-dev libcli11-dev nlohmann-json3-dev libstb-dev)
+packages=(libxtensor-dev libxsimd-dev libtbb-dev libtinyobjloader-dev doctest-dev libcli11-dev nlohmann-json3-dev libstb-dev libeigen3-dev)
 for argument in "$@"; do
   case "$argument" in
-    --dev) packages+=(clang clang-format clang-tidy doxygen libbenchmark-dev libeigen3-dev libdnnl-dev) ;;
+    --dev) packages+=(clang clang-format clang-tidy doxygen libbenchmark-dev libdnnl-dev) ;;
     -h | --help) sed -n '2,4s/^# //p' "$0"; exit 0 ;;
     *) echo "install-dependencies.sh: unknown argument '$argument' (only --dev is known)" >&2; exit 2 ;;
   esac

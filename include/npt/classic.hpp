@@ -1,0 +1,4 @@
+/// The umbrella of the room classic: pose transfer without networks, and what it is built from. Needs Eigen (npt::classic).
+#pragma once
+
+#include <npt/classic/sparse_cholesky.hpp>
