@@ -1,4 +1,5 @@
 /// The umbrella of the room classic: pose transfer without networks, and what it is built from. Needs Eigen (npt::classic).
 #pragma once
 
+#include <npt/classic/closest_point.hpp>
 #include <npt/classic/sparse_cholesky.hpp>

@@ -1,0 +1,183 @@
+/// The point of a surface that is closest to a given one: a tree of boxes over triangles, built once, asked often.
+///   closest(p)          over all triangles
+///   closest(p, accept)  over triangles t with accept(t): normals that face the right way, one component, ...
+/// Triangles without area count as the segment or point they are; points are triangles {i, i, i}.
+/// Numerics  double; of triangles at the same distance the one with the least number, so that the answer depends on the
+///           triangles only. Some 20 box and triangle tests for a query close to the surface
+/// Threads   queries may run side by side
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/vec3.hpp>
+#include <npt/mesh/mesh.hpp>
+#include <npt/mesh/topology.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// Where on a surface: `point` = the triangle's corners weighted by `weights`, which are not negative and sum to 1.
+struct SurfacePoint {
+  std::uint32_t triangle = no_index;  ///< no_index: no triangle was accepted
+  std::array<double, 3> weights{};
+  Vec3d point;
+  double squared_distance = std::numeric_limits<double>::infinity();
+};
+
+namespace classic {
+
+/// The point of segment ab closest to p, as the weight of b.
+inline double closest_on_segment(Vec3d p, Vec3d a, Vec3d b) {
+  const double squared = dot(b - a, b - a);
+  return squared > 0 ? std::clamp(dot(p - a, b - a) / squared, 0.0, 1.0) : 0.0;
+}
+
+/// The point of triangle abc closest to p, as weights of a, b and c.
+/// Source: Ericson, "Real-Time Collision Detection", 2005, section 5.1.5.
+inline std::array<double, 3> closest_on_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c) {
+  const Vec3d ab = b - a, ac = c - a;
+  const double d1 = dot(ab, p - a), d2 = dot(ac, p - a);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const double d3 = dot(ab, p - b), d4 = dot(ac, p - b);
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const double d5 = dot(ab, p - c), d6 = dot(ac, p - c);
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const double wa = d3 * d6 - d5 * d4, wb = d5 * d2 - d1 * d6, wc = d1 * d4 - d3 * d2;
+  if (wa > 0 && wb > 0 && wc > 0) {
+    const double sum = wa + wb + wc;
+    return {wa / sum, wb / sum, wc / sum};
+  }
+  // On a side, or in a triangle without area, where the signs above are noise: the best of all sides.
+  const std::array<Vec3d, 3> corners{a, b, c};
+  std::array<double, 3> best{};
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t k = (i + 1) % 3;
+    const double t = closest_on_segment(p, corners[i], corners[k]);
+    const Vec3d d = corners[i] * (1 - t) + corners[k] * t - p;
+    if (const double squared = dot(d, d); squared < least) {
+      least = squared;
+      best = {};
+      best[i] = 1 - t;
+      best[k] = t;
+    }
+  }
+  return best;
+}
+
+}  // namespace classic
+
+class TriangleTree {
+ public:
+  /// Requires  finite points and triangles of indices below their number. Both are copied.
+  TriangleTree(std::span<const Vec3d> points, std::span<const Triangle> triangles) : order_(triangles.size()) {
+    corners_.reserve(triangles.size());
+    for (const Triangle& t : triangles) corners_.push_back({points[t[0]], points[t[1]], points[t[2]]});
+    std::iota(order_.begin(), order_.end(), 0U);
+    if (!triangles.empty()) build(0, static_cast<std::uint32_t>(order_.size()));
+  }
+
+  std::size_t triangle_count() const noexcept { return corners_.size(); }
+
+  SurfacePoint closest(Vec3d p) const {
+    return closest(p, [](std::uint32_t) { return true; });
+  }
+
+  /// The closest point on a triangle that `accept(triangle)` takes; triangle is no_index where there is none.
+  template <class Accept>
+  SurfacePoint closest(Vec3d p, const Accept& accept) const {
+    SurfacePoint best;
+    if (nodes_.empty()) return best;
+    // A tree that halves its triangles is at most 32 deep, and each level leaves one node behind.
+    std::array<std::uint32_t, 64> open{};
+    std::size_t count = 0;
+    open[count++] = 0;
+    while (count > 0) {
+      const std::uint32_t n = open[--count];
+      const Node& node = nodes_[n];
+      if (squared_distance(node, p) > best.squared_distance) continue;
+      if (node.count > 0) {
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(order_[i], p, accept, best);
+        continue;
+      }
+      const std::uint32_t left = n + 1, right = node.first;
+      const bool left_first = squared_distance(nodes_[left], p) <= squared_distance(nodes_[right], p);
+      open[count++] = left_first ? right : left;
+      open[count++] = left_first ? left : right;
+    }
+    return best;
+  }
+
+ private:
+  static constexpr std::uint32_t leaf_size = 4;
+
+  /// A leaf has triangles order_[first .. first + count - 1]; another node its left child behind it, its right one at first.
+  struct Node {
+    Vec3d low, high;
+    std::uint32_t first = 0, count = 0;
+  };
+
+  static double squared_distance(const Node& node, Vec3d p) {
+    const auto beyond = [](double x, double low, double high) { return std::max({low - x, x - high, 0.0}); };
+    const Vec3d d{beyond(p.x, node.low.x, node.high.x), beyond(p.y, node.low.y, node.high.y),
+                  beyond(p.z, node.low.z, node.high.z)};
+    return dot(d, d);
+  }
+
+  template <class Accept>
+  void visit(std::uint32_t triangle, Vec3d p, const Accept& accept, SurfacePoint& best) const {
+    const auto& [a, b, c] = corners_[triangle];
+    const std::array<double, 3> weights = classic::closest_on_triangle(p, a, b, c);
+    const Vec3d point = a * weights[0] + b * weights[1] + c * weights[2];
+    const double squared = dot(point - p, point - p);
+    if (squared > best.squared_distance || (squared == best.squared_distance && triangle > best.triangle)) return;
+    if (accept(triangle)) best = {triangle, weights, point, squared};
+  }
+
+  void build(std::uint32_t first, std::uint32_t last) {
+    const std::size_t n = nodes_.size();
+    nodes_.emplace_back();
+    constexpr double inf = std::numeric_limits<double>::infinity();
+    Node node{{inf, inf, inf}, {-inf, -inf, -inf}, first, last - first};
+    const auto sum = [this](std::uint32_t t) { return corners_[t][0] + corners_[t][1] + corners_[t][2]; };
+    Vec3d low = node.low, high = node.high;  // of the centroids, times three
+    const auto extend = [](Vec3d& least, Vec3d& most, Vec3d p) {
+      least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
+      most = {std::max(most.x, p.x), std::max(most.y, p.y), std::max(most.z, p.z)};
+    };
+    for (std::uint32_t i = first; i < last; ++i) {
+      for (const Vec3d corner : corners_[order_[i]]) extend(node.low, node.high, corner);
+      extend(low, high, sum(order_[i]));
+    }
+    if (node.count > leaf_size) {
+      const Vec3d extent = high - low;
+      const auto along = [&](Vec3d p) {
+        return extent.x >= extent.y && extent.x >= extent.z ? p.x : extent.y >= extent.z ? p.y : p.z;
+      };
+      const std::uint32_t middle = first + node.count / 2;
+      const auto at = [this](std::uint32_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
+      std::nth_element(at(first), at(middle), at(last), [&](std::uint32_t a, std::uint32_t b) {
+        const double x = along(sum(a)), y = along(sum(b));
+        return x != y ? x < y : a < b;
+      });
+      build(first, middle);
+      node.first = static_cast<std::uint32_t>(nodes_.size());
+      node.count = 0;
+      build(middle, last);
+    }
+    nodes_[n] = node;
+  }
+
+  std::vector<std::array<Vec3d, 3>> corners_;
+  std::vector<std::uint32_t> order_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace npt::inline NPT_ABI

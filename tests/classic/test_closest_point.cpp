@@ -1,0 +1,111 @@
+#include <doctest/doctest.h>
+
+#include <npt/classic/closest_point.hpp>
+#include <npt/core/random.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace {
+
+using npt::Vec3d;
+
+Vec3d some_point(npt::Random& random) {
+  return {random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5};
+}
+
+struct Soup {
+  std::vector<Vec3d> points;
+  std::vector<npt::Triangle> triangles;
+};
+
+/// Triangles of all sizes at random, every eighth a segment, every ninth a point.
+Soup soup(std::uint32_t count, std::uint64_t seed) {
+  npt::Random random(seed);
+  Soup result;
+  for (std::uint32_t t = 0; t < count; ++t) {
+    const Vec3d centre = some_point(random);
+    const double size = std::pow(10.0, -2 * random.uniform());
+    for (int i = 0; i < 3; ++i) result.points.push_back(centre + size * some_point(random));
+    result.triangles.push_back({3 * t, 3 * t + 1, t % 8 == 7 ? 3 * t : 3 * t + 2});
+    if (t % 9 == 8) result.triangles.back() = {3 * t, 3 * t, 3 * t};
+  }
+  return result;
+}
+
+/// Slow and certain: the least distance over a fine net of weights.
+double sampled_distance(Vec3d p, const Soup& soup, std::size_t t) {
+  double least = std::numeric_limits<double>::infinity();
+  constexpr int n = 60;
+  for (int i = 0; i <= n; ++i)
+    for (int k = 0; i + k <= n; ++k) {
+      const double a = double(i) / n, b = double(k) / n;
+      const auto [x, y, z] = soup.triangles[t];
+      least = std::min(least, length(soup.points[x] * a + soup.points[y] * b + soup.points[z] * (1 - a - b) - p));
+    }
+  return least;
+}
+
+}  // namespace
+
+TEST_CASE("the tree finds what a look at every triangle finds") {
+  const Soup s = soup(300, 1);
+  const npt::TriangleTree tree(s.points, s.triangles);
+  npt::Random random(2);
+  for (int i = 0; i < 400; ++i) {
+    const Vec3d p = 2.0 * some_point(random);
+    const auto odd = [](std::uint32_t t) { return t % 2 == 1; };
+    npt::SurfacePoint all, odd_only;
+    for (std::uint32_t t = 0; t < s.triangles.size(); ++t) {
+      const auto [a, b, c] = s.triangles[t];
+      const auto w = npt::classic::closest_on_triangle(p, s.points[a], s.points[b], s.points[c]);
+      REQUIRE(std::abs(w[0] + w[1] + w[2] - 1) < 1e-12);
+      const Vec3d q = s.points[a] * w[0] + s.points[b] * w[1] + s.points[c] * w[2];
+      const double squared = dot(q - p, q - p);
+      if (squared < all.squared_distance) all = {t, w, q, squared};
+      if (odd(t) && squared < odd_only.squared_distance) odd_only = {t, w, q, squared};
+    }
+    CHECK(tree.closest(p).triangle == all.triangle);
+    // Two copies of the arithmetic: the compiler may contract them differently.
+    CHECK(std::abs(tree.closest(p).squared_distance - all.squared_distance) < 1e-15);
+    CHECK(tree.closest(p, odd).triangle == odd_only.triangle);
+  }
+}
+
+TEST_CASE("no point of a triangle is closer than its closest") {
+  const Soup s = soup(60, 3);
+  npt::Random random(4);
+  for (std::size_t t = 0; t < s.triangles.size(); ++t) {
+    const auto [a, b, c] = s.triangles[t];
+    const Vec3d p = some_point(random);
+    const npt::SurfacePoint found = npt::TriangleTree(s.points, std::vector{s.triangles[t]}).closest(p);
+    const double sampled = sampled_distance(p, s, t),
+                 size = length(s.points[a] - s.points[b]) + length(s.points[a] - s.points[c]);
+    CHECK(std::sqrt(found.squared_distance) <= sampled + 1e-12);
+    CHECK(std::sqrt(found.squared_distance) >= sampled - size / 60);
+  }
+}
+
+TEST_CASE("ties go to the least number; nothing accepted is no triangle") {
+  // Eight triangles around the origin, all of which touch it.
+  std::vector<Vec3d> points{{0, 0, 0}};
+  std::vector<npt::Triangle> triangles;
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    points.push_back({std::cos(i * 0.785), std::sin(i * 0.785), 0});
+    triangles.push_back({0, 1 + i, 1 + (i + 1) % 8});
+  }
+  const npt::TriangleTree tree(points, triangles);
+  CHECK(tree.closest({0, 0, 2}).triangle == 0);
+  CHECK(tree.closest({0, 0, 2}, [](std::uint32_t t) { return t > 4; }).triangle == 5);
+  CHECK(tree.closest({0, 0, 2}, [](std::uint32_t) { return false; }).triangle == npt::no_index);
+  CHECK(npt::TriangleTree({}, {}).closest({0, 0, 0}).triangle == npt::no_index);
+}
+
+TEST_CASE("a thousand triangles in one place are no trap") {
+  const std::vector<Vec3d> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  const std::vector<npt::Triangle> triangles(1000, npt::Triangle{0, 1, 2});
+  CHECK(npt::TriangleTree(points, triangles).closest({0.2, 0.2, 1}).triangle == 0);
+}
