@@ -16,7 +16,18 @@
 #define NPT_VERSION_PATCH 0
 #define NPT_VERSION "0.1.0"
 
-#if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512BW__) && defined(__AVX512BF16__)
+/// Whether this unit may use the matrix registers (AMX) for products of bfloat16 values. g++ and clang name the macros differently.
+#if defined(__AVX512BF16__) && defined(__AVX512BW__) && defined(__linux__) && \
+    ((defined(__AMX_TILE__) && defined(__AMX_BF16__)) || (defined(__AMXTILE__) && defined(__AMXBF16__)))
+#define NPT_HAS_AMX 1
+#else
+#define NPT_HAS_AMX 0
+#endif
+
+#if NPT_HAS_AMX
+#define NPT_ABI v0_avx512amx
+#define NPT_ISA_NAME "avx512+bf16+amx"
+#elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512BW__) && defined(__AVX512BF16__)
 #define NPT_ABI v0_avx512bf16
 #define NPT_ISA_NAME "avx512+bf16"
 #elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512BW__)

@@ -95,3 +95,51 @@ TEST_CASE("the paper's network at V = 6890 equals the reference") {
   CHECK(forward_error<npt::PoseTransferNet<1024>, float>(6890, 6890, 6) < 1e-5);
 }
 #endif
+
+namespace {
+
+template <class Net>
+double precision_error(npt::Precision precision, std::size_t pose_vertices, std::size_t vertices, std::uint64_t seed) {
+  npt::Model<Net> model;
+  npt::randomise(model, seed);
+  const npt::Engine<Net> engine(model, 2, precision);
+  const std::vector<float> pose = support::random_points<float>(pose_vertices, seed + 1);
+  const std::vector<float> identity = support::random_points<float>(vertices, seed + 2);
+  std::vector<float> result(identity.size());
+  engine(pose, identity, result);
+  const reference::Map expected = reference::forward(support::weights_of(model), support::to_map(pose),
+                                                     support::to_map(identity), support::variant_of<Net>(1));
+  return support::relative_error(result, expected);
+}
+
+template <class Net>
+void check_precision(npt::Precision precision, double bound) {
+  if (!npt::Engine<Net>::supports(precision)) {
+    npt::Model<Net> model;
+    CHECK_THROWS_AS(npt::Engine<Net>(model, 1, precision), npt::Error);
+    return;
+  }
+  for (const std::size_t v : std::initializer_list<std::size_t>{33, 96, 230}) {
+    CAPTURE(npt::name_of(precision));
+    CAPTURE(v);
+    const double error = precision_error<Net>(precision, v, v, 5 + v);
+    CHECK(error < bound);
+    CHECK(error > 0);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("every precision is as exact as it says") {
+  using Odd = npt::PoseTransferNet<61>;
+  using Even = npt::PoseTransferNet<64, npt::ReluConv>;
+  using Pooled = npt::PoseTransferNet<61, npt::ConvRelu, npt::Pooled>;
+  const auto check = [](npt::Precision precision, double bound) {
+    check_precision<Odd>(precision, bound);
+    check_precision<Even>(precision, bound);
+    check_precision<Pooled>(precision, bound);
+  };
+  check(npt::Precision::bf16, 5e-2);
+  check(npt::Precision::bf16x2, 3e-4);
+  check(npt::Precision::bf16x3, 1e-5);
+}

@@ -1,6 +1,7 @@
 /// What the processor can do at most, measured now: the yardstick for every kernel.
 #pragma once
 
+#include <npt/simd/amx.hpp>
 #include <npt/simd/batch.hpp>
 #include <npt/simd/bf16.hpp>
 
@@ -43,23 +44,45 @@ NPT_NOINLINE double multiply_add_loop(long rounds, T* sink) {
   return 2.0 * chains * npt::simd::lanes<T> * (Bf16 ? 2 : 1) * static_cast<double>(rounds);
 }
 
+#if NPT_HAS_AMX
+/// The same with products of matrix registers, both operands in registers.
+NPT_NOINLINE inline double matrix_multiply_loop(long rounds) {
+  const npt::simd::MatrixRegisters registers;
+  _tile_zero(0);
+  _tile_zero(1);
+  _tile_zero(2);
+  _tile_zero(3);
+  _tile_zero(4);
+  _tile_zero(5);
+  _tile_zero(6);
+  _tile_zero(7);
+  for (long r = 0; r < rounds; ++r) {
+    _tile_dpbf16ps(0, 4, 6);
+    _tile_dpbf16ps(1, 4, 7);
+    _tile_dpbf16ps(2, 5, 6);
+    _tile_dpbf16ps(3, 5, 7);
+  }
+  return 2.0 * 4 * 16 * 16 * 32 * static_cast<double>(rounds);
+}
+#else
+inline double matrix_multiply_loop(long) { return 0; }
+#endif
+
 }  // namespace internal
 
-/// GFLOP/s of multiply-adds in registers on `threads` threads at the same time, over about `seconds`.
-template <class T = float, bool Bf16 = false>
-double measure_peak(int threads, double seconds = 0.05) {
+namespace internal {
+
+/// GFLOP/s of loop(sink), which returns the operations that it did, on `threads` threads at the same time over about `seconds`.
+template <class Loop>
+double measure_rate(int threads, double seconds, Loop&& loop) {
   std::atomic<int> ready{0};
   std::vector<double> operations(static_cast<std::size_t>(threads)), spans(operations.size());
   const auto work = [&](std::size_t t) {
     ++ready;
     while (ready.load() < threads) std::this_thread::yield();
-    alignas(64) volatile T source[2] = {T(0.999), T(1e-3)};  // not known to the compiler
-    T sink[2] = {source[0], source[1]};
     const double start = seconds_now();
-    do {
-      sink[0] = source[0];
-      operations[t] += internal::multiply_add_loop<T, Bf16>(20000, sink);
-    } while (seconds_now() - start < seconds);
+    do operations[t] += loop();
+    while (seconds_now() - start < seconds);
     spans[t] = seconds_now() - start;
   };
   std::vector<std::thread> others;
@@ -69,6 +92,23 @@ double measure_peak(int threads, double seconds = 0.05) {
   double rate = 0;
   for (std::size_t t = 0; t < operations.size(); ++t) rate += operations[t] / spans[t];
   return rate * 1e-9;
+}
+
+}  // namespace internal
+
+/// Multiply-adds in registers.
+template <class T = float, bool Bf16 = false>
+double measure_peak(int threads, double seconds = 0.05) {
+  return internal::measure_rate(threads, seconds, [] {
+    alignas(64) volatile T source[2] = {T(0.999), T(1e-3)};  // not known to the compiler
+    T sink[2] = {source[0], source[1]};
+    return internal::multiply_add_loop<T, Bf16>(20000, sink);
+  });
+}
+
+/// Products of matrix registers (AMX), of bfloat16 values.
+inline double measure_matrix_peak(int threads, double seconds = 0.05) {
+  return internal::measure_rate(threads, seconds, [] { return internal::matrix_multiply_loop(20000); });
 }
 
 }  // namespace bench

@@ -10,6 +10,7 @@
 #include <npt/parallel/default_executor.hpp>
 #include <npt/parallel/executor.hpp>
 
+#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -24,7 +25,8 @@ namespace npt::inline NPT_ABI {
 /// allocates nothing. Numerics       within 1e-5 relative of a double reference in fp32; the same bits for any number
 /// of threads, any batch, and for
 ///                encode + decode. NaN in gives NaN out.
-/// Precision      bf16 where the processor multiplies it: twice the rate, about 1e-2 relative (docs/performance.md)
+/// Precision      bf16 where the processor multiplies it: about 1e-2 relative; with matrix registers (AMX) also bf16x3, which has
+///                the error of fp32 (docs/performance.md)
 /// Errors         npt::Error on sizes that are not three a vertex, empty meshes, and unequal vertex counts where the
 /// network
 ///                pairs vertices (every feature but the pooled one).
@@ -44,28 +46,46 @@ class Engine : public engine::Core<T, Exec> {
   static constexpr const graph::Program& program() { return graph::program_of<Net>; }
   /// Whether both meshes must have equally many vertices.
   static constexpr bool pairs_vertices() { return graph::program_of<Net>.paired; }
-  /// Whether this build can multiply in a precision. bf16 needs fp32 engines compiled for AVX512_BF16.
-  static constexpr bool supports(Precision precision) {
-    return precision == Precision::native || (std::is_same_v<T, float> && simd::has_bf16);
+  /// Whether this build on this machine can multiply in a precision. bf16 needs a float engine compiled for AVX512_BF16, the
+  /// others one compiled for AMX, and a system that lets it be used.
+  static bool supports(Precision precision) {
+    switch (precision) {
+      case Precision::native:
+        return true;
+      case Precision::bf16:
+        return pairs_compiled;
+      case Precision::bf16x2:
+      case Precision::bf16x3:
+        return std::is_same_v<T, float> && simd::has_matrix_registers();
+    }
+    return false;
   }
 
  private:
+  static constexpr bool pairs_compiled = std::is_same_v<T, float> && simd::has_bf16;
+  /// Whether products run on pairs of bfloat16 values in AVX-512 registers.
+  static bool on_pairs(Precision precision) { return precision == Precision::bf16 && !simd::has_matrix_registers(); }
+
   static const graph::Program& program_for(Precision precision) {
     if (!supports(precision))
-      throw Error({.file = "precision",
-                   .found = "bf16 in an engine compiled for " NPT_ISA_NAME,
-                   .expected = "a float engine compiled with AVX512_BF16, or the native precision"});
-    if constexpr (supports(Precision::bf16)) {
+      throw Error(
+          {.file = "precision",
+           .found = std::string(name_of(precision)) + " in an engine compiled for " NPT_ISA_NAME,
+           .expected =
+               precision == Precision::bf16
+                   ? "a float engine compiled with AVX512_BF16, or the native precision"
+                   : "a float engine compiled with AMX, a processor and a system that have it, or another precision"});
+    if constexpr (pairs_compiled) {
       static_assert(graph::bf16_program_of<Net>.signature_count == graph::program_of<Net>.signature_count);
-      if (precision == Precision::bf16) return graph::bf16_program_of<Net>;
+      if (on_pairs(precision)) return graph::bf16_program_of<Net>;
     }
     return graph::program_of<Net>;
   }
 
   static engine::RowTransforms<T> transforms_for([[maybe_unused]] Precision precision) {
     constexpr auto& plain = engine::row_transforms<T, Net>;
-    if constexpr (supports(Precision::bf16))
-      if (precision == Precision::bf16) return {engine::row_transforms<T, Net, kernel::Product::bf16_pairs>, plain};
+    if constexpr (pairs_compiled)
+      if (on_pairs(precision)) return {engine::row_transforms<T, Net, kernel::Product::bf16_pairs>, plain};
     return {plain, plain};
   }
 };

@@ -5,10 +5,13 @@
 #include <npt/engine/packed_program.hpp>
 #include <npt/engine/row_transforms.hpp>
 #include <npt/engine/workspace.hpp>
+#include <npt/kernel/amx_product.hpp>
 #include <npt/kernel/moments.hpp>
 #include <npt/kernel/pointwise.hpp>
 #include <npt/parallel/executor.hpp>
+#include <npt/simd/amx.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -102,6 +105,7 @@ class Forward {
       scratch_stride_ += kernel::tile_size(program_.slot_channels[index(s)]);
     }
     memory_.scratch.grow_to(scratch_stride_ * index(slots));
+    memory_.operands.grow_to(packed_.operand_words() * index(slots));
     int widest = 0;
     for (int t = 0; t < program_.tensor_count; ++t) {
       const Tensor& tensor = program_.tensor(t);
@@ -177,7 +181,8 @@ class Forward {
     executor.for_each(static_cast<int>(side.items.size()), [&](int number, int slot) {
       T* scratch = memory_.scratch.data() + index(slot) * scratch_stride_;
       for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i)
-        run_stage(i, sweep, side, index(number), scratch);
+        run_stage(i, sweep, side, index(number), scratch,
+                  memory_.operands.data() + index(slot) * packed_.operand_words());
     });
     for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i) merge(i, sweep, side);
   }
@@ -190,7 +195,7 @@ class Forward {
       bias_offset_[index(i)] = total;
       total += side.instances.size() * index(program_.stage(i).rows);
     }
-    memory_.bias.grow_to(total);
+    memory_.bias.grow_to(total + index(simd::matrix_rows));  // matrix registers read whole
     for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i)
       if (packed_.stage(i).pooled_columns != 0)
         for (int m = 0; m < static_cast<int>(side.instances.size()); ++m) add_pooled_sources(i, sweep, m);
@@ -200,7 +205,10 @@ class Forward {
     const Stage& stage = program_.stage(i);
     const PackedStage<T>& packed = packed_.stage(i);
     T* NPT_RESTRICT bias = memory_.bias.data() + bias_offset_[index(i)] + index(mesh) * index(stage.rows);
-    for (int r = 0; r < stage.rows; ++r) bias[r] = packed.weights.bias()[r];
+    const T* own_bias = packed.weights.bias();
+    if constexpr (std::is_same_v<T, float>)
+      if (packed_.parts() > 0) own_bias = packed.amx_weights.bias();
+    for (int r = 0; r < stage.rows; ++r) bias[r] = own_bias[r];
     const T* NPT_RESTRICT weights = packed.pooled_weights.data();
     for (int s = 0; s < stage.source_count; ++s) {
       const graph::Source& source = stage.sources[index(s)];
@@ -282,34 +290,99 @@ class Forward {
     return packed;
   }
 
-  void run_stage(int i, const graph::Sweep& sweep, const Side<T>& side, std::size_t number, T* scratch) {
+  /// The operand in bfloat16 parts for matrix registers.
+  void split_operand(int i, const Item& item, std::size_t number, bool over_pose, T* scratch, kernel::Word* to) {
+    const Stage& stage = program_.stage(i);
+    const kernel::AmxWeights& weights = packed_.stage(i).amx_weights;
+    const int panels = kernel::used_panels<T>(item.valid);
+    int word = 0;
+    for (int s = 0; s < stage.source_count; ++s) {
+      const graph::Source& source = stage.sources[index(s)];
+      if (program_.tensor(source.tensor).storage == Storage::pooled) continue;
+      const Args args = arguments(source.chain, source.tensor, item, number, over_pose, scratch);
+      const T* from = tile(source.tensor, item, number, over_pose, scratch);
+      for (int p = 0; p < panels; ++p) {
+        const T* panel = from + kernel::panel_stride<T>(source.channels) * index(p);
+        kernel::Word* words = to + weights.panel_words() * index(p) + index(word) * kernel::panel_width<T>;
+        constexpr int strip = 32;  // channels between the two loops, in the first-level cache
+        alignas(simd_alignment) T values[index(strip) * kernel::panel_width<T>];
+        for (int c = 0; c < source.channels; c += strip) {
+          const int rows = std::min(strip, source.channels - c);
+          const T* split = panel + index(c) * kernel::panel_width<T>;
+          if (source.chain.count != 0) {
+            transforms_.prologue[index(source.chain.signature)]({.from = split,
+                                                                 .to = values,
+                                                                 .from_stride = 0,
+                                                                 .to_stride = 0,
+                                                                 .first_panel = p,
+                                                                 .panels = 1,
+                                                                 .first_channel = c,
+                                                                 .rows = rows,
+                                                                 .args = args.data()});
+            split = values;
+          }
+          if constexpr (std::is_same_v<T, float>)
+            kernel::split_channels(split, rows, weights.parts(), words + index(c / 2) * kernel::panel_width<T>,
+                                   weights.part_words());
+        }
+      }
+      word += (source.channels + 1) / 2;
+    }
+    for (int p = 0; p < panels; ++p)
+      kernel::end_channels(to + weights.panel_words() * index(p), word, weights.parts(), weights.part_words());
+  }
+
+  void run_stage(int i, const graph::Sweep& sweep, const Side<T>& side, std::size_t number, T* scratch,
+                 kernel::Word* operands) {
     const Stage& stage = program_.stage(i);
     const Item& item = side.items[number];
-    const bool over_pose = sweep.over_pose;
+    if constexpr (std::is_same_v<T, float>) {
+      if (packed_.parts() > 0) {
+        const kernel::AmxWeights& weights = packed_.stage(i).amx_weights;
+        split_operand(i, item, number, sweep.over_pose, scratch, operands);
+        [[maybe_unused]] const simd::MatrixRegisters registers;
+        multiply(
+            i, sweep, side, number, scratch, weights, weights.bias(), [&](int block, int panel, const T* bias, T* to) {
+              kernel::amx_kernel_for(weights.parts(), weights.row_registers(block))(
+                  weights.depth(), weights.block(block), operands + weights.panel_words() * index(panel), bias, to);
+            });
+        return;
+      }
+    }
     const kernel::PackedWeights<T>& weights = packed_.stage(i).weights;
     const int steps = weights.k_count();
+    const T* operand_tile = operand(stage, item, number, sweep.over_pose, scratch, steps);
+    multiply(i, sweep, side, number, scratch, weights, weights.bias(), [&](int block, int panel, const T* bias, T* to) {
+      micro_kernel(weights.rows(block))(steps, weights.block(block),
+                                        operand_tile + kernel::panel_stride<T>(steps) * index(panel), bias, to);
+    });
+  }
+
+  /// The product, block by block of rows, and what follows it. product(block, panel, bias, to) computes a block's rows of a panel.
+  template <class Weights, class Product>
+  void multiply(int i, const graph::Sweep& sweep, const Side<T>& side, std::size_t number, T* scratch,
+                const Weights& weights, const T* own_bias, Product&& product) {
+    const Stage& stage = program_.stage(i);
+    const Item& item = side.items[number];
     const int panels = kernel::used_panels<T>(item.valid);
-    const T* operand_tile = operand(stage, item, number, over_pose, scratch, steps);
-    const Args args = arguments(stage.epilogue, stage.output, item, number, over_pose, scratch);
+    const Args args = arguments(stage.epilogue, stage.output, item, number, sweep.over_pose, scratch);
     T* out = output_tile(stage.output, number, scratch);
     const std::size_t out_stride = kernel::panel_stride<T>(stage.rows);
     const T* bias = packed_.stage(i).pooled_columns == 0
-                        ? weights.bias()
+                        ? own_bias
                         : memory_.bias.data() + bias_offset_[index(i)] + index(item.instance) * index(stage.rows);
     const kernel::RowTransform<T> transform = transforms_.epilogue[index(stage.epilogue.signature)];
-    alignas(simd_alignment) T raw[kernel::max_tile_rows * kernel::panel_width<T>];
+    alignas(simd_alignment) T raw[index(Weights::tallest_block) * kernel::panel_width<T>];
 
-    for (int b = 0; b < weights.blocks().count; ++b) {
-      const int row = weights.blocks().first_row(b);
-      const int rows = weights.blocks().rows(b);
-      const kernel::MicroKernel<T> multiply = micro_kernel(rows);
+    for (int b = 0; b < weights.block_count(); ++b) {
+      const int row = weights.first_row(b);
+      const int rows = weights.rows(b);
+      const bool in_place = stage.epilogue.count == 0 && rows % Weights::rows_written == 0;
       T* out_rows = out + index(row) * kernel::panel_width<T>;
       for (int p = 0; p < panels; ++p) {
         T* to = out_rows + out_stride * index(p);
-        T* product = stage.epilogue.count == 0 ? to : raw;
-        multiply(steps, weights.block(b), operand_tile + kernel::panel_stride<T>(steps) * index(p), bias + row,
-                 product);
-        if (stage.epilogue.count != 0)
+        product(b, p, bias + row, in_place ? to : raw);
+        if (!in_place)
           transform({.from = raw,
                      .to = to,
                      .from_stride = 0,

@@ -4,9 +4,12 @@
 #include <npt/config.hpp>
 #include <npt/core/aligned.hpp>
 #include <npt/graph/program.hpp>
+#include <npt/kernel/amx_product.hpp>
 #include <npt/kernel/packed_weights.hpp>
+#include <npt/simd/amx.hpp>
 #include <npt/simd/bf16.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <type_traits>
@@ -14,11 +17,22 @@
 
 namespace npt::inline NPT_ABI {
 
-/// What the products are computed in.
+/// What the products are computed in. Everything else (moments, modulation, feature maps) is always the engine's scalar.
 enum class Precision {
   native,  ///< the engine's scalar
-  bf16,    ///< products of bfloat16 values summed in fp32; moments, modulation and feature maps stay fp32
+  bf16,    ///< products of bfloat16 values summed in fp32
+  bf16x2,  ///< each value as a sum of two bfloat16 values: three products, an error of about 2^-16. On matrix registers (AMX) only
+  bf16x3,  ///< of three: six products, the error of fp32. On matrix registers only
 };
+
+/// As written in options and reports.
+constexpr const char* name_of(Precision precision) {
+  constexpr const char* names[] = {"native", "bf16", "bf16x2", "bf16x3"};
+  return names[static_cast<int>(precision)];
+}
+
+/// bfloat16 parts of a value in a precision; 0: none.
+constexpr int parts_of(Precision precision) { return static_cast<int>(precision); }
 
 }  // namespace npt::inline NPT_ABI
 
@@ -29,6 +43,7 @@ namespace npt::inline NPT_ABI::engine {
 template <class T>
 struct PackedStage {
   kernel::PackedWeights<T> weights;  ///< per-vertex columns, in the order of the sources
+  kernel::AmxWeights amx_weights;    ///< the same, if products run on matrix registers
   AlignedBuffer<T> pooled_weights;   ///< [pooled columns][rows]
   int pooled_columns = 0;
 };
@@ -37,13 +52,20 @@ template <class T>
 class PackedProgram {
  public:
   PackedProgram(const graph::Program& program, std::span<const T> parameters, Precision precision = Precision::native)
-      : program_(program), precision_(precision) {
-    for (int i = 0; i < program_.stage_count; ++i) stages_.push_back(pack(program_.stage(i), parameters));
+      : program_(program), precision_(precision), parts_(simd::has_matrix_registers() ? parts_of(precision) : 0) {
+    for (int i = 0; i < program_.stage_count; ++i) {
+      stages_.push_back(pack(program_.stage(i), parameters));
+      operand_words_ = std::max(operand_words_, stages_.back().amx_weights.operand_words(kernel::group_panels<T>));
+    }
     copy_pointwise_parameters(parameters);
   }
 
   const graph::Program& program() const { return program_; }
   Precision precision() const { return precision_; }
+  /// bfloat16 parts of a value, where products run on matrix registers; 0: they don't.
+  int parts() const { return parts_; }
+  /// Words of the largest operand on matrix registers.
+  std::size_t operand_words() const { return operand_words_; }
   /// Steps of the sum, and so rows of the operand tile, that `channels` channels of one source take.
   int steps(int channels) const { return precision_ == Precision::bf16 ? (channels + 1) / 2 : channels; }
   const PackedStage<T>& stage(int i) const { return stages_[static_cast<std::size_t>(i)]; }
@@ -52,7 +74,8 @@ class PackedProgram {
 
   std::size_t bytes() const {
     std::size_t total = pointwise_.size() * sizeof(T);
-    for (const PackedStage<T>& s : stages_) total += s.weights.bytes() + s.pooled_weights.size() * sizeof(T);
+    for (const PackedStage<T>& s : stages_)
+      total += s.weights.bytes() + s.amx_weights.bytes() + s.pooled_weights.size() * sizeof(T);
     return total;
   }
 
@@ -91,7 +114,7 @@ class PackedProgram {
       const graph::Source& source = stage.sources[static_cast<std::size_t>(s)];
       const bool is_pooled = program_.tensor(source.tensor).storage == graph::Storage::pooled;
       for (int c = 0; c < source.channels; ++c) (is_pooled ? pooled : columns).push_back(source.first + c);
-      if (!is_pooled && precision_ == Precision::bf16 && source.channels % 2 != 0) columns.push_back(padding);
+      if (!is_pooled && precision_ != Precision::native && source.channels % 2 != 0) columns.push_back(padding);
     }
     const Matrix matrix = stage.folded_count == 0 ? Matrix{} : folded(stage, parameters);
     const auto weight = [&](int row, int column) {
@@ -111,7 +134,10 @@ class PackedProgram {
     };
     PackedStage<T> packed;
     if constexpr (std::is_same_v<T, float>) {
-      if (precision_ == Precision::bf16)
+      if (parts_ > 0)
+        packed.amx_weights =
+            kernel::AmxWeights(stage.rows, static_cast<int>(columns.size()), parts_, column_weight, bias);
+      else if (precision_ == Precision::bf16)
         packed.weights = kernel::PackedWeights<T>(
             stage.rows, static_cast<int>(columns.size()) / 2,
             [&](int row, int step) {
@@ -167,6 +193,8 @@ class PackedProgram {
 
   graph::Program program_;
   Precision precision_;
+  int parts_;
+  std::size_t operand_words_ = 0;
   std::vector<PackedStage<T>> stages_;
   AlignedBuffer<T> pointwise_;
 };

@@ -4,6 +4,7 @@
 #include <npt/config.hpp>
 #include <npt/core/aligned.hpp>
 #include <npt/graph/program.hpp>
+#include <npt/kernel/amx_product.hpp>
 #include <npt/kernel/panel.hpp>
 
 #include <array>
@@ -94,16 +95,17 @@ struct WorkspaceStorage {
   AlignedBuffer<T> identity_coordinates;  ///< [items] coordinate tiles
   std::array<AlignedBuffer<T>, graph::max_buffers> buffers;
   std::array<MeshValues<T>, graph::max_tensors> values;  ///< by tensor
-  AlignedBuffer<T> partial;    ///< by group: means and squared differences, or maxima, of the running sweep's outputs
-  AlignedBuffer<T> bias;       ///< by mesh: biases that hold a pooled source's share
-  AlignedBuffer<T> scratch;    ///< [slots of the executor][slots of the program] tiles
-  AlignedBuffer<double> sums;  ///< for merging moments
+  AlignedBuffer<T> partial;  ///< by group: means and squared differences, or maxima, of the running sweep's outputs
+  AlignedBuffer<T> bias;     ///< by mesh: biases that hold a pooled source's share
+  AlignedBuffer<T> scratch;  ///< [slots of the executor][slots of the program] tiles
+  AlignedBuffer<kernel::Word> operands;  ///< [slots of the executor] operands on matrix registers
+  AlignedBuffer<double> sums;            ///< for merging moments
 
   std::size_t bytes() const {
     std::size_t n = code.size() + identity_coordinates.size() + partial.size() + bias.size() + scratch.size();
     for (const auto& b : buffers) n += b.size();
     for (const auto& v : values) n += v.values.size();
-    return n * sizeof(T) + sums.size() * sizeof(double);
+    return n * sizeof(T) + operands.size() * sizeof(kernel::Word) + sums.size() * sizeof(double);
   }
 };
 

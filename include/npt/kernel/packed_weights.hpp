@@ -59,6 +59,11 @@ class PackedWeights {
   int rows() const { return rows_; }
   int k_count() const { return k_count_; }
   const RowBlocks& blocks() const { return blocks_; }
+  static constexpr int tallest_block = max_tile_rows;
+  static constexpr int rows_written = 1;  ///< whose multiples the kernel writes
+  int block_count() const { return blocks_.count; }
+  int first_row(int block) const { return blocks_.first_row(block); }
+  int rows(int block) const { return blocks_.rows(block); }
   const T* block(int b) const {
     return weights_.data() + static_cast<std::size_t>(blocks_.first_row(b)) * static_cast<std::size_t>(k_count_);
   }

@@ -8,6 +8,13 @@
 #include <bit>
 #include <cstdint>
 
+// As in batch.hpp: g++ 12 mistakes undefined registers in its own intrinsics (GCC bug 105593).
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#endif
+
 namespace npt::inline NPT_ABI::simd {
 
 /// Whether this translation unit was compiled for bfloat16 products.
@@ -40,6 +47,36 @@ NPT_ALWAYS_INLINE Batch<float> bf16_pairs(const Batch<float>& first, const Batch
   return Batch<float>(_mm512_castsi512_ps(_mm512_permutexvar_epi16(interleave, halves)));
 }
 
+NPT_ALWAYS_INLINE __m512i bits(const Batch<float>& x) { return _mm512_castps_si512(static_cast<__m512>(x)); }
+
+/// The first values of pairs, and the second ones, as floats.
+NPT_ALWAYS_INLINE Batch<float> first_of_pairs(const Batch<float>& pairs) {
+  return Batch<float>(_mm512_castsi512_ps(_mm512_slli_epi32(bits(pairs), 16)));
+}
+NPT_ALWAYS_INLINE Batch<float> second_of_pairs(const Batch<float>& pairs) {
+  return Batch<float>(
+      _mm512_castsi512_ps(_mm512_and_si512(bits(pairs), _mm512_set1_epi32(static_cast<int>(0xFFFF0000U)))));
+}
+
+/// Two registers' values one behind the other: lane i holds values 2 i and 2 i + 1 of the sequence.
+NPT_ALWAYS_INLINE Batch<float> bf16_sequence(const Batch<float>& front, const Batch<float>& back) {
+  return Batch<float>(_mm512_castsi512_ps(reinterpret_cast<__m512i>(_mm512_cvtne2ps_pbh(back, front))));
+}
+/// The two halves of a sequence as floats.
+NPT_ALWAYS_INLINE Batch<float> front_of_sequence(const Batch<float>& sequence) {
+  const __m256i half = _mm512_castsi512_si256(bits(sequence));
+  return Batch<float>(_mm512_castsi512_ps(_mm512_slli_epi32(_mm512_cvtepu16_epi32(half), 16)));
+}
+NPT_ALWAYS_INLINE Batch<float> back_of_sequence(const Batch<float>& sequence) {
+  const __m256i half = _mm512_extracti64x4_epi64(bits(sequence), 1);
+  return Batch<float>(_mm512_castsi512_ps(_mm512_slli_epi32(_mm512_cvtepu16_epi32(half), 16)));
+}
+
+/// Pairs or sequences to memory that holds two values a word.
+NPT_ALWAYS_INLINE void store_words(std::uint32_t* to, const Batch<float>& pairs) {
+  _mm512_store_si512(to, bits(pairs));
+}
+
 /// sum + a.first * b.first + a.second * b.second, lane by lane.
 NPT_ALWAYS_INLINE Batch<float> dot_bf16(const Batch<float>& a, const Batch<float>& b, const Batch<float>& sum) {
   const __m512 x = a, y = b;
@@ -53,7 +90,17 @@ NPT_ALWAYS_INLINE Batch<float> bf16_pairs(const Batch<float>& first, const Batch
 NPT_ALWAYS_INLINE Batch<float> dot_bf16(const Batch<float>&, const Batch<float>&, const Batch<float>& sum) {
   return sum;
 }
+NPT_ALWAYS_INLINE Batch<float> first_of_pairs(const Batch<float>& pairs) { return pairs; }
+NPT_ALWAYS_INLINE Batch<float> second_of_pairs(const Batch<float>& pairs) { return pairs; }
+NPT_ALWAYS_INLINE Batch<float> bf16_sequence(const Batch<float>& front, const Batch<float>&) { return front; }
+NPT_ALWAYS_INLINE Batch<float> front_of_sequence(const Batch<float>& sequence) { return sequence; }
+NPT_ALWAYS_INLINE Batch<float> back_of_sequence(const Batch<float>& sequence) { return sequence; }
+NPT_ALWAYS_INLINE void store_words(std::uint32_t*, const Batch<float>&) {}
 
 #endif
 
 }  // namespace npt::inline NPT_ABI::simd
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif

@@ -1,0 +1,212 @@
+/// The matrix product on matrix registers (AMX), for fp32 values that are split into one, two or three bfloat16 parts.
+///
+///   x = x1 + x2 + ...       each part the bfloat16 next to what the parts before it leave over
+///   w x ~ sum of wi xj      over i + j <= parts + 1: 1, 3 or 6 products, smallest terms left out
+///
+/// Every bfloat16 product is exact in fp32, in which the sums run. One part keeps 8 bits of the operands, two 16, three all 24: the
+/// error of three parts is that of a product in fp32.
+///
+/// Layouts, in 32-bit words of two bfloat16 values:
+///   weights  [block of 32 rows][32 columns][part][16 rows][16 words], words along the columns, zero behind rows and columns
+///   operand  [panel][part][words][panel_width], the words along the channels, zero behind them up to a multiple of 16
+/// The result is a tile as everywhere (panel.hpp).
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/aligned.hpp>
+#include <npt/kernel/panel.hpp>
+#include <npt/simd/amx.hpp>
+#include <npt/simd/batch.hpp>
+#include <npt/simd/bf16.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace npt::inline NPT_ABI::kernel {
+
+using Word = std::uint32_t;  ///< two bfloat16 values
+
+inline constexpr int max_parts = 3;
+/// Rows of weights that one call of the kernel takes.
+inline constexpr int amx_block_rows = 2 * simd::matrix_rows;
+/// Columns of weights, and so channels of the operand, that one product of matrix registers takes.
+inline constexpr int amx_columns = 2 * simd::matrix_words;
+
+/// Matrix registers side by side that hold `columns` columns.
+constexpr int amx_depth(int columns) { return (columns + amx_columns - 1) / amx_columns; }
+
+/// tile[32 or fewer rows][panel_width] = bias + weights * operand for one block and one panel.
+///   depth     products of matrix registers along the columns
+///   tile      rows are written in whole registers of 16
+using AmxKernel = void (*)(int depth, const Word* weights, const Word* operand, const float* bias, float* tile);
+
+#if NPT_HAS_AMX
+
+template <int Parts, int RowRegisters>
+NPT_NOINLINE void amx_kernel(int depth, const Word* NPT_RESTRICT weights, const Word* NPT_RESTRICT operand,
+                             const float* NPT_RESTRICT bias, float* NPT_RESTRICT tile) {
+  static_assert(panel_width<float> == 2 * simd::matrix_words && (RowRegisters == 1 || RowRegisters == 2));
+  constexpr int stride = panel_width<float> * static_cast<int>(sizeof(Word));
+  constexpr int row_stride = simd::matrix_words * static_cast<int>(sizeof(Word));
+  constexpr std::size_t matrix = std::size_t{simd::matrix_rows} * simd::matrix_words;
+  constexpr std::size_t lower = std::size_t{simd::matrix_rows} * panel_width<float>;
+  const std::size_t part = static_cast<std::size_t>(depth) * lower;
+  // The sums begin with the biases, by way of memory that is in the first-level cache; the tile often isn't.
+  alignas(simd_alignment) float first[RowRegisters * matrix];
+  for (int r = 0; r < RowRegisters * simd::matrix_rows; ++r)
+    simd::store(first + r * simd::matrix_words, simd::broadcast(bias[r]));
+  asm volatile("" ::: "memory");  // g++ doesn't know that loading a matrix register reads memory
+  _tile_loadd(0, first, row_stride);
+  _tile_loadd(1, first, row_stride);
+  if constexpr (RowRegisters == 2) {
+    _tile_loadd(2, first + matrix, row_stride);
+    _tile_loadd(3, first + matrix, row_stride);
+  }
+  for (int k = 0; k < depth; ++k) {
+    for (int i = 0; i < Parts; ++i) {
+      _tile_loadd(4, weights, row_stride);
+      for (int j = 0; j < Parts - i; ++j) {
+        const Word* x = operand + static_cast<std::size_t>(j) * part;
+        _tile_loadd(6, x, stride);
+        _tile_dpbf16ps(0, 4, 6);
+        _tile_loadd(7, x + simd::matrix_words, stride);
+        _tile_dpbf16ps(1, 4, 7);
+        if constexpr (RowRegisters == 2) {
+          if (j == 0) _tile_loadd(5, weights + matrix, row_stride);
+          _tile_dpbf16ps(2, 5, 6);
+          _tile_dpbf16ps(3, 5, 7);
+        }
+      }
+      weights += RowRegisters * matrix;
+    }
+    operand += lower;
+  }
+  _tile_stored(0, tile, stride);
+  _tile_stored(1, tile + simd::matrix_words, stride);
+  if constexpr (RowRegisters == 2) {
+    _tile_stored(2, tile + lower, stride);
+    _tile_stored(3, tile + lower + simd::matrix_words, stride);
+  }
+  asm volatile("" ::: "memory");
+}
+
+/// The kernel for a number of parts and of row registers.
+inline AmxKernel amx_kernel_for(int parts, int row_registers) {
+  static constexpr AmxKernel kernels[max_parts][2] = {{&amx_kernel<1, 1>, &amx_kernel<1, 2>},
+                                                      {&amx_kernel<2, 1>, &amx_kernel<2, 2>},
+                                                      {&amx_kernel<3, 1>, &amx_kernel<3, 2>}};
+  return kernels[parts - 1][row_registers - 1];
+}
+
+#else
+
+// Never called: there is no engine for it. It keeps code that names both products compiling.
+inline AmxKernel amx_kernel_for(int, int) { return nullptr; }
+
+#endif
+
+/// Weights of a product on matrix registers, with biases.
+class AmxWeights {
+ public:
+  AmxWeights() = default;
+  template <class Weight, class Bias>
+  AmxWeights(int rows, int columns, int parts, Weight&& weight, Bias&& bias) {
+    pack(rows, columns, parts, weight, bias);
+  }
+
+  /// weight(row, column) and bias(row) are called for every entry. Allocates nothing where the shape stays.
+  template <class Weight, class Bias>
+  void pack(int rows, int columns, int parts, Weight&& weight, Bias&& bias) {
+    rows_ = rows;
+    depth_ = amx_depth(columns);
+    parts_ = parts;
+    const int padded = (rows + simd::matrix_rows - 1) / simd::matrix_rows * simd::matrix_rows;
+    words_.grow_to(index(padded) * index(depth_ * parts) * simd::matrix_words);
+    bias_.grow_to(index(padded));
+    for (int r = 0; r < padded; ++r) bias_[index(r)] = r < rows ? bias(r) : 0.0F;
+    alignas(simd_alignment) float values[amx_columns];
+    for (int b = 0; b < block_count(); ++b) {
+      Word* out = words_.data() + block_offset(b);
+      const int registers = row_registers(b);
+      for (int k = 0; k < depth_; ++k, out += index(parts * registers) * matrix)
+        for (int r = 0; r < registers * simd::matrix_rows; ++r) {
+          const int row = first_row(b) + r;
+          for (int c = 0; c < amx_columns; ++c) {
+            const int column = k * amx_columns + c;
+            values[c] = row < rows && column < columns ? weight(row, column) : 0.0F;
+          }
+          split_row(values, out + index(r) * simd::matrix_words, index(registers) * matrix);
+        }
+    }
+  }
+
+  int rows() const { return rows_; }
+  int parts() const { return parts_; }
+  int depth() const { return depth_; }
+  static constexpr int tallest_block = amx_block_rows;
+  static constexpr int rows_written = simd::matrix_rows;  ///< whose multiples the kernel writes
+  int block_count() const { return (rows_ + amx_block_rows - 1) / amx_block_rows; }
+  int first_row(int block) const { return block * amx_block_rows; }
+  int rows(int block) const { return std::min(amx_block_rows, rows_ - first_row(block)); }
+  /// Matrix registers below each other that a block takes.
+  int row_registers(int block) const { return rows(block) > simd::matrix_rows ? 2 : 1; }
+  const Word* block(int b) const { return words_.data() + block_offset(b); }
+  const float* bias() const { return bias_.data(); }
+  std::size_t bytes() const { return words_.size() * sizeof(Word) + bias_.size() * sizeof(float); }
+  /// Words of an operand for `panels` panels.
+  std::size_t operand_words(int panels) const { return panel_words() * index(panels); }
+  std::size_t panel_words() const { return part_words() * index(parts_); }
+  std::size_t part_words() const { return index(depth_ * simd::matrix_rows) * panel_width<float>; }
+
+ private:
+  static constexpr std::size_t matrix = std::size_t{simd::matrix_rows} * simd::matrix_words;
+  static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
+  std::size_t block_offset(int b) const { return index(first_row(b)) * index(depth_ * parts_) * simd::matrix_words; }
+  void split_row(const float* values, Word* to, std::size_t part_stride) const {
+    if constexpr (simd::has_bf16) {
+      simd::Batch<float> front = simd::load(values), back = simd::load(values + simd::lanes<float>);
+      for (int p = 0; p < parts_; ++p) {
+        const simd::Batch<float> sequence = simd::bf16_sequence(front, back);
+        simd::store_words(to + index(p) * part_stride, sequence);
+        front -= simd::front_of_sequence(sequence);
+        back -= simd::back_of_sequence(sequence);
+      }
+    }
+  }
+
+  int rows_ = 0, depth_ = 0, parts_ = 0;
+  AlignedBuffer<Word> words_;
+  AlignedBuffer<float> bias_;
+};
+
+/// Splits `rows` channels of one panel [rows][panel_width]. `to` is where their first word stands in the first part; an odd last channel is
+/// paired with zero. Gives the number of words.
+inline int split_channels(const float* from, int rows, int parts, Word* to, std::size_t part_words) {
+  constexpr int width = panel_width<float>;
+  for (int c = 0; c < rows; c += 2, from += 2 * width, to += width)
+    simd::unroll<panel_registers>([&](auto q) NPT_LAMBDA_INLINE {
+      constexpr int lanes = simd::lanes<float>;
+      simd::Batch<float> first = simd::load(from + q * lanes);
+      simd::Batch<float> second = c + 1 < rows ? simd::load(from + width + q * lanes) : simd::broadcast(0.0F);
+      for (int p = 0; p < parts; ++p) {
+        const simd::Batch<float> pairs = simd::bf16_pairs(first, second);
+        simd::store_words(to + q * lanes + static_cast<std::size_t>(p) * part_words, pairs);
+        if (p + 1 == parts) break;
+        first -= simd::first_of_pairs(pairs);
+        second -= simd::second_of_pairs(pairs);
+      }
+    });
+  return (rows + 1) / 2;
+}
+
+/// Zeros behind an operand's last word, in every part.
+inline void end_channels(Word* panel, int words, int parts, std::size_t part_words) {
+  for (int p = 0; p < parts; ++p) {
+    Word* part = panel + static_cast<std::size_t>(p) * part_words;
+    std::fill(part + static_cast<std::size_t>(words) * panel_width<float>, part + part_words, Word{0});
+  }
+}
+
+}  // namespace npt::inline NPT_ABI::kernel
