@@ -1,0 +1,106 @@
+/// The rotation nearest to a 3 x 3 matrix A: the R with the largest trace of R^T A, without a singular value decomposition.
+/// Newton's method on the rotation's own three coordinates: with B = A R^T,
+///   R <- exp(w) R,  w = (tr(B) I - (B + B^T) / 2)^-1 (sum over columns of R_c x A_c)
+/// Numerics  double. Reflections and matrices of rank 1 or 2 give a rotation, too; where several are equally near (a matrix
+///           of zeros), the start or any of them. NaN in, NaN out
+/// Source    the iteration of Mueller et al., "A robust method to extract the rotational part of deformations", 2016, with the
+///           second derivative in place of its bound
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace npt::inline NPT_ABI {
+
+/// A rotation as a quaternion of length 1.
+struct Rotation {
+  double w = 1, x = 0, y = 0, z = 0;
+
+  /// The rotation's matrix, column by column.
+  constexpr std::array<Vec3d, 3> columns() const {
+    return {{{1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)},
+             {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)},
+             {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)}}};
+  }
+  constexpr Vec3d operator()(Vec3d p) const {
+    const Vec3d axis{x, y, z}, t = cross(axis, p) * 2.0;
+    return p + t * w + cross(axis, t);
+  }
+  /// This rotation, and then a turn by the vector `turn`: its axis times its angle in radians.
+  Rotation turned(Vec3d turn) const {
+    const double angle = length(turn);
+    if (angle == 0) return *this;
+    const Vec3d t = turn * (std::sin(angle / 2) / angle);
+    const double c = std::cos(angle / 2);
+    const Rotation r{c * w - t.x * x - t.y * y - t.z * z, c * x + t.x * w + t.y * z - t.z * y,
+                     c * y - t.x * z + t.y * w + t.z * x, c * z + t.x * y - t.y * x + t.z * w};
+    const double n = std::sqrt(r.w * r.w + r.x * r.x + r.y * r.y + r.z * r.z);
+    return {r.w / n, r.x / n, r.y / n, r.z / n};
+  }
+};
+
+namespace internal {
+
+/// A symmetric matrix.
+struct Symmetric3 {
+  double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
+
+  constexpr double determinant() const {
+    return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+  }
+  /// Whether all eigenvalues are above -slack, roughly: all principal minors are, for entries of about `size`.
+  constexpr bool is_positive(double size, double slack) const {
+    const double one = slack * size, two = one * size;
+    return xx > one && yy > one && zz > one && xx * yy - xy * xy > two && xx * zz - xz * xz > two &&
+           yy * zz - yz * yz > two && determinant() > two * size;
+  }
+  /// The solution of M x = b, by Cramer's rule. Requires determinant() != 0.
+  constexpr Vec3d solve(Vec3d b) const {
+    const double d = 1 / determinant();
+    return Vec3d{(yy * zz - yz * yz) * b.x + (xz * yz - xy * zz) * b.y + (xy * yz - xz * yy) * b.z,
+                 (xz * yz - xy * zz) * b.x + (xx * zz - xz * xz) * b.y + (xy * xz - xx * yz) * b.z,
+                 (xy * yz - xz * yy) * b.x + (xy * xz - xx * yz) * b.y + (xx * yy - xy * xy) * b.z} *
+           d;
+  }
+};
+
+}  // namespace internal
+
+/// The rotation nearest to the matrix with these columns, sought from `start` in at most `steps` steps. From a start that is
+/// near, two or three give 1e-6; from anywhere, a few dozen.
+inline Rotation nearest_rotation(const std::array<Vec3d, 3>& columns, Rotation start = {}, int steps = 100) {
+  const double size = length(columns[0]) + length(columns[1]) + length(columns[2]);
+  if (!(size > 0)) return start;
+  for (int i = 0; i < steps; ++i) {
+    const std::array<Vec3d, 3> own = start.columns();
+    Vec3d slope;
+    internal::Symmetric3 s;  // the symmetric part of A R^T
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Vec3d a = columns[c], r = own[c];
+      slope += cross(r, a);
+      s.xx += a.x * r.x, s.yy += a.y * r.y, s.zz += a.z * r.z;
+      s.xy += (a.x * r.y + a.y * r.x) / 2, s.xz += (a.x * r.z + a.z * r.x) / 2, s.yz += (a.y * r.z + a.z * r.y) / 2;
+    }
+    const internal::Symmetric3 curvature{s.yy + s.zz, s.xx + s.zz, s.xx + s.yy, -s.xy, -s.xz, -s.yz};
+    const bool at_rest = length(slope) < 1e-12 * size;
+    if (at_rest && curvature.is_positive(size, -1e-9)) break;
+    // Newton's step where the sum is curved downwards all around; off a saddle; or uphill.
+    Vec3d turn{0.3, 0.2, 0.1};
+    if (curvature.is_positive(size, 1e-9)) {
+      turn = curvature.solve(slope);
+    } else if (!at_rest) {
+      turn = slope * (2 / size);
+    }
+    const double angle = length(turn);
+    start = start.turned(angle > 1 ? turn * (1 / angle) : turn);
+    if (angle < 1e-8) break;
+  }
+  return start;
+}
+
+}  // namespace npt::inline NPT_ABI
