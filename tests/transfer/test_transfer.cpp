@@ -3,9 +3,11 @@
 #include <npt/core/error.hpp>
 #include <npt/transfer/transfer.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <initializer_list>
+#include <tuple>
 #include <vector>
 
 #include "support/nets.hpp"
@@ -193,4 +195,137 @@ TEST_CASE("empty meshes and meshes in one point are errors") {
     CHECK_THROWS_WITH_AS(npt::transfer(engine, good, point, {.normalisation = normalisation}),
                          "pose: found all vertices in one point, expected a mesh with an extent", npt::Error);
   }
+}
+
+TEST_CASE("an average over pairings is the mean of its runs, each a pairing of its own") {
+  const npt::Mesh identity = bumpy_sphere(9, 14, 0.2);
+  const auto engine = random_engine<Paired>();
+  for (const npt::Mesh& pose : {bumpy_sphere(9, 14, 0.4), bumpy_sphere(6, 11, 0.4)})
+    for (const bool invariant : {false, true}) {
+      npt::TransferOptions options{.seed = 3, .invariant = invariant};
+      const npt::Mesh one = npt::transfer(engine, identity, pose, options);
+      options.pairings = 3;
+      const auto pairings = npt::choose_pairings(pose.coordinates(), npt::triangulate(pose), 140, options);
+      REQUIRE(pairings.size() == 3);
+      const npt::IdentityInput input = npt::identity_input(identity.coordinates(), options);
+      std::vector<std::vector<float>> runs;
+      for (const npt::PosePoints& pairing : pairings) {
+        runs.emplace_back(input.coordinates.size());
+        engine(npt::pose_input(pose.coordinates(), pairing, options), input.coordinates, runs.back());
+        if (pose.vertex_count() != 140) continue;
+        std::vector<npt::Vec3f> points = npt::positions_of(pairing.points, pose.coordinates()), all = pose.positions;
+        if (pairing.points.empty()) points = all;
+        const auto less = [](npt::Vec3f a, npt::Vec3f b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); };
+        std::ranges::sort(points, less);
+        std::ranges::sort(all, less);
+        CHECK(same_bits(points, all));  // each vertex once
+      }
+      CHECK(runs[1] != runs[0]);
+      CHECK(runs[2] != runs[1]);
+      std::vector<float> mean(runs[0].size()), restored(mean.size());
+      for (std::size_t i = 0; i < mean.size(); ++i)
+        mean[i] = static_cast<float>((double{runs[0][i]} + runs[1][i] + runs[2][i]) / 3);
+      npt::restore(input, mean, restored);
+      const npt::Mesh found = npt::transfer(engine, identity, pose, options);
+      CHECK(std::memcmp(restored.data(), found.positions.data(), restored.size() * sizeof(float)) == 0);
+      npt::restore(input, runs[0], restored);
+      CHECK(std::memcmp(restored.data(), one.positions.data(), restored.size() * sizeof(float)) == 0);
+    }
+}
+
+TEST_CASE("averaging keeps the invariant mode's promise, and steadies the plain mode") {
+  const npt::Mesh identity = bumpy_sphere(9, 14, 0.2), pose = bumpy_sphere(6, 11, 0.4);
+  const auto engine = random_engine<Paired>();
+  const npt::TransferOptions options{.seed = 5, .invariant = true, .pairings = 2, .mirror = true};
+  const npt::Mesh expected = npt::transfer(engine, identity, pose, options);
+  const auto order = random_order(identity, 1);
+  const npt::Mesh found = npt::transfer(engine, npt::permute_vertices(identity, order),
+                                        npt::permute_vertices(pose, random_order(pose, 2)), options);
+  CHECK(same_bits(npt::permute_vertices(expected, order).positions, found.positions));
+
+  const auto spread = [&](int pairings) {
+    const auto run = [&](std::uint64_t seed) {
+      return npt::transfer(engine, identity, pose, {.seed = seed, .pairings = pairings});
+    };
+    const npt::Mesh a = run(1), b = run(2);
+    double sum = 0;
+    for (std::size_t v = 0; v < a.vertex_count(); ++v) sum += npt::length(a.positions[v] - b.positions[v]);
+    return sum;
+  };
+  CHECK(spread(16) < 0.5 * spread(1));
+}
+
+TEST_CASE("pairings don't matter to the pooled feature; fewer than one are an error") {
+  const npt::Mesh identity = bumpy_sphere(9, 14, 0.2), pose = bumpy_sphere(6, 11, 0.4);
+  const auto engine = random_engine<Pooled>();
+  CHECK(same_bits(npt::transfer(engine, identity, pose, {.pairings = 5}).positions,
+                  npt::transfer(engine, identity, pose).positions));
+  CHECK_THROWS_WITH_AS(npt::transfer(random_engine<Paired>(), identity, pose, {.pairings = 0}),
+                       "pairings: found 0, expected at least 1", npt::Error);
+}
+
+TEST_CASE("with mirror, mirrored meshes give the mirrored result") {
+  const auto mirrored = [](npt::Mesh mesh) {
+    for (npt::Vec3f& p : mesh.positions) p.x = -p.x;
+    return mesh;
+  };
+  const npt::Mesh identity = bumpy_sphere(9, 14, 0.2), pose = bumpy_sphere(9, 14, 0.4);
+  const auto engine = random_engine<Paired>();
+  for (const bool mirror : {false, true}) {
+    const npt::TransferOptions options{.mirror = mirror};
+    const npt::Mesh a = npt::transfer(engine, identity, pose, options);
+    const npt::Mesh b = mirrored(npt::transfer(engine, mirrored(identity), mirrored(pose), options));
+    float worst = 0;
+    for (std::size_t v = 0; v < a.vertex_count(); ++v)
+      worst = std::max(worst, npt::length(a.positions[v] - b.positions[v]));
+    CHECK((worst < 1e-6F) == mirror);
+  }
+}
+
+TEST_CASE("frames of a sequence share their random choices; other faces begin another sequence") {
+  const npt::Mesh identity = bumpy_sphere(9, 14, 0.2), first = bumpy_sphere(6, 11, 0.4),
+                  other = bumpy_sphere(5, 8, 0.4);
+  // Areas and the order of coordinates change.
+  npt::Mesh second = first;
+  for (npt::Vec3f& p : second.positions) p = {p.x + 0.3F * p.y, p.y + std::max(0.0F, p.x - 3), p.z - 0.2F * p.x};
+  const auto engine = random_engine<Paired>();
+  for (const bool invariant : {false, true}) {
+    const npt::TransferOptions options{.seed = 2, .invariant = invariant, .pairings = 2};
+    const auto triangles = npt::triangulate(first);
+    npt::SequencePoints points;
+    const auto of_first = points.of(first.coordinates(), triangles, 140, options);
+    const auto of_second = points.of(second.coordinates(), triangles, 140, options);
+    const auto anew = npt::choose_pairings(second.coordinates(), triangles, 140, options);
+    for (std::size_t p = 0; p < 2; ++p) {
+      CHECK(of_first[p].points == of_second[p].points);
+      CHECK(of_first[p].points != anew[p].points);
+    }
+
+    npt::SequenceTransfer sequence(engine, identity, options);
+    const npt::Mesh a = sequence(first), b = sequence(second);
+    CHECK(same_bits(a.positions, npt::transfer(engine, identity, first, options).positions));
+    const npt::Mesh alone = npt::transfer(engine, identity, second, options);
+    CHECK_FALSE(same_bits(b.positions, alone.positions));
+    CHECK(same_bits(sequence(first).positions, a.positions));
+    CHECK(same_bits(sequence(second).positions, b.positions));
+    // Other faces: chosen anew.
+    CHECK(same_bits(sequence(other).positions, npt::transfer(engine, identity, other, options).positions));
+    CHECK(same_bits(sequence(second).positions, alone.positions));
+  }
+}
+
+TEST_CASE("chosen points follow their mesh and are refused by another") {
+  const npt::Mesh mesh = bumpy_sphere(6, 11, 0.4);
+  const npt::TransferOptions options{.normalisation = npt::Normalisation::none, .seed = 4};
+  const npt::PosePoints chosen = npt::choose_points(mesh.coordinates(), npt::triangulate(mesh), 200, options);
+  CHECK(chosen.count() == 200);
+  npt::Mesh moved = mesh;
+  for (npt::Vec3f& p : moved.positions) p = p * 2.0F + npt::Vec3f{1, 2, 3};
+  const std::vector<float> a = npt::pose_input(mesh.coordinates(), chosen, options),
+                           b = npt::pose_input(moved.coordinates(), chosen, options);
+  REQUIRE(a.size() == 600);
+  for (std::size_t i = 0; i < a.size(); ++i)
+    REQUIRE(b[i] == doctest::Approx(2 * a[i] + static_cast<float>(i % 3 + 1)).epsilon(1e-5));
+  CHECK_THROWS_WITH_AS(npt::pose_input(bumpy_sphere(5, 8, 0.4).coordinates(), chosen, options),
+                       "pose: found 48 vertices, expected 77, as the mesh that the points were chosen on", npt::Error);
 }

@@ -1,7 +1,9 @@
 /// A given number of points on a mesh, for networks that pair pose and identity vertices one to one.
 /// Points are drawn by area, uniformly within a triangle, with counter-based random numbers: the same seed gives the
-/// same points everywhere. They depend on the faces' order and points but not on the vertices' numbers. Shapes    xyz:
-/// [V, 3] floats, row major; result: [count] Requires  triangle indices below V
+/// same points everywhere. They depend on the faces' order and points but not on the vertices' numbers. Drawn once, they can be
+/// followed through a sequence of poses.
+/// Shapes    xyz: [V, 3] floats, row major; result: [count]
+/// Requires  triangle indices below V
 #pragma once
 
 #include <npt/config.hpp>
@@ -11,6 +13,7 @@
 #include <npt/mesh/topology.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -19,17 +22,39 @@
 
 namespace npt::inline NPT_ABI {
 
+/// A point of a surface, wherever its vertices go: the sum of three of them, times weights that add up to 1.
+struct SurfacePoint {
+  Triangle corners{};
+  std::array<double, 3> weights{1, 0, 0};
+
+  friend bool operator==(const SurfacePoint&, const SurfacePoint&) = default;
+};
+
+/// Where the vertices `xyz` put the points. [points]
+inline std::vector<Vec3f> positions_of(std::span<const SurfacePoint> points, std::span<const float> xyz) {
+  std::vector<Vec3f> positions(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto [a, b, c] = points[i].corners;
+    const auto [u, v, w] = points[i].weights;
+    positions[i] =
+        u == 1 ? internal::point(xyz, a).as<float>()
+               : (internal::point(xyz, a) * u + internal::point(xyz, b) * v + internal::point(xyz, c) * w).as<float>();
+  }
+  return positions;
+}
+
 namespace internal {
 
+inline SurfacePoint at_vertex(std::uint32_t vertex) { return {{vertex, vertex, vertex}, {1, 0, 0}}; }
+
 /// count of the vertices: without repeats while they last, then all of them and random repeats.
-inline std::vector<Vec3f> resample_vertices(std::span<const float> xyz, std::size_t count, Random& random) {
-  const auto vertices = static_cast<std::uint32_t>(xyz.size() / 3);
+inline std::vector<SurfacePoint> draw_vertices(std::uint32_t vertices, std::size_t count, Random& random) {
   std::vector<std::uint32_t> chosen = random_permutation(vertices, random);
   if (count > vertices) std::sort(chosen.begin(), chosen.end());
   chosen.resize(std::min<std::size_t>(count, vertices));
   while (chosen.size() < count) chosen.push_back(random.below(vertices));
-  std::vector<Vec3f> points(count);
-  for (std::size_t i = 0; i < count; ++i) points[i] = point(xyz, chosen[i]).as<float>();
+  std::vector<SurfacePoint> points(count);
+  for (std::size_t i = 0; i < count; ++i) points[i] = at_vertex(chosen[i]);
   return points;
 }
 
@@ -50,28 +75,31 @@ inline std::vector<double> cumulative_areas(std::span<const float> xyz, std::spa
 /// `count` points on the triangles. Exactly the vertices, in their order, when count is their number. Points instead of
 /// a surface (no triangles, or none with an area): vertices, without repeats when count is less than their number,
 /// otherwise all and random repeats. Throws npt::Error for no vertices.
-inline std::vector<Vec3f> resample(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
-                                   std::uint64_t seed) {
+inline std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::span<const Triangle> triangles,
+                                             std::size_t count, Random random) {
   internal::expect_points(xyz, "mesh to resample");
-  std::vector<Vec3f> points(count);
-  if (count == xyz.size() / 3) {
-    for (std::size_t v = 0; v < count; ++v) points[v] = internal::point(xyz, v).as<float>();
+  const auto vertices = static_cast<std::uint32_t>(xyz.size() / 3);
+  std::vector<SurfacePoint> points(count);
+  if (count == vertices) {
+    for (std::uint32_t v = 0; v < count; ++v) points[v] = internal::at_vertex(v);
     return points;
   }
-  Random random(seed);
   const std::vector<double> areas = internal::cumulative_areas(xyz, triangles);
-  if (areas.empty() || !(areas.back() > 0)) return internal::resample_vertices(xyz, count, random);
-  for (Vec3f& result : points) {
+  if (areas.empty() || !(areas.back() > 0)) return internal::draw_vertices(vertices, count, random);
+  for (SurfacePoint& point : points) {
     const double target = random.uniform() * areas.back();
     const auto found = std::upper_bound(areas.begin(), areas.end() - 1, target);
-    const auto [a, b, c] = triangles[static_cast<std::size_t>(found - areas.begin())];
     // The square root makes the density uniform over the triangle (Osada et al., "Shape Distributions", 2002, eq. 1).
     const double r = std::sqrt(random.uniform()), s = random.uniform();
-    result = (internal::point(xyz, a) * (1 - r) + internal::point(xyz, b) * (r * (1 - s)) +
-              internal::point(xyz, c) * (r * s))
-                 .as<float>();
+    point = {triangles[static_cast<std::size_t>(found - areas.begin())], {1 - r, r * (1 - s), r * s}};
   }
   return points;
+}
+
+/// Their positions, with the numbers of a seed.
+inline std::vector<Vec3f> resample(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
+                                   std::uint64_t seed) {
+  return positions_of(draw_points(xyz, triangles, count, Random(seed)), xyz);
 }
 
 inline std::vector<Vec3f> resample(const Mesh& mesh, std::size_t count, std::uint64_t seed) {

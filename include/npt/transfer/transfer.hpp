@@ -11,8 +11,9 @@
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/permute.hpp>
-#include <npt/mesh/resample.hpp>
 #include <npt/mesh/topology.hpp>
+#include <npt/transfer/options.hpp>
+#include <npt/transfer/pose_points.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -23,19 +24,6 @@
 
 namespace npt::inline NPT_ABI {
 
-struct TransferOptions {
-  /// Must be what the weights were trained with (the metadata key `normalisation`).
-  Normalisation normalisation = Normalisation::centre;
-  /// Where the network pairs vertices and the counts differ: draw as many points from the pose mesh's surface as the
-  /// identity has. False: an Error instead.
-  bool resample = true;
-  /// Of every random choice: resampled points, the pairing in the invariant mode.
-  std::uint64_t seed = 0;
-  /// Permuting either mesh's vertices permutes the result bit for bit: vertices are brought into an order derived from
-  /// their coordinates first. False: the paper's plain mode, in which vertices are paired as they come.
-  bool invariant = false;
-};
-
 /// An identity mesh as the network sees it, and the way back.
 struct IdentityInput {
   std::vector<float> coordinates;  ///< [V, 3], normalised, in the network's order
@@ -45,12 +33,9 @@ struct IdentityInput {
 
 namespace internal {
 
-/// A mesh in one point has no pose and no shape, whatever it is normalised by.
-inline void expect_extent(std::span<const float> xyz, const std::string& name) {
-  for (std::size_t i = 3; i < xyz.size(); ++i)
-    if (!(xyz[i] == xyz[i % 3])) return;  // NaN counts as different: it goes through to the result
-  if (!xyz.empty())
-    throw Error({.file = name, .found = "all vertices in one point", .expected = "a mesh with an extent"});
+/// x to -x.
+inline void mirror(std::span<float> xyz) {
+  for (std::size_t i = 0; i < xyz.size(); i += 3) xyz[i] = -xyz[i];
 }
 
 }  // namespace internal
@@ -77,39 +62,11 @@ inline IdentityInput identity_input(std::span<const float> xyz, const TransferOp
   return input;
 }
 
-/// A pose mesh as the network sees it: [count, 3], normalised. `count` 0: as many points as it has vertices.
+/// A pose mesh as the network sees it: [count, 3], normalised. `count` 0: as many points as it has vertices. The first
+/// pairing only.
 inline std::vector<float> pose_input(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
                                      const TransferOptions& options, const std::string& name = "pose") {
-  internal::expect_extent(xyz, name);
-  const Frame frame = frame_of(xyz, options.normalisation, name);
-  const std::size_t vertices = xyz.size() / 3;
-  if (count == 0) count = vertices;
-  std::vector<float> points(xyz.begin(), xyz.end());
-  std::vector<Triangle> faces(triangles.begin(), triangles.end());
-  if (options.invariant) {
-    // Another seed than the identity's: a mesh that takes its own pose must not be paired vertex by vertex.
-    const std::vector<std::uint32_t> order = canonical_shuffle(xyz, options.seed + 1);
-    const std::vector<std::uint32_t> place = inverse_order(order);
-    for (std::size_t i = 0; i < vertices; ++i)
-      for (std::size_t axis = 0; axis < 3; ++axis) points[3 * i + axis] = xyz[3 * order[i] + axis];
-    for (Triangle& t : faces) t = {place[t[0]], place[t[1]], place[t[2]]};
-  }
-  if (count != vertices) {
-    if (!options.resample)
-      throw Error({.file = name,
-                   .found = std::to_string(vertices) + " vertices",
-                   .expected = std::to_string(count) +
-                               ", as many as the identity has (or resampling, or weights with the pooled feature)"});
-    const std::vector<Vec3f> drawn = npt::resample(points, faces, count, options.seed);
-    points.resize(3 * count);
-    for (std::size_t i = 0; i < count; ++i) {
-      points[3 * i] = drawn[i].x;
-      points[3 * i + 1] = drawn[i].y;
-      points[3 * i + 2] = drawn[i].z;
-    }
-  }
-  apply(frame, points, points);
-  return points;
+  return pose_input(xyz, choose_points(xyz, triangles, count, options, 0, name), options, name);
 }
 
 /// The network's result [V, 3] as positions in the identity's order, units and place. `out` may not be `result`.
@@ -129,14 +86,91 @@ inline Mesh with_positions(Mesh identity, const IdentityInput& input, std::span<
   return identity;
 }
 
+/// Encodes what the runs of a transfer need of one pose mesh: a code for each pairing, and with options.mirror one for each
+/// mirror image after them. `engine`: an Engine, or a Core of its kind.
+template <class Engine, class Code>
+void encode_runs(const Engine& engine, std::span<const float> xyz, std::span<const PosePoints> pairings,
+                 const TransferOptions& options, std::vector<Code>& codes, const std::string& name = "pose") {
+  codes.resize(pairings.size() * (options.mirror ? 2 : 1));
+  for (std::size_t p = 0; p < pairings.size(); ++p) {
+    std::vector<float> points = pose_input(xyz, pairings[p], options, name);
+    engine.encode(points, codes[p]);
+    if (!options.mirror) continue;
+    internal::mirror(points);
+    engine.encode(points, codes[pairings.size() + p]);
+  }
+}
+
+/// Gives an identity the pose that encode_runs encoded: the mean of its runs, [V, 3], in the network's order and frame.
+template <class Engine, class Code>
+void decode_runs(const Engine& engine, const std::vector<Code>& codes, const IdentityInput& identity,
+                 const TransferOptions& options, std::span<float> result) {
+  if (codes.size() == 1) {
+    engine.decode(codes[0], identity.coordinates, result);
+    return;
+  }
+  std::vector<float> mirrored, run(result.size());
+  if (options.mirror) {
+    mirrored = identity.coordinates;
+    internal::mirror(mirrored);
+  }
+  std::vector<double> sum(result.size(), 0.0);
+  for (std::size_t r = 0; r < codes.size(); ++r) {
+    const bool turned = options.mirror && r >= codes.size() / 2;
+    engine.decode(codes[r], turned ? mirrored : identity.coordinates, run);
+    if (turned) internal::mirror(run);
+    for (std::size_t i = 0; i < run.size(); ++i) sum[i] += run[i];
+  }
+  for (std::size_t i = 0; i < sum.size(); ++i)
+    result[i] = static_cast<float>(sum[i] / static_cast<double>(codes.size()));
+}
+
+/// Transfers of one sequence, or of many poses, to one identity: what depends on the identity is computed once, and all
+/// frames share their random choices (see pose_points.hpp). Keeps a reference to the engine. One thread at a time.
+template <class Engine>
+class SequenceTransfer {
+ public:
+  /// Errors  npt::Error for an empty mesh and for one whose vertices are all in one point
+  SequenceTransfer(const Engine& engine, Mesh identity, const TransferOptions& options = {})
+      : engine_(&engine),
+        options_(options),
+        identity_(std::move(identity)),
+        input_(identity_input(identity_.coordinates(), options)) {}
+
+  /// The identity mesh in the frame's pose.
+  /// Errors  as transfer()
+  Mesh operator()(const Mesh& frame) {
+    const std::size_t count = Engine::pairs_vertices() ? identity_.vertex_count() : 0;
+    const auto& pairings = points_.of(frame.coordinates(), triangulate(frame), count, options_);
+    encode_runs(*engine_, frame.coordinates(), pairings, options_, codes_);
+    std::vector<float> result(input_.coordinates.size());
+    decode_runs(*engine_, codes_, input_, options_, result);
+    return with_positions(identity_, input_, result);
+  }
+
+ private:
+  using Code = decltype(std::declval<const Engine&>().encode(std::span<const float>()));
+
+  const Engine* engine_;
+  TransferOptions options_;
+  Mesh identity_;
+  IdentityInput input_;
+  SequencePoints points_;
+  std::vector<Code> codes_;
+};
+
 /// The identity mesh in the pose mesh's pose.
-/// Errors  npt::Error for empty meshes, for a mesh whose vertices are all in one point, and for unequal vertex counts
-///         where the network pairs vertices and resampling is off
+/// Errors  npt::Error for empty meshes, for a mesh whose vertices are all in one point, for unequal vertex counts
+///         where the network pairs vertices and resampling is off, and for fewer than one pairing
 template <class Engine>
 Mesh transfer(const Engine& engine, const Mesh& identity, const Mesh& pose, const TransferOptions& options = {}) {
+  const bool paired = Engine::pairs_vertices();
+  if (options.mirror || (paired && options.pairings != 1))
+    return SequenceTransfer<Engine>(engine, identity, options)(pose);
+  // One run needs no code that outlives it.
   const IdentityInput input = identity_input(identity.coordinates(), options);
-  const std::size_t count = Engine::pairs_vertices() ? identity.vertex_count() : 0;
-  const std::vector<float> posed = pose_input(pose.coordinates(), triangulate(pose), count, options);
+  const std::vector<float> posed =
+      pose_input(pose.coordinates(), triangulate(pose), paired ? identity.vertex_count() : 0, options);
   std::vector<float> result(input.coordinates.size());
   engine(posed, input.coordinates, result);
   return with_positions(identity, input, result);
