@@ -1,6 +1,7 @@
 /// npt bench: verifies the engine on fresh random input, then times it beside the processor's peak.
 #include "bench_train.hpp"
 #include "networks.hpp"
+#include "precision_option.hpp"
 #include "report.hpp"
 #include "subcommand.hpp"
 
@@ -114,15 +115,9 @@ double child_memory(const std::function<void()>& work) {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-npt::Precision precision_of(const Options& o) {
-  for (const auto p : {npt::Precision::bf16, npt::Precision::bf16x2, npt::Precision::bf16x3})
-    if (o.precision == npt::name_of(p)) return p;
-  return npt::Precision::native;
-}
-
 /// Of the unit that multiplies, divided by the products that a precision takes for one.
 double peak_of(const Options& o) {
-  const int parts = npt::parts_of(precision_of(o));
+  const int parts = npt::parts_of(program::precision_from(o.precision));
   if (parts == 0) return bench::measure_peak<float>(o.threads);
   if (!npt::simd::has_matrix_registers()) return bench::measure_peak<float, true>(o.threads);
   return bench::measure_matrix_peak(o.threads) / (parts * (parts + 1) / 2);
@@ -140,7 +135,7 @@ void time_beside_peak(const Options& o, Result& result, const std::function<void
 }
 
 void bench_forward(const program::Network& network, const Options& o, std::uint64_t seed) {
-  const npt::Precision precision = precision_of(o);
+  const npt::Precision precision = program::precision_from(o.precision);
   const std::vector<float> pose = random_points<float>(o.vertices, seed, 1001);
   const std::vector<float> identity = random_points<float>(o.vertices, seed, 1002);
   Result result{.name = "forward, " + network.variant.text(), .seconds = {}, .peaks = {}};
@@ -270,11 +265,7 @@ void add(CLI::App& command) {
       ->check(CLI::IsMember({"per-vertex", "pooled"}))
       ->capture_default_str();
   forward->add_option("--batch", o->batch, "Pairs in one call")->check(CLI::Range(1, 4096))->capture_default_str();
-  forward
-      ->add_option("--precision", o->precision,
-                   "fp32; bf16; with AMX also bf16x2 (error about 1e-4) and bf16x3 (as fp32)")
-      ->check(CLI::IsMember({"fp32", "bf16", "bf16x2", "bf16x3"}))
-      ->capture_default_str();
+  program::add_precision_option(*forward, o->precision);
   const auto threads = [o] {
     if (o->threads == 0) o->threads = npt::TbbExecutor().slots();
   };

@@ -1,6 +1,7 @@
 /// npt train: trains a network from body models or families of meshes, with checkpoints, a log and its plot.
 #include "arguments.hpp"
 #include "interrupt.hpp"
+#include "precision_option.hpp"
 #include "progress.hpp"
 #include "status_line.hpp"
 #include "subcommand.hpp"
@@ -117,6 +118,7 @@ class Training {
     options_["command"] = program::command_text(command);
     initialise();
     gradients_.emplace(program::find_trainable(arguments.variant)->gradients(arguments.threads));
+    gradients_->set_precision(program::precision_from(arguments.precision));
     trainer_.emplace(*gradients_, list_, parameters_.span(), trainer_options());
     if (checkpoint != nullptr) restore(*checkpoint);
     if (first()) {
@@ -184,6 +186,7 @@ class Training {
     o.adam = {.beta1 = a.beta1, .beta2 = a.beta2, .epsilon = a.epsilon};
     if (a.optimiser == "muon") o.matrix_rate = a.matrix_rate / rate;
     o.muon.momentum = a.matrix_momentum;
+    o.muon.parts = std::min(1, npt::parts_of(gradients_->precision()));
     o.loss = {.scaling = a.loss_scaling == "sum" ? npt::LossScaling::sum : npt::LossScaling::mean,
               .edge = a.edge_loss == "length"     ? npt::EdgeLoss::length
                       : a.edge_loss == "relative" ? npt::EdgeLoss::relative

@@ -1,6 +1,7 @@
 #include "training_arguments.hpp"
 
 #include "arguments.hpp"
+#include "precision_option.hpp"
 #include "subcommand.hpp"
 
 #include <npt/core/error.hpp>
@@ -20,10 +21,10 @@ constexpr std::string_view option_prefix = "option.";
 
 /// Options that belong to a run and not to the training.
 constexpr std::array<std::string_view, 5> run_options{"--help", "--threads", "--out", "--resume", "--overwrite"};
-/// Options that a resumed run may change: the training becomes longer or shorter, or reports otherwise.
+/// Options that a resumed run may change: the training becomes longer or shorter, goes on another machine, or reports otherwise.
 constexpr std::array<std::string_view, 2> length_options{"--steps", "--minutes"};
-constexpr std::array<std::string_view, 4> report_options{"--checkpoint-every", "--log-every", "--validate-every",
-                                                         "--domain"};
+constexpr std::array<std::string_view, 5> report_options{"--checkpoint-every", "--log-every", "--validate-every",
+                                                         "--domain", "--precision"};
 
 template <class List>
 bool contains(const List& list, std::string_view name) {
@@ -269,6 +270,7 @@ void add_run_options(CLI::App& command, TrainingArguments& a) {
   command.add_flag("--overwrite", a.overwrite, "Begin anew where a checkpoint of an earlier training stands")
       ->excludes("--resume")
       ->group(group);
+  add_precision_option(command, a.precision)->group(group);
   command.add_option("--threads", a.threads, "Threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str()

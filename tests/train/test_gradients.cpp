@@ -29,8 +29,9 @@ double difference(std::span<const T> values, const std::vector<double>& expected
 }
 
 template <class Net, class T>
-void check_golden(const std::string& name, double tolerance) {
+void check_golden(const std::string& name, double tolerance, npt::Precision precision = npt::Precision::native) {
   CAPTURE(name);
+  CAPTURE(std::string(npt::name_of(precision)));
   npt::Model<Net, T> model;
   npt::load(model, support::golden_path(name + ".weights.safetensors"));
   const auto golden = npt::SafetensorsFile::read(support::golden_path(name + ".case.safetensors"));
@@ -54,6 +55,7 @@ void check_golden(const std::string& name, double tolerance) {
     to_identity.emplace_back(identity_gradients[n]);
   }
   npt::Gradients<Net, T> gradients(2);
+  gradients.set_precision(precision);
   gradients.load(model.buffer());
   npt::Model<Net, T> gradient;
   for (int repeat = 0; repeat < 2; ++repeat) {  // the second time in memory that holds something
@@ -86,6 +88,14 @@ template <class Net>
 void check_both(const std::string& name) {
   check_golden<Net, double>(name, 1e-10);
   check_golden<Net, float>(name, 1e-4);
+  if (!npt::simd::has_matrix_registers()) {
+    CHECK_THROWS_AS(npt::Gradients<Net>(1).set_precision(npt::Precision::bf16x3), npt::Error);
+    return;
+  }
+  check_golden<Net, float>(name, 1e-4, npt::Precision::bf16x3);
+  check_golden<Net, float>(name, 1e-2, npt::Precision::bf16x2);
+  check_golden<Net, float>(name, 0.8, npt::Precision::bf16);
+  CHECK_THROWS_AS((npt::Gradients<Net, double>(1).set_precision(npt::Precision::bf16x3)), npt::Error);
 }
 
 }  // namespace

@@ -27,23 +27,34 @@ double entry(const std::vector<double>& m, int columns, int r, int c) {
 TEST_CASE("matrix products and transposes are those of plain loops") {
   npt::kernel::MatrixProduct<double> multiply;
   for (const auto& [m, n, k] : {std::array{1, 1, 1}, {13, 16, 5}, {14, 33, 20}, {40, 7, 64}, {65, 131, 31}}) {
-    const auto a = random_matrix(k, m, 1), b = random_matrix(k, n, 2);
-    std::vector<double> c(static_cast<std::size_t>(m * n));
-    multiply(m, n, k, a.data(), b.data(), c.data());
-    double worst = 0;
-    for (int i = 0; i < m; ++i)
-      for (int j = 0; j < n; ++j) {
-        double sum = 0;
-        for (int s = 0; s < k; ++s) sum += entry(a, m, s, i) * entry(b, n, s, j);
-        worst = std::max(worst, std::abs(sum - entry(c, n, i, j)));
-      }
-    CHECK(worst < 1e-12);
+    const auto a = random_matrix(m, k, 1), b = random_matrix(k, n, 2);
     std::vector<double> transposed(a.size());
-    npt::kernel::transpose_matrix(a.data(), k, m, transposed.data());
+    npt::kernel::transpose_matrix(a.data(), m, k, transposed.data());
     std::size_t wrong = 0;
     for (int s = 0; s < k; ++s)
-      for (int i = 0; i < m; ++i) wrong += entry(transposed, k, i, s) == entry(a, m, s, i) ? 0U : 1U;
+      for (int i = 0; i < m; ++i) wrong += entry(transposed, m, s, i) == entry(a, k, i, s) ? 0U : 1U;
     CHECK(wrong == 0);
+    std::vector<double> c(static_cast<std::size_t>(m * n));
+    multiply(m, n, k, a.data(), transposed.data(), b.data(), c.data());
+    std::vector<float> c32(c.size());
+    const std::vector<float> a32(a.begin(), a.end()), t32(transposed.begin(), transposed.end()),
+        b32(b.begin(), b.end());
+    npt::kernel::MatrixProduct<float>(1)(m, n, k, a32.data(), t32.data(), b32.data(),
+                                         c32.data());  // on matrix registers, if any
+    double worst = 0, worst32 = 0;
+    for (int i = 0; i < m; ++i)
+      for (int j = 0; j < n; ++j) {
+        double sum = 0, size = 0;
+        for (int s = 0; s < k; ++s) {
+          sum += entry(a, k, i, s) * entry(b, n, s, j);
+          size += std::abs(entry(a, k, i, s) * entry(b, n, s, j));
+        }
+        worst = std::max(worst, std::abs(sum - entry(c, n, i, j)));
+        worst32 =
+            std::max(worst32, std::abs(sum - static_cast<double>(c32[static_cast<std::size_t>(i * n + j)])) / size);
+      }
+    CHECK(worst < 1e-12);
+    CHECK(worst32 < 0x1p-7);
   }
 }
 

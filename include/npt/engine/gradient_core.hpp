@@ -5,16 +5,20 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/engine/core.hpp>
+#include <npt/engine/packed_program.hpp>
 #include <npt/engine/tape_backward.hpp>
 #include <npt/engine/tape_forward.hpp>
 #include <npt/engine/tape_memory.hpp>
+#include <npt/kernel/matrix_product.hpp>
 #include <npt/parallel/executor.hpp>
+#include <npt/simd/amx.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace npt::inline NPT_ABI::engine {
@@ -38,6 +42,19 @@ class GradientCore {
   /// Bytes held.
   std::size_t bytes() const { return memory_->bytes(); }
 
+  Precision precision() const { return precision_; }
+  /// What products are computed in, from the next load() on. Everything else, sums and stored values too, stays T.
+  /// Errors  npt::Error where this build or machine has no matrix registers for bfloat16
+  void set_precision(Precision precision) {
+    if (precision != Precision::native && !(std::is_same_v<T, float> && simd::has_matrix_registers()))
+      throw Error({.file = "precision",
+                   .found = std::string(name_of(precision)) + " in gradients compiled for " NPT_ISA_NAME,
+                   .expected = "float and a processor and a system with AMX, or the native precision"});
+    precision_ = precision;
+    *memory_ = TapeMemory<T>{};
+    memory_->parts = parts_of(precision);
+  }
+
   /// Takes new weights: after every step of the optimiser.
   void load(std::span<const T> parameters) {
     expect("parameters", parameters.size(), parameter_count_);
@@ -46,6 +63,7 @@ class GradientCore {
     std::ranges::copy(parameters, memory.parameters.data());
     if (memory.weights.empty()) {
       memory.weights.resize(static_cast<std::size_t>(tape_->stage_count));
+      memory.transposed.resize(memory.weights.size());
       for (int i = 0; i < tape_->stage_count; ++i) {
         memory.columns.emplace_back();
         for (int row = 0; tape_->stage(i).product && row < tape_->stage(i).operand_rows; ++row)
@@ -97,13 +115,40 @@ class GradientCore {
     const auto weight = [&](int row, int k) {
       return weights[row * stage.columns + columns[static_cast<std::size_t>(k)]];
     };
+    const auto bias = [&](int row) { return stage.bias_is_dead ? T(0) : parameters[stage.bias + row]; };
+    const auto transposed = [&](int k, int row) { return weight(row, k); };
+    const auto no_bias = [](int) { return T(0); };
     TapeWeights<T>& packed = memory_->weights[static_cast<std::size_t>(i)];
+    if constexpr (std::is_same_v<T, float>) {
+      if (const int parts = memory_->parts; parts > 0) {
+        // Columns that meet no pooled feature nearly always stand side by side.
+        const bool contiguous =
+            columns.back() - columns.front() + 1 == stage.operand_rows && std::ranges::is_sorted(columns);
+        const auto stride = static_cast<std::size_t>(stage.columns);
+        AlignedBuffer<float>& turned = memory_->transposed[static_cast<std::size_t>(i)];
+        if (!contiguous) {
+          if (is_forward)
+            packed.amx_forward.pack(stage.rows, stage.operand_rows, parts, weight, bias);
+          else
+            packed.amx_backward.pack(stage.operand_rows, stage.rows, parts, transposed, no_bias);
+        } else if (is_forward) {
+          packed.amx_forward.pack_matrix(stage.rows, stage.operand_rows, parts, weights + columns.front(), stride,
+                                         bias);
+        } else {
+          turned.grow_to(static_cast<std::size_t>(stage.rows) * stride);
+          kernel::transpose_matrix(weights, stage.rows, stage.columns, turned.data());
+          const auto rows = static_cast<std::size_t>(stage.rows);
+          packed.amx_backward.pack_matrix(stage.operand_rows, stage.rows, parts,
+                                          turned.data() + static_cast<std::size_t>(columns.front()) * rows, rows,
+                                          no_bias);
+        }
+        return;
+      }
+    }
     if (is_forward)
-      packed.forward.pack(stage.rows, stage.operand_rows, weight,
-                          [&](int row) { return stage.bias_is_dead ? T(0) : parameters[stage.bias + row]; });
+      packed.forward.pack(stage.rows, stage.operand_rows, weight, bias);
     else
-      packed.backward.pack(
-          stage.operand_rows, stage.rows, [&](int k, int row) { return weight(row, k); }, [](int) { return T(0); });
+      packed.backward.pack(stage.operand_rows, stage.rows, transposed, no_bias);
   }
 
   static void expect(const char* what, std::size_t found, std::size_t expected) {
@@ -144,6 +189,7 @@ class GradientCore {
   std::size_t parameter_count_;
   std::span<const ChainLoops<T>> loops_;
   Exec executor_;
+  Precision precision_ = Precision::native;
   std::unique_ptr<TapeMemory<T>> memory_;
 };
 

@@ -8,14 +8,17 @@
 
 #include <npt/config.hpp>
 #include <npt/engine/tape_memory.hpp>
+#include <npt/kernel/amx_outer_product.hpp>
 #include <npt/kernel/backward.hpp>
 #include <npt/kernel/outer_product.hpp>
 #include <npt/parallel/executor.hpp>
+#include <npt/simd/amx.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
+#include <type_traits>
 
 namespace npt::inline NPT_ABI::engine {
 
@@ -121,13 +124,20 @@ class TapeBackward : TapeView<T> {
     }
     // A task's scratch: a tile for the operand and later the gradient, one for a gradient that only maxima make, and the collected
     // operands of the weights' gradient.
-    std::size_t tiles = 0, collected = 0;
+    std::size_t tiles = 0, collected = 0, words = 0;
     for (int i = 0; i < tape_.stage_count; ++i) {
       const Stage& stage = tape_.stage(i);
       tiles = std::max(tiles, kernel::tile_size(std::max(stage.operand_rows, stage.rows)) + slack);
-      const kernel::OuterShape<T> shape = outer_shape(stage);
-      collected = std::max(collected, round_up(shape.a_size()) + shape.b_size());
+      if (memory_.parts > 0) {
+        const kernel::AmxOuterShape shape = amx_shape(stage);
+        collected_words_ = std::max(collected_words_, shape.a_size() + shape.b_size());
+        words = std::max(words, memory_.weights[index(i)].amx_backward.operand_words(kernel::group_panels<T>));
+      } else {
+        const kernel::OuterShape<T> shape = outer_shape(stage);
+        collected = std::max(collected, round_up(shape.a_size()) + shape.b_size());
+      }
     }
+    this->reserve_words(collected_words_ + words, executor.slots());
     tile_stride_ = round_up(tiles);
     memory_.scratch_stride = std::max(memory_.scratch_stride, 2 * tile_stride_ + round_up(collected));
     memory_.scratch.grow_to(memory_.scratch_stride * index(executor.slots()));
@@ -140,6 +150,9 @@ class TapeBackward : TapeView<T> {
   /// The bias is the weight of one more operand row, of ones.
   static kernel::OuterShape<T> outer_shape(const Stage& stage) {
     return kernel::OuterShape<T>::of(stage.rows, stage.operand_rows + 1);
+  }
+  kernel::AmxOuterShape amx_shape(const Stage& stage) const {
+    return kernel::AmxOuterShape::of(stage.rows, stage.operand_rows + 1, memory_.parts);
   }
 
   /// Where a chunk keeps its sums.
@@ -155,22 +168,31 @@ class TapeBackward : TapeView<T> {
 
   template <Executor E>
   void run_stage(int i, const E& executor) {
+    if (memory_.parts > 0)
+      run_stage(i, amx_shape(tape_.stage(i)), executor);
+    else
+      run_stage(i, outer_shape(tape_.stage(i)), executor);
+  }
+
+  template <class Shape, Executor E>
+  void run_stage(int i, const Shape& shape, const E& executor) {
     const Stage& stage = tape_.stage(i);
     const Side<T>& side = this->side_of(stage.from_pose);
     reads_pooled_ = stage.operand_rows != stage.columns;
-    const kernel::OuterShape<T> shape = outer_shape(stage);
     for_each_port(stage.output, [&](int p) { merge_port(p, side, executor); });
     if (reads_pooled_) memory_.bias_partial.grow_to(side.items.size() * index(stage.rows));
     const ChunkLayout layout = lay_out(stage, shape, static_cast<int>(side.items.size()));
     memory_.chunks.grow_to(layout.size * index(layout.count));
     executor.for_each(layout.count, [&](int chunk, int slot) {
-      run_chunk(i, shape, layout, chunk, memory_.scratch.data() + index(slot) * memory_.scratch_stride);
+      run_chunk(i, shape, layout, chunk, memory_.scratch.data() + index(slot) * memory_.scratch_stride,
+                this->words_of(slot));
     });
     merge_chunks(i, shape, layout, executor);
     if (reads_pooled_) take_to_pooled(stage, side, executor);
   }
 
-  ChunkLayout lay_out(const Stage& stage, const kernel::OuterShape<T>& shape, int items) const {
+  template <class Shape>
+  ChunkLayout lay_out(const Stage& stage, const Shape& shape, int items) const {
     ChunkLayout layout;
     std::size_t next = stage.product ? round_up(shape.result_size()) : 0;
     const auto take = [&next](std::size_t size) {
@@ -196,21 +218,42 @@ class TapeBackward : TapeView<T> {
     return layout;
   }
 
-  void run_chunk(int i, const kernel::OuterShape<T>& shape, const ChunkLayout& layout, int chunk, T* scratch) {
+  void run_chunk(int i, const kernel::OuterShape<T>& shape, const ChunkLayout& layout, int chunk, T* scratch,
+                 kernel::Word* words) {
+    T* collected = scratch + 2 * tile_stride_;
+    kernel::OuterProduct<T> product(shape, collected, collected + round_up(shape.a_size()), start(layout, chunk));
+    run_groups(i, layout, chunk, scratch, words, product);
+  }
+  void run_chunk(int i, const kernel::AmxOuterShape& shape, const ChunkLayout& layout, int chunk, T* scratch,
+                 kernel::Word* words) {
+    if constexpr (std::is_same_v<T, float>) {
+      [[maybe_unused]] const simd::MatrixRegisters registers;
+      kernel::AmxOuterProduct product(shape, words, words + shape.a_size(), start(layout, chunk));
+      run_groups(i, layout, chunk, scratch, words + collected_words_, product);
+    }
+  }
+  /// A chunk's sums, zero.
+  T* start(const ChunkLayout& layout, int chunk) const {
+    T* sums = memory_.chunks.data() + index(chunk) * layout.size;
+    std::fill(sums, sums + layout.size, T(0));
+    return sums;
+  }
+
+  template <class Product>
+  void run_groups(int i, const ChunkLayout& layout, int chunk, T* scratch, kernel::Word* words, Product& product) {
     const Stage& stage = tape_.stage(i);
     const Side<T>& side = this->side_of(stage.from_pose);
     T* sums = memory_.chunks.data() + index(chunk) * layout.size;
-    std::fill(sums, sums + layout.size, T(0));
     T* tile = scratch;
     T* spare = scratch + tile_stride_;
-    T* collected = spare + tile_stride_;
-    kernel::OuterProduct<T> product(shape, collected, collected + round_up(shape.a_size()), sums);
     bool goes_on = false;  // to a route that wants it
     for (int r = 0; r < stage.route_count; ++r) goes_on = goes_on || wanted(stage.routes[index(r)].port);
     const int last = std::min(static_cast<int>(side.items.size()), (chunk + 1) * layout.items);
     for (int number = chunk * layout.items; number < last; ++number) {
       const Item& item = side.items[index(number)];
-      if (stage.product) collect_operand(stage, item, index(number), tile, product);
+      if (stage.product)
+        product.collect_b(this->operand(stage, item, index(number), tile), stage.operand_rows, stage.operand_rows,
+                          item.valid);
       const T* gradient = output_gradient(i, item, index(number), tile, spare, layout, sums);
       if (reads_pooled_) keep_sums(stage, item, index(number), gradient);
       if (stage.product) {
@@ -219,17 +262,11 @@ class TapeBackward : TapeView<T> {
       }
       if (!goes_on) continue;
       if (stage.product)
-        take_through_weights(i, item, index(number), gradient, layout, sums);
+        take_through_weights(i, item, index(number), gradient, words, layout, sums);
       else
         take_along_routes(stage, item, index(number), 0, stage.rows, gradient, kernel::panel_stride<T>(stage.rows),
                           layout, sums);
     }
-  }
-
-  void collect_operand(const Stage& stage, const Item& item, std::size_t number, T* tile,
-                       kernel::OuterProduct<T>& product) const {
-    product.collect_b(this->operand(stage, item, number, tile), stage.operand_rows, item.valid);
-    product.collect_ones(stage.operand_rows, item.valid);
   }
 
   /// The gradient of a stage's output for one group: in place where one port holds it, else made in `tile`.
@@ -324,21 +361,20 @@ class TapeBackward : TapeView<T> {
   }
 
   /// The gradient of the operand, a block of rows at a time, and on along the routes.
-  void take_through_weights(int i, const Item& item, std::size_t number, const T* gradient, const ChunkLayout& layout,
-                            T* sums) {
+  void take_through_weights(int i, const Item& item, std::size_t number, const T* gradient, kernel::Word* words,
+                            const ChunkLayout& layout, T* sums) {
     const Stage& stage = tape_.stage(i);
-    const kernel::PackedWeights<T>& weights = memory_.weights[index(i)].backward;
+    const TapeWeights<T>& weights = memory_.weights[index(i)];
     const int panels = kernel::used_panels<T>(item.valid);
-    const int steps = weights.k_count();
-    alignas(simd_alignment) T raw[index(kernel::max_tile_rows) * kernel::group_width];
-    for (int b = 0; b < weights.blocks().count; ++b) {
-      const int row = weights.blocks().first_row(b), rows = weights.blocks().rows(b);
+    const TapeProduct<T> product = memory_.parts > 0
+                                       ? TapeProduct<T>(weights.amx_backward, gradient, stage.rows, panels, words)
+                                       : TapeProduct<T>(weights.backward, gradient);
+    alignas(simd_alignment) T raw[index(TapeProduct<T>::tallest_block) * kernel::group_width];
+    for (int b = 0; b < product.block_count(); ++b) {
+      const int row = product.first_row(b), rows = product.rows(b);
       if (!any_wants(stage, row, rows)) continue;
       const std::size_t raw_stride = kernel::panel_stride<T>(rows);
-      for (int p = 0; p < panels; ++p)
-        kernel::micro_kernels<T>[index(rows)](steps, weights.block(b),
-                                              gradient + kernel::panel_stride<T>(steps) * index(p),
-                                              weights.bias() + row, raw + raw_stride * index(p));
+      for (int p = 0; p < panels; ++p) product(b, p, product.bias() + row, raw + raw_stride * index(p));
       take_along_routes(stage, item, number, row, rows, raw, raw_stride, layout, sums);
     }
   }
@@ -499,8 +535,8 @@ class TapeBackward : TapeView<T> {
     }
   }
 
-  template <Executor E>
-  void merge_chunks(int i, const kernel::OuterShape<T>& shape, const ChunkLayout& layout, const E& executor) {
+  template <class Shape, Executor E>
+  void merge_chunks(int i, const Shape& shape, const ChunkLayout& layout, const E& executor) {
     const Stage& stage = tape_.stage(i);
     const T* chunks = memory_.chunks.data();
     if (stage.product) {
@@ -524,12 +560,13 @@ class TapeBackward : TapeView<T> {
     });
   }
 
-  void merge_weights(int i, const kernel::OuterShape<T>& shape, const ChunkLayout& layout, int begin, int end) {
+  template <class Shape>
+  void merge_weights(int i, const Shape& shape, const ChunkLayout& layout, int begin, int end) {
     const Stage& stage = tape_.stage(i);
     const std::vector<int>& columns = memory_.columns[index(i)];
     for (int p = 0; p < shape.panels(); ++p) {
-      const int width = shape.registers(p) * simd::lanes<T>;
-      const int first = p * kernel::panel_width<T>;
+      const int width = shape.panel_columns(p);
+      const int first = shape.first_column(p);
       const int used = std::min(width, stage.operand_rows - first);  // of the columns that are weights
       for (int r = begin; r < end; ++r) {
         T sum[kernel::panel_width<T>] = {};
@@ -600,7 +637,8 @@ class TapeBackward : TapeView<T> {
 
   const TapeGradients<T>& gradients_;
   std::size_t tile_stride_ = 0;
-  bool reads_pooled_ = false;  ///< the running stage reads a pooled tensor
+  std::size_t collected_words_ = 0;  ///< of a slot, in front of an operand's
+  bool reads_pooled_ = false;        ///< the running stage reads a pooled tensor
 };
 
 }  // namespace npt::inline NPT_ABI::engine

@@ -61,6 +61,10 @@ class TapeForward : TapeView<T> {
       operand = std::max(operand, kernel::tile_size(std::max(tape_.stage(i).operand_rows, tape_.stage(i).rows)));
     memory_.scratch_stride = std::max(memory_.scratch_stride, operand + slack);
     memory_.scratch.grow_to(memory_.scratch_stride * index(slots));
+    std::size_t words = 0;
+    for (const TapeWeights<T>& w : memory_.weights)
+      words = std::max(words, w.amx_forward.operand_words(kernel::group_panels<T>));
+    this->reserve_words(words, slots);
     sums_stride_ = 2 * index(widest);
     memory_.sums.grow_to(sums_stride_ * index(slots));
   }
@@ -90,7 +94,7 @@ class TapeForward : TapeView<T> {
     add_pooled(i, executor);
     executor.for_each(static_cast<int>(side.items.size()), [&](int number, int slot) {
       run_item(i, side.items[index(number)], index(number),
-               memory_.scratch.data() + index(slot) * memory_.scratch_stride);
+               memory_.scratch.data() + index(slot) * memory_.scratch_stride, this->words_of(slot));
     });
     executor.for_each(static_cast<int>(side.instances.size()),
                       [&](int mesh, int slot) { merge(stage, side, mesh, slot); });
@@ -103,7 +107,7 @@ class TapeForward : TapeView<T> {
     has_pooled_ = stage.operand_rows != stage.columns;
     if (!has_pooled_) return;
     const std::size_t meshes = this->side_of(stage.from_pose).instances.size();
-    memory_.bias.grow_to(meshes * index(stage.rows));
+    memory_.bias.grow_to(meshes * index(stage.rows) + index(simd::matrix_rows));  // matrix registers read whole
     executor.for_each(static_cast<int>(meshes), [&](int mesh, int) {
       T* bias = memory_.bias.data() + index(mesh) * index(stage.rows);
       for (int row = 0; row < stage.rows; ++row) {
@@ -120,10 +124,9 @@ class TapeForward : TapeView<T> {
     });
   }
 
-  void run_item(int i, const Item& item, std::size_t number, T* scratch) {
+  void run_item(int i, const Item& item, std::size_t number, T* scratch, kernel::Word* words) {
     const Stage& stage = tape_.stage(i);
     T* out = this->tile(stage.output, item, number, stage.from_pose);
-    const std::size_t out_stride = kernel::panel_stride<T>(stage.rows);
     if (!stage.product) {
       this->read_operand(stage, item, number, out);
       for (int row = 0; row < stage.rows; row += kernel::max_tile_rows)
@@ -134,18 +137,25 @@ class TapeForward : TapeView<T> {
                                      3 * index(item.group) * kernel::group_width);
       return;
     }
-    const kernel::PackedWeights<T>& weights = memory_.weights[index(i)].forward;
+    const TapeWeights<T>& weights = memory_.weights[index(i)];
     const T* operand = this->operand(stage, item, number, scratch);
-    const T* bias = has_pooled_ ? memory_.bias.data() + index(item.instance) * index(stage.rows) : weights.bias();
     const int panels = kernel::used_panels<T>(item.valid);
-    const int steps = weights.k_count();
-    for (int b = 0; b < weights.blocks().count; ++b) {
-      const int row = weights.blocks().first_row(b), rows = weights.blocks().rows(b);
-      for (int p = 0; p < panels; ++p)
-        kernel::micro_kernels<T>[index(rows)](steps, weights.block(b),
-                                              operand + kernel::panel_stride<T>(steps) * index(p), bias + row,
-                                              out + out_stride * index(p) + index(row) * kernel::panel_width<T>);
-      gather(stage, item, number, row, rows, out);
+    if (memory_.parts > 0) {
+      [[maybe_unused]] const simd::MatrixRegisters registers;
+      multiply(stage, item, number, {weights.amx_forward, operand, stage.operand_rows, panels, words}, out);
+    } else {
+      multiply(stage, item, number, {weights.forward, operand}, out);
+    }
+  }
+
+  void multiply(const Stage& stage, const Item& item, std::size_t number, const TapeProduct<T>& product, T* out) {
+    const std::size_t out_stride = kernel::panel_stride<T>(stage.rows);
+    const T* bias = has_pooled_ ? memory_.bias.data() + index(item.instance) * index(stage.rows) : product.bias();
+    for (int b = 0; b < product.block_count(); ++b) {
+      const int row = product.first_row(b);
+      for (int p = 0; p < kernel::used_panels<T>(item.valid); ++p)
+        product(b, p, bias + row, out + out_stride * index(p) + index(row) * kernel::panel_width<T>);
+      gather(stage, item, number, row, product.rows(b), out);
     }
   }
 
@@ -161,7 +171,7 @@ class TapeForward : TapeView<T> {
         kernel::gather_moments(values, stride, item.valid, rows, mean, mean + part_size_);
         return;
       }
-      alignas(simd_alignment) T through[index(kernel::max_tile_rows) * kernel::group_width];
+      alignas(simd_alignment) T through[index(TapeProduct<T>::tallest_block) * kernel::group_width];
       const std::size_t through_stride = kernel::panel_stride<T>(rows);
       const Args args = this->arguments(prefix, -1, item, number, stage.from_pose);
       this->loops(prefix).read({.from = values,

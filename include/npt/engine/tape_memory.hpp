@@ -7,6 +7,9 @@
 #include <npt/engine/tape_loops.hpp>
 #include <npt/engine/workspace.hpp>
 #include <npt/graph/tape.hpp>
+#include <npt/kernel/amx_outer_product.hpp>
+#include <npt/kernel/amx_product.hpp>
+#include <npt/kernel/micro_kernel.hpp>
 #include <npt/kernel/outer_product.hpp>
 #include <npt/kernel/packed_weights.hpp>
 #include <npt/kernel/panel.hpp>
@@ -15,6 +18,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace npt::inline NPT_ABI::engine {
@@ -24,6 +28,69 @@ template <class T>
 struct TapeWeights {
   kernel::PackedWeights<T> forward;   ///< [rows][operand rows]
   kernel::PackedWeights<T> backward;  ///< [operand rows][rows], no bias
+  kernel::AmxWeights amx_forward;     ///< the same, if products run on matrix registers
+  kernel::AmxWeights amx_backward;
+
+  std::size_t bytes() const { return forward.bytes() + backward.bytes() + amx_forward.bytes() + amx_backward.bytes(); }
+};
+
+/// A stage's product for one group: packed weights and an operand in either form.
+template <class T>
+class TapeProduct {
+ public:
+  /// `operand`: a tile of as many channels as the weights have columns. `words`: memory for it in parts, if amx is not nullptr.
+  TapeProduct(const kernel::PackedWeights<T>& plain, const T* operand) : plain_(&plain), operand_(operand) {}
+  TapeProduct(const kernel::AmxWeights& amx, const T* operand, int channels, int panels, kernel::Word* words)
+      : amx_(&amx), words_(words) {
+    if constexpr (std::is_same_v<T, float>)
+      for (int p = 0; p < panels; ++p) {
+        kernel::Word* to = words + amx.panel_words() * static_cast<std::size_t>(p);
+        const int used =
+            kernel::split_channels(operand + kernel::panel_stride<T>(channels) * static_cast<std::size_t>(p), channels,
+                                   amx.parts(), to, amx.part_words());
+        kernel::end_channels(to, used, amx.parts(), amx.part_words());
+      }
+  }
+
+  /// Most rows of a block.
+  static constexpr int tallest_block = std::max(kernel::max_tile_rows, kernel::amx_block_rows);
+
+  int block_count() const { return amx_ != nullptr ? amx_->block_count() : plain_->block_count(); }
+  int first_row(int block) const { return amx_ != nullptr ? amx_->first_row(block) : plain_->first_row(block); }
+  int rows(int block) const { return amx_ != nullptr ? amx_->rows(block) : plain_->rows(block); }
+  const T* bias() const {
+    if constexpr (std::is_same_v<T, float>)
+      if (amx_ != nullptr) return amx_->bias();
+    return plain_->bias();
+  }
+  /// A block's rows of a panel, [rows(block)][panel_width]. `bias`: of the first of them; matrix registers read 16 at a time.
+  void operator()(int block, int panel, const T* bias, T* to) const {
+    const int height = rows(block);
+    if constexpr (std::is_same_v<T, float>) {
+      if (amx_ != nullptr) {
+        const kernel::AmxKernel multiply = kernel::amx_kernel_for(amx_->parts(), amx_->row_registers(block));
+        const kernel::Word* operand = words_ + amx_->panel_words() * static_cast<std::size_t>(panel);
+        if (height % kernel::AmxWeights::rows_written == 0) {
+          multiply(amx_->depth(), amx_->block(block), operand, bias, to);
+          return;
+        }
+        alignas(simd_alignment) float raw[kernel::amx_block_rows * kernel::panel_width<float>];
+        multiply(amx_->depth(), amx_->block(block), operand, bias, raw);
+        std::copy_n(raw, height * kernel::panel_width<float>, to);
+        return;
+      }
+    }
+    const int steps = plain_->k_count();
+    kernel::micro_kernels<T>[static_cast<std::size_t>(height)](
+        steps, plain_->block(block), operand_ + kernel::panel_stride<T>(steps) * static_cast<std::size_t>(panel), bias,
+        to);
+  }
+
+ private:
+  const kernel::PackedWeights<T>* plain_ = nullptr;
+  const kernel::AmxWeights* amx_ = nullptr;
+  const T* operand_ = nullptr;
+  const kernel::Word* words_ = nullptr;
 };
 
 /// Columns of the weights, by row of the operand tile.
@@ -41,9 +108,10 @@ inline int column_of_row(const graph::Tape& tape, const graph::TapeStage& stage,
 template <class T>
 struct TapeMemory {
   Side<T> pose, identity;
-  AlignedBuffer<T> parameters;            ///< as Model::buffer(): pointwise layers and pooled columns read it
-  std::vector<TapeWeights<T>> weights;    ///< by stage
-  std::vector<std::vector<int>> columns;  ///< by stage and row of the operand
+  AlignedBuffer<T> parameters;               ///< as Model::buffer(): pointwise layers and pooled columns read it
+  std::vector<TapeWeights<T>> weights;       ///< by stage
+  std::vector<std::vector<int>> columns;     ///< by stage and row of the operand
+  std::vector<AlignedBuffer<T>> transposed;  ///< by stage: [columns][rows], on the way to matrix registers
 
   // forward
   std::array<AlignedBuffer<T>, graph::max_tape_tensors> maps;     ///< by tensor: [items] tiles; pooled: [meshes] panels
@@ -68,10 +136,15 @@ struct TapeMemory {
   AlignedBuffer<T> scratch;  ///< [slots of the executor]
   std::size_t scratch_stride = 0;
 
+  int parts = 0;                      ///< bfloat16 parts of a value in products; 0: they are computed in T
+  AlignedBuffer<kernel::Word> words;  ///< [slots of the executor] operands on matrix registers
+  std::size_t words_stride = 0;
+
   std::size_t bytes() const {
     std::size_t n = parameters.size() + partial.size() + bias.size() + chunks.size() + bias_partial.size() +
                     mesh_bias.size() + scratch.size();
-    for (const auto& w : weights) n += (w.forward.bytes() + w.backward.bytes()) / sizeof(T);
+    for (const auto& w : weights) n += w.bytes() / sizeof(T);
+    n += words.size() * sizeof(kernel::Word) / sizeof(T);
     const auto add = [&n](const auto& list) {
       for (const auto& b : list) n += b.size();
     };
@@ -194,6 +267,14 @@ class TapeView {
                                              .args = args.data()});
     }
   }
+
+  /// Room for `words` words of each of an executor's slots.
+  void reserve_words(std::size_t words, int slots) {
+    constexpr std::size_t unit = simd_alignment / sizeof(kernel::Word);
+    memory_.words_stride = std::max(memory_.words_stride, (words + unit - 1) / unit * unit);
+    memory_.words.grow_to(memory_.words_stride * index(slots));
+  }
+  kernel::Word* words_of(int slot) const { return memory_.words.data() + index(slot) * memory_.words_stride; }
 
   const Tape& tape_;
   std::span<const ChainLoops<T>> loops_;

@@ -119,27 +119,21 @@ class AmxWeights {
   /// weight(row, column) and bias(row) are called for every entry. Allocates nothing where the shape stays.
   template <class Weight, class Bias>
   void pack(int rows, int columns, int parts, Weight&& weight, Bias&& bias) {
-    rows_ = rows;
-    depth_ = amx_depth(columns);
-    parts_ = parts;
-    const int padded = (rows + simd::matrix_rows - 1) / simd::matrix_rows * simd::matrix_rows;
-    words_.grow_to(index(padded) * index(depth_ * parts) * simd::matrix_words);
-    bias_.grow_to(index(padded));
-    for (int r = 0; r < padded; ++r) bias_[index(r)] = r < rows ? bias(r) : 0.0F;
-    alignas(simd_alignment) float values[amx_columns];
-    for (int b = 0; b < block_count(); ++b) {
-      Word* out = words_.data() + block_offset(b);
-      const int registers = row_registers(b);
-      for (int k = 0; k < depth_; ++k, out += index(parts * registers) * matrix)
-        for (int r = 0; r < registers * simd::matrix_rows; ++r) {
-          const int row = first_row(b) + r;
-          for (int c = 0; c < amx_columns; ++c) {
-            const int column = k * amx_columns + c;
-            values[c] = row < rows && column < columns ? weight(row, column) : 0.0F;
-          }
-          split_row(values, out + index(r) * simd::matrix_words, index(registers) * matrix);
-        }
-    }
+    pack_rows(rows, columns, parts, bias, [&](int row, int first, int count, float* values) {
+      for (int c = 0; c < count; ++c) values[c] = weight(row, first + c);
+      return static_cast<const float*>(values);
+    });
+  }
+
+  /// The same for a matrix in memory, whose rows are `stride` elements apart: several times as fast.
+  template <class Bias>
+  void pack_matrix(int rows, int columns, int parts, const float* from, std::size_t stride, Bias&& bias) {
+    pack_rows(rows, columns, parts, bias, [&](int row, int first, int count, float* values) {
+      const float* line = from + index(row) * stride + index(first);
+      if (count == amx_columns) return line;
+      std::copy_n(line, count, values);
+      return static_cast<const float*>(values);
+    });
   }
 
   int rows() const { return rows_; }
@@ -164,9 +158,36 @@ class AmxWeights {
   static constexpr std::size_t matrix = std::size_t{simd::matrix_rows} * simd::matrix_words;
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
   std::size_t block_offset(int b) const { return index(first_row(b)) * index(depth_ * parts_) * simd::matrix_words; }
+  /// read(row, first column, count, memory) gives `count` values of a row, wherever they lie; the rest of the memory is zero.
+  template <class Bias, class Read>
+  void pack_rows(int rows, int columns, int parts, Bias&& bias, Read&& read) {
+    rows_ = rows;
+    depth_ = amx_depth(columns);
+    parts_ = parts;
+    const int padded = (rows + simd::matrix_rows - 1) / simd::matrix_rows * simd::matrix_rows;
+    words_.grow_to(index(padded) * index(depth_ * parts_) * simd::matrix_words);
+    bias_.grow_to(index(padded));
+    for (int r = 0; r < padded; ++r) bias_[index(r)] = r < rows ? bias(r) : 0.0F;
+    alignas(simd_alignment) float values[amx_columns] = {};
+    for (int k = 0; k < depth_; ++k) {
+      const int first = k * amx_columns, count = std::min(amx_columns, columns - first);
+      std::fill(values + count, values + amx_columns, 0.0F);
+      for (int row = 0; row < padded; ++row) {
+        const int b = row / amx_block_rows;
+        const std::size_t registers = index(row_registers(b));
+        Word* out = words_.data() + block_offset(b) + index(k * parts) * registers * matrix +
+                    index(row - first_row(b)) * simd::matrix_words;
+        if (row < rows)
+          split_row(read(row, first, count, values), out, registers * matrix);
+        else
+          for (int p = 0; p < parts; ++p) std::fill_n(out + index(p) * registers * matrix, simd::matrix_words, Word{0});
+      }
+    }
+  }
+
   void split_row(const float* values, Word* to, std::size_t part_stride) const {
     if constexpr (simd::has_bf16) {
-      simd::Batch<float> front = simd::load(values), back = simd::load(values + simd::lanes<float>);
+      simd::Batch<float> front = simd::load_unaligned(values), back = simd::load_unaligned(values + simd::lanes<float>);
       for (int p = 0; p < parts_; ++p) {
         const simd::Batch<float> sequence = simd::bf16_sequence(front, back);
         simd::store_words(to + index(p) * part_stride, sequence);

@@ -78,6 +78,9 @@ struct OuterShape {
     const int rest = columns - panel * panel_width<T>;
     return rest >= panel_width<T> ? panel_registers : (rest + lanes - 1) / lanes;
   }
+  /// Columns that stand side by side in the result, by panel, and the first of them.
+  int panel_columns(int panel) const { return registers(panel) * lanes; }
+  static constexpr int first_column(int panel) { return panel * panel_width<T>; }
   /// Elements of the result, [panel][rows][columns of the panel].
   std::size_t result_size() const { return index(panels()) * panel_size(); }
   std::size_t panel_size() const { return index(rows) * panel_width<T>; }
@@ -110,21 +113,15 @@ class OuterProduct {
   /// Whether another group has room.
   bool full() const { return collected_ + group_width > shape_.vertices; }
 
-  /// First the group's b tile [panel][columns][panel_width], then its a tile: they may be in the same memory, one after the other.
-  void collect_b(const T* tile, int tile_rows, int valid) {
+  /// First the group's b tile [panel][columns][panel_width], then its a tile: they may be in the same memory, one after the other. Row `ones` of
+  /// b, behind those of its tile, is 1 everywhere: the product's column for it is the sum of a.
+  void collect_b(const T* tile, int tile_rows, int ones, int valid) {
     for (int p = 0; p < shape_.panels(); ++p) {
       const int width = shape_.registers(p) * simd::lanes<T>;
       T* panel = b_ + static_cast<std::size_t>(p) * shape_.b_stride();
       transpose_rows(tile, tile_rows, p * panel_width<T>, valid, panel, width);
     }
-  }
-  /// A row of b behind those of its tile that is 1 everywhere: the product's column for it is the sum of a.
-  void collect_ones(int row, int valid) {
-    const int panel = row / panel_width<T>;
-    const int width = shape_.registers(panel) * simd::lanes<T>;
-    T* to = b_ + static_cast<std::size_t>(panel) * shape_.b_stride() + row % panel_width<T>;
-    for (int v = collected_; v < collected_ + valid; ++v)
-      to[static_cast<std::size_t>(v) * static_cast<std::size_t>(width)] = 1;
+    collect_ones(ones, valid);
   }
   void collect_a(const T* tile, int tile_rows, int valid) {
     for (int block = 0; block < blocks_.count; ++block)
@@ -132,7 +129,6 @@ class OuterProduct {
                      a_ + static_cast<std::size_t>(block) * shape_.a_stride(), blocks_.rows(block));
     collected_ += valid;
   }
-
   void multiply() {
     for (int p = 0; p < shape_.panels(); ++p) {
       const auto& kernels = shape_.registers(p) == 1 ? outer_kernels<T, 1> : outer_kernels<T, panel_registers>;
@@ -148,6 +144,14 @@ class OuterProduct {
   }
 
  private:
+  void collect_ones(int row, int valid) {
+    const int panel = row / panel_width<T>;
+    const int width = shape_.registers(panel) * simd::lanes<T>;
+    T* to = b_ + static_cast<std::size_t>(panel) * shape_.b_stride() + row % panel_width<T>;
+    for (int v = collected_; v < collected_ + valid; ++v)
+      to[static_cast<std::size_t>(v) * static_cast<std::size_t>(width)] = 1;
+  }
+
   /// `width` rows of the tile, from first_row on, to columns of `to` behind the vertices collected so far. A register may hold more
   /// rows than are left: what it writes too much is the next vertices', which are written later, and of their rows the first last.
   void transpose_rows(const T* tile, int tile_rows, int first_row, int valid, T* to, int width) const {

@@ -27,6 +27,8 @@ namespace npt::inline NPT_ABI {
 struct MuonOptions {
   double momentum = 0.95;
   int iterations = 5;
+  int parts =
+      0;  ///< bfloat16 parts of a value in the iteration's products, on matrix registers (one is enough); 0: fp32
 };
 
 /// Whether a parameter is a matrix for Muon: a convolution between layers, not from or to coordinates.
@@ -39,6 +41,9 @@ inline bool is_hidden_matrix(const Parameter& p) {
 template <class T>
 class Orthogonaliser {
  public:
+  /// `parts` as in MuonOptions.
+  explicit Orthogonaliser(int parts = 0) : product_(parts) {}
+
   void operator()(std::span<T> matrix, int rows, int columns, int iterations) {
     NPT_ASSERT(matrix.size() == index(rows) * index(columns));
     // The iteration multiplies the shorter side with itself.
@@ -57,10 +62,10 @@ class Orthogonaliser {
     constexpr T a = T(3.4445), b = T(-4.7750), c = T(2.0315);
     for (int step = 0; step < iterations; ++step) {  // X <- a X + (b G + c G^2) X with G = X X^T, which is symmetric
       kernel::transpose_matrix(x_.data(), n, m, transposed_.data());
-      product_(n, n, m, transposed_.data(), transposed_.data(), gram_.data());
-      product_(n, n, n, gram_.data(), gram_.data(), square_.data());
+      product_(n, n, m, x_.data(), transposed_.data(), transposed_.data(), gram_.data());
+      product_(n, n, n, gram_.data(), gram_.data(), gram_.data(), square_.data());
       for (std::size_t k = 0; k < index(n) * index(n); ++k) square_[k] = b * gram_[k] + c * square_[k];
-      product_(n, m, n, square_.data(), x_.data(), update_.data());
+      product_(n, m, n, square_.data(), square_.data(), x_.data(), update_.data());
       for (std::size_t k = 0; k < matrix.size(); ++k) x_[k] = a * x_[k] + update_[k];
     }
     if (rows <= columns)
@@ -92,7 +97,8 @@ class Muon {
   template <Executor E>
   void step(std::span<T> parameters, std::span<const T> gradient, std::span<T> momentum, double rate,
             double gradient_scale, const E& executor) {
-    while (scratch_.size() < static_cast<std::size_t>(executor.slots())) scratch_.emplace_back();
+    while (scratch_.size() < static_cast<std::size_t>(executor.slots()))
+      scratch_.push_back({Orthogonaliser<T>(options_.parts), {}});
     executor.for_each(static_cast<int>(matrices_.size()), [&](int i, int slot) {
       const Parameter& p = matrices_[static_cast<std::size_t>(i)];
       const auto first = static_cast<std::size_t>(p.offset), size = static_cast<std::size_t>(p.size());

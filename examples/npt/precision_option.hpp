@@ -1,0 +1,27 @@
+/// The option --precision of several subcommands.
+#pragma once
+
+#include <npt/engine/packed_program.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+
+namespace program {
+
+/// Texts: fp32, bf16, bf16x2, bf16x3.
+inline CLI::Option* add_precision_option(CLI::App& command, std::string& text) {
+  return command
+      .add_option("--precision", text,
+                  "Of products: fp32; bf16 (error about 1e-2); with AMX also bf16x2 (about 1e-5) and bf16x3 (as fp32)")
+      ->check(CLI::IsMember({"fp32", "bf16", "bf16x2", "bf16x3"}))
+      ->capture_default_str();
+}
+
+inline npt::Precision precision_from(const std::string& text) {
+  for (const auto p : {npt::Precision::bf16, npt::Precision::bf16x2, npt::Precision::bf16x3})
+    if (text == npt::name_of(p)) return p;
+  return npt::Precision::native;
+}
+
+}  // namespace program

@@ -1,0 +1,190 @@
+/// Products that sum over the vertices on matrix registers (AMX): what outer_product.hpp computes, of values in bfloat16 parts
+/// (amx_product.hpp).
+///   out[r][k] += sum over v of a[r][v] * b[k][v]
+/// Rows of `a` need no transposition: vertices lie side by side in a tile, and so they do in the matrix register on the left. Those of `b`
+/// are transposed as words of two vertices, half of what single values would take.
+///
+/// Layouts, in words of two vertices' values, by blocks of 32 vertices (one panel):
+///   a       [16 rows][block][part][16][16], words along the vertices
+///   b       [16 columns][block][part][16][16], words along the columns
+///   result  [16 rows][16 columns][16][16], fp32
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/kernel/amx_product.hpp>
+#include <npt/kernel/outer_product.hpp>
+#include <npt/kernel/panel.hpp>
+#include <npt/simd/amx.hpp>
+#include <npt/simd/batch.hpp>
+#include <npt/simd/bf16.hpp>
+#include <npt/simd/transpose.hpp>
+
+#include <algorithm>
+#include <cstddef>
+
+namespace npt::inline NPT_ABI::kernel {
+
+/// Shape and memory layout of an outer product on matrix registers.
+struct AmxOuterShape {
+  int rows = 0, columns = 0;
+  int parts = 1;
+  int blocks = 0;  ///< of 32 vertices that are collected before they are multiplied
+
+  /// As many blocks as keep both operands inside the second-level cache beside the tiles they come from.
+  static AmxOuterShape of(int rows, int columns, int parts) {
+    constexpr int budget = 768 * 1024, group_blocks = group_panels<float>, most_groups = 4;
+    AmxOuterShape shape{rows, columns, parts, group_blocks};
+    const std::size_t group = (shape.a_size() + shape.b_size()) * sizeof(Word);
+    shape.blocks *= std::clamp(static_cast<int>(budget / group), 1, most_groups);
+    return shape;
+  }
+
+  static constexpr int width = simd::matrix_words;
+  /// Columns that stand side by side in the result, by panel, and the first of them.
+  static constexpr int panel_columns(int) { return width; }
+  static constexpr int first_column(int panel) { return panel * width; }
+  int panels() const { return (columns + width - 1) / width; }
+  int row_registers() const { return (rows + simd::matrix_rows - 1) / simd::matrix_rows; }
+  /// Elements of the result.
+  std::size_t result_size() const { return index(row_registers() * panels()) * matrix; }
+  /// The result's element (r, k).
+  std::size_t at(int r, int k) const {
+    return index((r / simd::matrix_rows) * panels() + k / width) * matrix + index(r % simd::matrix_rows * width) +
+           index(k % width);
+  }
+  /// Words of the collected operands.
+  std::size_t a_size() const { return index(row_registers()) * line(); }
+  std::size_t b_size() const { return index(panels()) * line(); }
+  std::size_t line() const { return index(blocks * parts) * matrix; }
+
+  static constexpr std::size_t matrix = std::size_t{simd::matrix_rows} * simd::matrix_words;
+
+ private:
+  static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
+};
+
+/// Collects tiles of both operands and adds their product to a result, as OuterProduct does. The caller holds
+/// simd::MatrixRegisters.
+class AmxOuterProduct {
+ public:
+  AmxOuterProduct(const AmxOuterShape& shape, Word* a, Word* b, float* result)
+      : shape_(shape), a_(a), b_(b), result_(result) {}
+
+  bool full() const { return collected_ + group_panels<float> > shape_.blocks; }
+
+  /// First the group's b tile [panel][columns][panel_width], then its a tile. Row `ones` of b, behind those of its tile, is 1 everywhere: the
+  /// product's column for it is the sum of a.
+  void collect_b(const float* tile, int tile_rows, int ones, int valid) {
+    alignas(simd_alignment) Word lines[max_parts][AmxOuterShape::matrix];
+    for (int p = 0; p < used_panels<float>(valid); ++p)
+      for (int c = 0; c < shape_.panels(); ++c) {
+        for (int r = 0; r < simd::matrix_rows; ++r) {
+          const int row = c * simd::matrix_rows + r;
+          const float* from = tile + panel_stride<float>(tile_rows) * index(p) + index(row) * panel_width<float>;
+          const simd::Batch<float> zero = simd::broadcast(0.0F), one = simd::broadcast(1.0F);
+          const bool read = row < tile_rows;
+          const simd::Batch<float> other = row == ones ? one : zero;
+          split(read ? simd::load(from) : other, read ? simd::load(from + simd::lanes<float>) : other,
+                valid - p * panel_width<float>, lines[0] + r * simd::matrix_words, AmxOuterShape::matrix);
+        }
+        Word* to = b_ + index(c) * shape_.line() + index((collected_ + p) * shape_.parts) * AmxOuterShape::matrix;
+        for (int part = 0; part < shape_.parts; ++part)
+          simd::transpose(reinterpret_cast<const float*>(lines[part]), simd::matrix_words,
+                          reinterpret_cast<float*>(to + index(part) * AmxOuterShape::matrix), simd::matrix_words);
+      }
+  }
+  void collect_a(const float* tile, int tile_rows, int valid) {
+    const int panels = used_panels<float>(valid);
+    for (int p = 0; p < panels; ++p)
+      for (int row = 0; row < shape_.row_registers() * simd::matrix_rows; ++row) {
+        const float* from = tile + panel_stride<float>(tile_rows) * index(p) + index(row) * panel_width<float>;
+        const simd::Batch<float> zero = simd::broadcast(0.0F);
+        const bool read = row < shape_.rows;
+        split(read ? simd::load(from) : zero, read ? simd::load(from + simd::lanes<float>) : zero,
+              valid - p * panel_width<float>,
+              a_ + index(row / simd::matrix_rows) * shape_.line() +
+                  index((collected_ + p) * shape_.parts) * AmxOuterShape::matrix +
+                  index(row % simd::matrix_rows * simd::matrix_words),
+              AmxOuterShape::matrix);
+      }
+    collected_ += panels;
+  }
+
+  void multiply() {
+    for (int c = 0; c < shape_.panels(); c += 2)
+      for (int r = 0; r < shape_.row_registers(); r += 2) {
+        const bool two_rows = r + 1 < shape_.row_registers(), two_columns = c + 1 < shape_.panels();
+        two_rows ? two_columns ? add<2, 2>(r, c) : add<2, 1>(r, c) : two_columns ? add<1, 2>(r, c) : add<1, 1>(r, c);
+      }
+    collected_ = 0;
+  }
+
+ private:
+  static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+  /// Values of 32 vertices, those from `valid` on as zeros, to 16 words a part.
+  void split(simd::Batch<float> front, simd::Batch<float> back, int valid, Word* to, std::size_t part_stride) const {
+    if (valid < panel_width<float>) {
+      const simd::Batch<float> zero = simd::broadcast(0.0F);
+      front = simd::keep_first(front, 0, valid, zero);
+      back = simd::keep_first(back, simd::lanes<float>, valid, zero);
+    }
+    for (int p = 0; p < shape_.parts; ++p) {
+      const simd::Batch<float> sequence = simd::bf16_sequence(front, back);
+      simd::store_words(to + index(p) * part_stride, sequence);
+      if (p + 1 == shape_.parts) break;
+      front -= simd::front_of_sequence(sequence);
+      back -= simd::back_of_sequence(sequence);
+    }
+  }
+
+  template <int Rows, int Columns>
+  NPT_NOINLINE void add(int r, int c) const {
+#if NPT_HAS_AMX
+    constexpr int stride = simd::matrix_words * static_cast<int>(sizeof(Word));
+    constexpr std::size_t matrix = AmxOuterShape::matrix;
+    float* out = result_ + shape_.at(r * simd::matrix_rows, c * AmxOuterShape::width);
+    float* lower = Rows == 2 ? out + index(shape_.panels()) * matrix : nullptr;
+    const Word *a = a_ + index(r) * shape_.line(), *b = b_ + index(c) * shape_.line();
+    const std::size_t line = shape_.line();
+    asm volatile("" ::: "memory");  // g++ doesn't know that loading a matrix register reads memory
+    _tile_loadd(0, out, stride);
+    if constexpr (Columns == 2) _tile_loadd(1, out + matrix, stride);
+    if constexpr (Rows == 2) _tile_loadd(2, lower, stride);
+    if constexpr (Rows == 2 && Columns == 2) _tile_loadd(3, lower + matrix, stride);
+    for (int v = 0; v < collected_; ++v) {
+      for (int i = 0; i < shape_.parts; ++i) {
+        _tile_loadd(4, a + index(i) * matrix, stride);
+        if constexpr (Rows == 2) _tile_loadd(5, a + line + index(i) * matrix, stride);
+        for (int j = 0; j < shape_.parts - i; ++j) {
+          _tile_loadd(6, b + index(j) * matrix, stride);
+          _tile_dpbf16ps(0, 4, 6);
+          if constexpr (Rows == 2) _tile_dpbf16ps(2, 5, 6);
+          if constexpr (Columns == 2) {
+            _tile_loadd(7, b + line + index(j) * matrix, stride);
+            _tile_dpbf16ps(1, 4, 7);
+            if constexpr (Rows == 2) _tile_dpbf16ps(3, 5, 7);
+          }
+        }
+      }
+      a += index(shape_.parts) * matrix;
+      b += index(shape_.parts) * matrix;
+    }
+    _tile_stored(0, out, stride);
+    if constexpr (Columns == 2) _tile_stored(1, out + matrix, stride);
+    if constexpr (Rows == 2) _tile_stored(2, lower, stride);
+    if constexpr (Rows == 2 && Columns == 2) _tile_stored(3, lower + matrix, stride);
+    asm volatile("" ::: "memory");
+#else
+    static_cast<void>(r + c);
+#endif
+  }
+
+  AmxOuterShape shape_;
+  Word* a_;
+  Word* b_;
+  float* result_;
+  int collected_ = 0;  ///< blocks
+};
+
+}  // namespace npt::inline NPT_ABI::kernel
