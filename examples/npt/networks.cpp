@@ -1,8 +1,9 @@
 #include "networks.hpp"
 
+#include "network_list.hpp"
+
 #include <npt/engine/engine.hpp>
 #include <npt/graph/explain.hpp>
-#include <npt/net/pose_transfer_net.hpp>
 
 #include <algorithm>
 
@@ -13,7 +14,7 @@ namespace {
 template <class Net>
 Network network() {
   Network n;
-  n.variant = {Net::bottleneck, Net::Order::name, Net::Feature::name};
+  n.variant = variant_of<Net>();
   n.program = &npt::graph::program_of<Net>;
   for (const npt::NamedParameter& p : npt::Model<Net>::parameters())
     if (!p.parameter.attribute) n.parameters += static_cast<std::size_t>(p.parameter.size());
@@ -46,24 +47,12 @@ Network network() {
   return n;
 }
 
-template <int B>
-void add(std::vector<Network>& list) {
-  list.push_back(network<npt::PoseTransferNet<B, npt::ConvRelu, npt::PerVertex>>());
-  list.push_back(network<npt::PoseTransferNet<B, npt::ConvRelu, npt::Pooled>>());
-  list.push_back(network<npt::PoseTransferNet<B, npt::ReluConv, npt::PerVertex>>());
-  list.push_back(network<npt::PoseTransferNet<B, npt::ReluConv, npt::Pooled>>());
-}
-
 }  // namespace
 
 const std::vector<Network>& networks() {
   static const std::vector<Network> list = [] {
     std::vector<Network> all;
-    add<1024>(all);
-    add<512>(all);
-    add<256>(all);
-    add<128>(all);
-    add<64>(all);
+    for_each_network([&all]<class Net>() { all.push_back(network<Net>()); });
     return all;
   }();
   return list;

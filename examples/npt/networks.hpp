@@ -22,9 +22,13 @@ struct Variant {
   int bottleneck = 1024;
   std::string order = "conv_relu";
   std::string feature = "per-vertex";
+  std::string net = "full";  ///< full: the paper's; without-spadain, concat1: its ablations
 
   bool operator==(const Variant&) const = default;
-  std::string text() const { return "bottleneck " + std::to_string(bottleneck) + ", " + order + ", " + feature; }
+  std::string text() const {
+    return (net == "full" ? "" : net + ", ") + "bottleneck " + std::to_string(bottleneck) + ", " + order + ", " +
+           feature;
+  }
 };
 
 inline constexpr int bottlenecks[] = {1024, 512, 256, 128, 64};

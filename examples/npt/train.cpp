@@ -352,6 +352,16 @@ void run(TrainingArguments& arguments, CLI::App& command) {
                       "--resume to go on with it, --overwrite to begin anew, or another --out"});
   }
   if (!arguments.steps && !arguments.minutes) throw CLI::RequiredError("--minutes or --steps");
+  if (CLI::Option* feature = command.get_option("--feature");
+      arguments.variant.net != "full" && feature->count() == 0) {
+    feature->add_result("per-vertex");  // which is not the default, but what there is of the ablations
+    feature->run_callback();
+  }
+  if (program::find_network(arguments.variant) == nullptr)
+    throw npt::Error({"--net " + arguments.variant.net,
+                      {},
+                      arguments.variant.order + ", " + arguments.variant.feature,
+                      "conv_relu and per-vertex, in which the ablations are compiled"});
   std::unique_ptr<npt::TrainingGroup> group = training::join_group();
   const std::string process = group ? "npt: process " + std::to_string(group->rank()) + ": " : "";
   try {

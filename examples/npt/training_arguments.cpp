@@ -142,6 +142,14 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
 }
 
 void add_network_options(CLI::App& command, TrainingArguments& a) {
+  command
+      .add_option(
+          "--net", a.variant.net,
+          "full; an ablation of the paper: without-spadain (plain residual blocks) or concat1 (1x1 convolutions "
+          "only), both with --feature per-vertex --order conv_relu")
+      ->check(CLI::IsMember({"full", "without-spadain", "concat1"}))
+      ->capture_default_str()
+      ->group("Network");
   command.add_option("--bottleneck", a.variant.bottleneck, "1024, 512, 256, 128 or 64")
       ->check(CLI::IsMember({1024, 512, 256, 128, 64}))
       ->capture_default_str()
