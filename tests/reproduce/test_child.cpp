@@ -1,0 +1,25 @@
+#include <doctest/doctest.h>
+
+#include <npt/core/error.hpp>
+#include <reproduce/child.hpp>
+
+#include <string>
+
+TEST_CASE("a command line can be typed") {
+  CHECK(reproduce::command_line({"train", "--body", "a b.safetensors"}) == "npt train --body 'a b.safetensors'");
+}
+
+TEST_CASE("what a child prints comes back, its failure is an error that names it") {
+  CHECK(reproduce::run_child({"-c", "echo one; echo two"}, "/bin/sh").output == "one\ntwo\n");
+  CHECK_THROWS_WITH_AS(reproduce::run_child({"-c", "exit 3"}, "/bin/sh"), doctest::Contains("exit status 3"),
+                       npt::Error);
+  CHECK_THROWS_WITH_AS(reproduce::run_child({"-c", "kill -9 $$"}, "/bin/sh"), doctest::Contains("signal 9"),
+                       npt::Error);
+  CHECK_THROWS_AS(reproduce::run_child({"x"}, "/nonexistent/program"), npt::Error);
+}
+
+TEST_CASE("an interrupted child is no failure") {
+  CHECK(reproduce::run_child({"-c", "exit 130"}, "/bin/sh").interrupted);
+  CHECK(reproduce::run_child({"-c", "kill -INT $$"}, "/bin/sh").interrupted);
+  CHECK_FALSE(reproduce::run_child({"-c", "true"}, "/bin/sh").interrupted);
+}
