@@ -110,6 +110,15 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
       ->needs("--family")
       ->group("Data");
   command
+      .add_option("--blend", a.blend,
+                  "Part of the family's samples whose pose lies between those of two labels, vertex by vertex")
+      ->check(CLI::Range(0.0, 1.0))
+      ->needs("--family")
+      ->group("Data");
+  command.add_flag("--mirror", a.mirror, "Mirror half of the family's samples, left for right")
+      ->needs("--family")
+      ->group("Data");
+  command
       .add_option("--shapes", a.shapes,
                   "Distribution of shape parameters: normal, or uniform in -4 .. 4 as in the released data")
       ->check(CLI::IsMember({"normal", "uniform"}))

@@ -52,6 +52,8 @@ struct TrainingArguments {
   double edge_weight = npt::paper_edge_weight;
   std::uint64_t seed = 0;
   // Run
+  double blend = 0;
+  bool mirror = false;
   int threads = 0;
   std::string precision = "fp32";
   std::filesystem::path out;

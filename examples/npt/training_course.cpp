@@ -93,7 +93,8 @@ void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired)
     course.trained_on += (course.trained_on.empty() ? "" : ", ") + body.name;
   }
   add_stages(course, a, paired, [&](const StageArguments& stage) {
-    return std::make_unique<npt::BodySampler>(mixture, sampler_options(a, stage, course.normalisation));
+    return std::make_unique<npt::BodySampler>(mixture, sampler_options(a, stage, course.normalisation),
+                                              npt::FamilyOptions{.blend = a.blend, .mirror = a.mirror});
   });
   course.unit = "metre";
   course.validated_on =

@@ -170,6 +170,44 @@ TEST_CASE("held-out labels are in no sample and in every pair of the evaluation"
   CHECK(npt::family_pairs(family, {}, 3, 1).pair(2).name == npt::family_pairs(family, {}, 3, 1).pair(2).name);
 }
 
+TEST_CASE("blended and mirrored samples: the same is done to both species") {
+  const auto family = zoo();
+  const npt::FamilySampler sampler(family, {}, untouched(), {.blend = 0.5, .mirror = true});
+  int blended = 0, mirrored = 0;
+  for (std::uint64_t i = 0; i < 400; ++i) {
+    const auto choice = sampler.choose(2, i);
+    const npt::Sample sample = sampler.draw(2, i);
+    const npt::Species &identity = family->species[choice.meshes.identity], &pose = family->species[choice.meshes.pose];
+    blended += choice.second_share > 0 ? 1 : 0;
+    mirrored += choice.mirrored ? 1 : 0;
+    CHECK(npt::data::lower_case(identity.labels[choice.second_truth_label]) ==
+          npt::data::lower_case(choice.second_share > 0 ? pose.labels[choice.second_pose_label] : identity.labels[0]));
+    REQUIRE(choice.second_share < 0.5F);
+    const auto expect = [&](const npt::Species& species, std::size_t first, std::size_t second, float share,
+                            const std::vector<float>& xyz) {
+      double worst = 0;
+      for (std::size_t t = 0; t < sample.triangles.size() && &species == &identity; ++t)
+        for (std::size_t k = 0; k < 3; ++k)
+          for (std::size_t axis = 0; axis < 3; ++axis) {
+            const std::size_t u = 3 * species.triangles[t][k] + axis;
+            const float a = species.meshes[first][u], b = species.meshes[second][u];
+            const float sign = choice.mirrored && axis == 0 ? -1.0F : 1.0F;
+            worst = std::max(worst, static_cast<double>(std::abs(sign * (a + share * (b - a)) -
+                                                                 xyz[3 * sample.triangles[t][k] + axis])));
+          }
+      return worst;
+    };
+    REQUIRE(expect(identity, choice.meshes.identity_label, 0, 0, sample.identity) < 1e-6);
+    REQUIRE(expect(identity, choice.meshes.truth_label, choice.second_truth_label, choice.second_share, sample.truth) <
+            1e-6);
+  }
+  CHECK(blended > 150);
+  CHECK(blended < 250);
+  CHECK(mirrored > 150);
+  CHECK(mirrored < 250);
+  CHECK_THROWS_AS(npt::FamilySampler(family, {}, untouched(), {.blend = 2}), npt::Error);
+}
+
 TEST_CASE("subsets of a family's vertices are in the whole mesh's frame, and the same from any thread") {
   const auto family = zoo();
   npt::SampleOptions options;

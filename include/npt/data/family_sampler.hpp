@@ -24,13 +24,21 @@
 
 namespace npt::inline NPT_ABI {
 
+/// What makes more of a family's few poses. Both keep what a pose is: the same is done to the meshes of either species.
+struct FamilyOptions {
+  double blend = 0;     ///< part of the samples whose pose lies between those of two labels, vertex by vertex
+  bool mirror = false;  ///< every other sample is its own mirror image, left for right (x for -x)
+};
+
 class FamilySampler : public SampleSource {
  public:
   /// `held_out`: labels, or their parts before '_', that no sample shows.
   explicit FamilySampler(std::shared_ptr<const Family> family, const std::vector<std::string>& held_out = {},
-                         SampleOptions options = {})
-      : options_(options), index_(std::move(family), held_out) {
+                         SampleOptions options = {}, FamilyOptions more = {})
+      : options_(options), more_(more), index_(std::move(family), held_out) {
     data::check_options(options_);
+    if (!(more_.blend >= 0 && more_.blend <= 1))
+      throw Error({.file = "blend", .found = std::to_string(more_.blend), .expected = "a part, 0 to 1"});
     for (std::size_t i = 0; i < index_.shared().size(); ++i)
       if (!index_.shared()[i].training.empty()) usable_.push_back(i);
     if (usable_.empty())
@@ -58,28 +66,54 @@ class FamilySampler : public SampleSource {
            });
   }
 
-  /// Which meshes make a sample. Every two species that share a label are equally likely.
-  data::FamilyPair choose(std::uint64_t step, std::uint64_t index) const {
+  /// What a sample is made of: meshes, and what is done to them.
+  struct Choice {
+    data::FamilyPair meshes;
+    std::size_t second_pose_label = 0, second_truth_label = 0;
+    float second_share = 0;  ///< of the second label's mesh in pose and truth
+    bool mirrored = false;
+  };
+
+  /// Every two species that share a label are equally likely.
+  Choice choose(std::uint64_t step, std::uint64_t index) const {
     Random random = random_for(step, index, data::Part::choice);
     const data::SharedPoses& shared = index_.shared()[usable_[data::pick(random, usable_.size())]];
     const auto [own, other] = shared.training[data::pick(random, shared.training.size())];
     const auto labels = index_.own_labels(shared.identity);
-    return {shared.identity, labels[data::pick(random, labels.size())], shared.pose, other, own};
+    Choice choice{{shared.identity, labels[data::pick(random, labels.size())], shared.pose, other, own}};
+    // Each draws its numbers whether they are used or not: one option leaves the other's samples as they are.
+    const bool mirrored = random.uniform() < 0.5, blended = random.uniform() < more_.blend;
+    const auto second = shared.training[data::pick(random, shared.training.size())];
+    const double share = random.uniform();
+    choice.mirrored = more_.mirror && mirrored;
+    if (blended) {
+      choice.second_truth_label = second.in_identity;
+      choice.second_pose_label = second.in_pose;
+      choice.second_share = static_cast<float>(0.5 * share);
+    }
+    return choice;
   }
 
   void fill(std::uint64_t step, std::uint64_t index, Sample& sample) const override {
-    const data::FamilyPair pair = choose(step, index);
+    const Choice choice = choose(step, index);
+    const data::FamilyPair& pair = choice.meshes;
     const Species &identity = index_.species(pair.identity), &pose = index_.species(pair.pose);
     data::Scratch& scratch = data::Scratch::of_thread();
     Random augmentation = random_for(step, index, data::Part::augmentation);
     const data::Placements placements = data::draw_placements(options_, augmentation);
-    const auto make = [](const std::vector<float>& mesh, const data::Placement& placement, std::vector<float>& xyz) {
+    const auto make = [&choice](const std::vector<float>& mesh, const std::vector<float>* second,
+                                const data::Placement& placement, std::vector<float>& xyz) {
       xyz = mesh;
+      if (second != nullptr && choice.second_share > 0)
+        for (std::size_t k = 0; k < xyz.size(); ++k) xyz[k] += choice.second_share * ((*second)[k] - xyz[k]);
+      if (choice.mirrored)
+        for (std::size_t k = 0; k < xyz.size(); k += 3) xyz[k] = -xyz[k];
       placement.apply(xyz);
     };
-    make(identity.meshes[pair.identity_label], placements.identity, scratch.identity);
-    make(identity.meshes[pair.truth_label], placements.truth, scratch.truth);
-    make(pose.meshes[pair.pose_label], placements.pose, scratch.pose);
+    make(identity.meshes[pair.identity_label], nullptr, placements.identity, scratch.identity);
+    make(identity.meshes[pair.truth_label], &identity.meshes[choice.second_truth_label], placements.truth,
+         scratch.truth);
+    make(pose.meshes[pair.pose_label], &pose.meshes[choice.second_pose_label], placements.pose, scratch.pose);
     if (options_.noise > 0) {
       Random noise = random_for(step, index, data::Part::noise);
       const double sigma = noise.uniform(0, options_.noise);
@@ -121,6 +155,7 @@ class FamilySampler : public SampleSource {
   }
 
   SampleOptions options_;
+  FamilyOptions more_;
   data::FamilyIndex index_;
   std::vector<std::size_t> usable_;  ///< of index_.shared(): those with labels to train with
 };
