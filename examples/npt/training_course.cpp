@@ -93,8 +93,7 @@ void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired)
     course.trained_on += (course.trained_on.empty() ? "" : ", ") + body.name;
   }
   add_stages(course, a, paired, [&](const StageArguments& stage) {
-    return std::make_unique<npt::BodySampler>(mixture, sampler_options(a, stage, course.normalisation),
-                                              npt::FamilyOptions{.blend = a.blend, .mirror = a.mirror});
+    return std::make_unique<npt::BodySampler>(mixture, sampler_options(a, stage, course.normalisation));
   });
   course.unit = "metre";
   course.validated_on =
@@ -119,7 +118,8 @@ void use_family(TrainingCourse& course, const TrainingArguments& a, bool paired)
   for (const npt::Species& species : family->species)
     course.trained_on += (course.trained_on.empty() ? "" : ", ") + species.name;
   add_stages(course, a, paired, [&](const StageArguments& stage) {
-    return std::make_unique<npt::FamilySampler>(family, a.held_out, sampler_options(a, stage, course.normalisation));
+    return std::make_unique<npt::FamilySampler>(family, a.held_out, sampler_options(a, stage, course.normalisation),
+                                                npt::FamilyOptions{.blend = a.blend, .mirror = a.mirror});
   });
   course.unit = "the meshes' own";
   course.validated_on = (a.held_out.empty() ? "all labels, trained on, of " : "held-out labels of ") +
