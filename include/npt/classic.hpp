@@ -2,4 +2,9 @@
 #pragma once
 
 #include <npt/classic/closest_point.hpp>
+#include <npt/classic/control_points.hpp>
+#include <npt/classic/correspondence.hpp>
+#include <npt/classic/deformation_evaluation.hpp>
+#include <npt/classic/deformation_transfer.hpp>
+#include <npt/classic/detail_refiner.hpp>
 #include <npt/classic/sparse_cholesky.hpp>

@@ -93,8 +93,18 @@ class TriangleTree {
   /// The closest point on a triangle that `accept(triangle)` takes; triangle is no_index where there is none.
   template <class Accept>
   SurfacePoint closest(Vec3d p, const Accept& accept) const {
+    return closest(p, accept, no_index);
+  }
+
+  /// The same. A triangle that is probably close, such as the one of a query nearby, makes it faster, and so does a limit:
+  /// nothing farther away is wanted.
+  template <class Accept>
+  SurfacePoint closest(Vec3d p, const Accept& accept, std::uint32_t hint,
+                       double squared_limit = std::numeric_limits<double>::infinity()) const {
     SurfacePoint best;
+    best.squared_distance = squared_limit;
     if (nodes_.empty()) return best;
+    if (hint < corners_.size()) visit(hint, p, accept, best);
     // A tree that halves its triangles is at most 32 deep, and each level leaves one node behind.
     std::array<std::uint32_t, 64> open{};
     std::size_t count = 0;
@@ -115,7 +125,56 @@ class TriangleTree {
     return best;
   }
 
+  /// Moves the points; triangles are those of the construction. Some 20 times faster than a new tree, and as good for queries
+  /// while what is close together stays so.
+  void move(std::span<const Vec3d> points, std::span<const Triangle> triangles) {
+    NPT_ASSERT(triangles.size() == corners_.size());
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+      corners_[t] = {points[triangles[t][0]], points[triangles[t][1]], points[triangles[t][2]]};
+    // Children stand behind their parents.
+    for (std::size_t n = nodes_.size(); n-- > 0;) {
+      Node& node = nodes_[n];
+      if (node.count == 0) {
+        const Node &left = nodes_[n + 1], &right = nodes_[node.first];
+        node.low = minimum(left.low, right.low);
+        node.high = maximum(left.high, right.high);
+        continue;
+      }
+      node.low = node.high = corners_[order_[node.first]][0];
+      for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+        for (const Vec3d corner : corners_[order_[i]]) {
+          node.low = minimum(node.low, corner);
+          node.high = maximum(node.high, corner);
+        }
+    }
+  }
+
+  /// Whether some triangle that `accept(triangle)` takes meets the open segment ab.
+  template <class Accept>
+  bool crosses(Vec3d a, Vec3d b, const Accept& accept) const {
+    if (nodes_.empty()) return false;
+    std::array<std::uint32_t, 64> open{};
+    std::size_t count = 0;
+    open[count++] = 0;
+    while (count > 0) {
+      const std::uint32_t n = open[--count];
+      const Node& node = nodes_[n];
+      if (!meets_box(node, a, b)) continue;
+      if (node.count == 0) {
+        open[count++] = n + 1;
+        open[count++] = node.first;
+        continue;
+      }
+      for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+        if (meets_segment(corners_[order_[i]], a, b) && accept(order_[i])) return true;
+    }
+    return false;
+  }
+
  private:
+  static Vec3d minimum(Vec3d a, Vec3d b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
+  static Vec3d maximum(Vec3d a, Vec3d b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
+
   static constexpr std::uint32_t leaf_size = 4;
 
   /// A leaf has triangles order_[first .. first + count - 1]; another node its left child behind it, its right one at first.
@@ -129,6 +188,35 @@ class TriangleTree {
     const Vec3d d{beyond(p.x, node.low.x, node.high.x), beyond(p.y, node.low.y, node.high.y),
                   beyond(p.z, node.low.z, node.high.z)};
     return dot(d, d);
+  }
+
+  /// Slabs.
+  static bool meets_box(const Node& node, Vec3d a, Vec3d b) {
+    double from = 0, to = 1;
+    const double start[3] = {a.x, a.y, a.z}, end[3] = {b.x, b.y, b.z};
+    const double low[3] = {node.low.x, node.low.y, node.low.z}, high[3] = {node.high.x, node.high.y, node.high.z};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double d = end[k] - start[k];
+      if (d == 0) {
+        if (start[k] < low[k] || start[k] > high[k]) return false;
+        continue;
+      }
+      const double s = (low[k] - start[k]) / d, t = (high[k] - start[k]) / d;
+      from = std::max(from, std::min(s, t));
+      to = std::min(to, std::max(s, t));
+    }
+    return from <= to;
+  }
+
+  /// By the signs of volumes; a triangle seen edge-on is not met.
+  static bool meets_segment(const std::array<Vec3d, 3>& t, Vec3d a, Vec3d b) {
+    const Vec3d normal = cross(t[1] - t[0], t[2] - t[0]);
+    const double from = dot(normal, a - t[0]), to = dot(normal, b - t[0]);
+    if (from * to >= 0) return false;
+    const Vec3d d = b - a;
+    const double u = dot(d, cross(t[0] - a, t[1] - a)), v = dot(d, cross(t[1] - a, t[2] - a)),
+                 w = dot(d, cross(t[2] - a, t[0] - a));
+    return (u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0);
   }
 
   template <class Accept>

@@ -5,9 +5,11 @@
 /// one triangle only, where minimising over it leaves sum ||(S_s - T_t) P_t||_F^2 with P_t the projection to the triangle's
 /// rest plane. That is exact, and the normal equations have a third of the unknowns: one for each vertex of the target.
 /// What the gradients leave open is the place of each piece of the target:
+///   pieces that lie on each other, as clothes on a body, are linked where they do (piece_links.hpp): the way from a point to
+///   its link follows the gradients around both, as a term of the energy;
 ///   the largest piece moves as the centre of its paired source triangles does, scaled by the size of target to source;
-///   each further piece (and each vertex without a face) keeps its place relative to the nearest triangle of the larger ones.
-/// So the undeformed source gives the target back, and a source that is the target is followed exactly.
+///   what is still apart, and each vertex without a face, keeps its place on the nearest triangle (piece_tree.hpp).
+/// So the undeformed source gives the target back, and a source that is the target, and is one piece, is followed exactly.
 /// Shapes    pose: [Vs, 3] floats, a pose of the source's vertices; result: [Vt, 3]. Target's units; source's directions
 /// Numerics  double; the same bits for any executor. A NaN in the pose comes out as NaNs
 /// Threads   one object may be used by several threads
@@ -18,6 +20,8 @@
 #include <npt/classic/closest_point.hpp>
 #include <npt/classic/deformation_gradient.hpp>
 #include <npt/classic/matrix3.hpp>
+#include <npt/classic/piece_links.hpp>
+#include <npt/classic/piece_tree.hpp>
 #include <npt/classic/ranges.hpp>
 #include <npt/classic/sparse_cholesky.hpp>
 #include <npt/classic/surface.hpp>
@@ -34,6 +38,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -45,6 +50,8 @@ namespace npt::inline NPT_ABI {
 struct DeformationTransferOptions {
   /// Vertices of one mesh at the same point in rest move together. False: seams open.
   bool weld = true;
+  /// Pieces that lie on each other hold together. False: each keeps to the nearest triangle only.
+  bool link_pieces = true;
   /// From the source's directions to the target's, a rotation: for a target that faces another way than the source does.
   Matrix3 turn = Matrix3::identity();
 };
@@ -63,7 +70,7 @@ class DeformationTransfer {
       const auto [a, b, c] = source_.corners(s);
       source_rest_.push_back(source_.flat[s] != 0 ? RestTriangle() : RestTriangle(a, b, c));
     }
-    pieces_ = classic::pieces_of(target_);
+    join_pieces(options.link_pieces);
     assemble();
     place_largest();
     place_others();
@@ -92,13 +99,6 @@ class DeformationTransfer {
   }
 
  private:
-  /// A piece of the target that hangs on a triangle of a larger one.
-  struct Hook {
-    std::uint32_t point = 0;  ///< of the piece: the one nearest to the triangle
-    SurfacePoint at;          ///< the nearest point on the triangle, in rest
-    Vec3d offset;             ///< from there to the piece's point, in rest
-  };
-
   void sort_pairs(std::span<const TrianglePair> pairs) {
     std::vector<std::vector<std::uint32_t>> sources(target_.triangles.size());
     for (const auto& [s, t] : pairs) {
@@ -140,6 +140,29 @@ class DeformationTransfer {
     const TriangleTree tree(centres, points);
     for (std::uint32_t t = 0; t < sources.size(); ++t)
       if (sources[t].empty()) sources[t] = sources[number[tree.closest(target_.centroid(t)).triangle]];
+  }
+
+  /// Links, and pieces that hang together by triangles or links: piece 0 has the most triangles that are not flat.
+  void join_pieces(bool link) {
+    pieces_ = classic::pieces_of(target_);
+    if (!link || pieces_.count < 2) return;
+    double area = 0;
+    for (std::size_t t = 0; t < target_.triangles.size(); ++t) {
+      const auto [a, b, c] = target_.corners(t);
+      area += length(cross(b - a, c - a)) / 2;
+    }
+    links_ = piece_links(target_.points, target_.triangles, link_reach * std::sqrt(area));
+    std::vector<std::uint32_t> to(pieces_.count);
+    std::iota(to.begin(), to.end(), 0U);
+    const auto root = [&to](std::uint32_t i) {
+      while (to[i] != i) i = to[i] = to[to[i]];
+      return i;
+    };
+    for (const auto& [p, q] : links_) {
+      const std::uint32_t a = root(pieces_.of_point[p]), b = root(pieces_.of_point[q]);
+      to[std::max(a, b)] = std::min(a, b);
+    }
+    for (std::uint32_t& piece : pieces_.of_point) piece = root(piece);
   }
 
   std::size_t pair_count(std::size_t t) const { return source_start_[t + 1] - source_start_[t]; }
@@ -187,6 +210,13 @@ class DeformationTransfer {
         load_[t][k] += along;
         load_[t][i] += -along;
       }
+    }
+    link_weight_ = link_weight * static_cast<double>(sources_.size()) /
+                   (static_cast<double>(target_.triangles.size()) * side * side);
+    for (const auto& [p, q] : links_) {
+      add(p, p, link_weight_);
+      add(q, q, link_weight_);
+      add(p, q, -link_weight_);
     }
     cholesky_.emplace(unknowns, entries);
 
@@ -252,17 +282,9 @@ class DeformationTransfer {
   }
 
   void place_others() {
-    hooks_.resize(pieces_.count);
-    if (pieces_.count < 2) return;
-    const TriangleTree tree(target_.points, target_.triangles);
-    for (std::uint32_t p = 0; p < target_.points.size(); ++p) {
-      const std::uint32_t piece = pieces_.of_point[p];
-      if (piece == 0) continue;
-      const SurfacePoint at = tree.closest(
-          target_.points[p], [&](std::uint32_t t) { return pieces_.of_point[target_.triangles[t][0]] < piece; });
-      if (at.squared_distance < hooks_[piece].at.squared_distance)
-        hooks_[piece] = {p, at, target_.points[p] - at.point};
-    }
+    std::vector<char> roots(pieces_.count, 1);
+    for (const std::uint32_t piece : pieces_.of_point) roots[piece] = piece == 0 ? 1 : 0;
+    if (std::ranges::count(roots, 0) > 0) hooks_ = classic::PieceTree(target_, pieces_.of_point, roots).hooks();
   }
 
   /// For each target triangle the sum of its sources' gradients, in the target's directions.
@@ -289,6 +311,7 @@ class DeformationTransfer {
   /// Every piece with its first point at the origin.
   template <Executor Exec>
   std::vector<Vec3d> solve(std::span<const Matrix3> gradients, const Exec& executor) const {
+    const std::vector<Vec3d> links = link_loads(gradients);
     std::array<std::vector<double>, 3> sides;
     for (std::vector<double>& side : sides) side.resize(cholesky_->size());
     classic::for_ranges(executor, target_.points.size(), [&](std::size_t first, std::size_t last) {
@@ -297,6 +320,7 @@ class DeformationTransfer {
         Vec3d sum;
         for (std::size_t i = corner_start_[p]; i < corner_start_[p + 1]; ++i)
           sum += gradients[corner_[i].triangle] * load_[corner_[i].triangle][corner_[i].corner];
+        if (!links.empty()) sum += links[p];
         sides[0][unknown_[p]] = sum.x;
         sides[1][unknown_[p]] = sum.y;
         sides[2][unknown_[p]] = sum.z;
@@ -309,18 +333,41 @@ class DeformationTransfer {
     return points;
   }
 
+  /// The links' right-hand sides, [Pt]; empty where there are no links.
+  std::vector<Vec3d> link_loads(std::span<const Matrix3> gradients) const {
+    std::vector<Vec3d> loads(links_.empty() ? 0 : target_.points.size());
+    for (const auto& [p, q] : links_) {
+      const Matrix3 around = (gradient_at(p, gradients) + gradient_at(q, gradients)) * 0.5;
+      const Vec3d way = around * (target_.points[q] - target_.points[p]) * link_weight_;
+      loads[q] += way;
+      loads[p] += -way;
+    }
+    return loads;
+  }
+
+  /// The mean of the gradients around a point that has triangles.
+  Matrix3 gradient_at(std::size_t p, std::span<const Matrix3> gradients) const {
+    Matrix3 sum;
+    std::size_t count = 0;
+    for (std::size_t i = corner_start_[p]; i < corner_start_[p + 1]; ++i) {
+      sum += gradients[corner_[i].triangle];
+      count += pair_count(corner_[i].triangle);
+    }
+    return sum * (1 / static_cast<double>(count));
+  }
+
   /// Moves every piece to its place.
   void place(std::span<Vec3d> points, std::span<const Vec3d> posed, std::span<const Matrix3> gradients) const {
     std::vector<Vec3d> shift(pieces_.count);
     const Vec3d moved = turn_ * (paired_source_centre(posed) - source_centre_) * scale_;
     shift[0] = target_centre_ + moved - largest_piece_centre(points);
-    for (std::size_t piece = 1; piece < pieces_.count; ++piece) {
-      const Hook& hook = hooks_[piece];
+    for (const classic::Hook& hook : hooks_) {
       const std::size_t t = hook.at.triangle;
       const auto [a, b, c] = target_.corners(t, points);
       const Vec3d at = a * hook.at.weights[0] + b * hook.at.weights[1] + c * hook.at.weights[2];
-      const Vec3d offset = gradients[t] * hook.offset / static_cast<double>(pair_count(t));
-      shift[piece] = at + shift[pieces_.of_point[target_.triangles[t][0]]] + offset - points[hook.point];
+      const Vec3d offset =
+          gradients[t] * (target_.points[hook.point] - hook.at.point) / static_cast<double>(pair_count(t));
+      shift[hook.piece] = at + shift[pieces_.of_point[target_.triangles[t][0]]] + offset - points[hook.point];
     }
     for (std::size_t p = 0; p < points.size(); ++p) points[p] += shift[pieces_.of_point[p]];
   }
@@ -329,6 +376,10 @@ class DeformationTransfer {
     std::uint32_t triangle = 0, corner = 0;
   };
 
+  /// As detail_refiner.hpp holds pieces together: within a fiftieth of the root of the surface's area, as stiff as an edge of two
+  /// equilateral triangles.
+  static constexpr double link_reach = 0.02, link_weight = 0.577;
+
   classic::Surface source_, target_;
   std::size_t source_vertices_;
   Matrix3 turn_;
@@ -336,6 +387,8 @@ class DeformationTransfer {
   std::vector<std::uint32_t> sources_;     ///< the source triangles of each target triangle, one after another
   std::vector<RestTriangle> source_rest_;  ///< [Ts]
   classic::Pieces pieces_;                 ///< of the target
+  std::vector<Edge> links_;                ///< of its points
+  double link_weight_ = 0;
   std::vector<std::uint32_t> first_of_piece_;
   std::vector<std::uint32_t> unknown_;      ///< [Pt] number in the linear system; no_index: the first point of a piece
   std::vector<std::array<Vec3d, 3>> load_;  ///< [Tt] right-hand side of corner i: the sum of S times load i
@@ -344,7 +397,7 @@ class DeformationTransfer {
   std::optional<SparseCholesky> cholesky_;
   Vec3d source_centre_, target_centre_;
   double scale_ = 1;
-  std::vector<Hook> hooks_;  ///< [pieces]
+  std::vector<classic::Hook> hooks_;  ///< of the pieces but the largest
 };
 
 /// The target mesh for a pose of the source; normals are recomputed if it has any.

@@ -8,8 +8,8 @@
 ///      point's, found anew before each step. A point whose closest one lies on an open border has no such term.
 /// The third term has a unit, so its weight means something only with one: the target's size, the diagonal of its bounding
 /// box, counts as `size`. Before all, a similarity that fits the markers best moves the source onto the target.
-/// Further pieces of the source are tied to the triangle of a larger one that they are nearest to; triangles without an area
-/// keep their sides; points without a triangle don't take part.
+/// Pieces of the source without a marker are tied to what they are nearest to; triangles without an area keep their sides;
+/// points without a triangle don't take part.
 /// Numerics  double; the same bits for any executor
 /// Errors    npt::Error for no markers, markers out of range, in no face, or that pull one point to two places
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, section 5
@@ -19,6 +19,7 @@
 #include <npt/classic/deformation_gradient.hpp>
 #include <npt/classic/markers.hpp>
 #include <npt/classic/matrix3.hpp>
+#include <npt/classic/piece_tree.hpp>
 #include <npt/classic/ranges.hpp>
 #include <npt/classic/similarity.hpp>
 #include <npt/classic/sparse_cholesky.hpp>
@@ -378,43 +379,31 @@ class RegistrationRun {
       if (sides[i - 1].edge == sides[i].edge) add_difference(sides[i - 1].triangle, sides[i].triangle);
   }
 
-  /// A piece's nearest point keeps its place in the frame of the triangle that it is nearest to, and the gradients of a triangle
-  /// at it and of that one are to be alike.
+  /// A piece without a marker keeps the place of its hook in the frame of the triangle that it hangs on, and the gradients of a
+  /// triangle at the hook and of that one are to be alike.
   void add_ties(std::span<const Marker> markers) {
     const Pieces pieces = pieces_of(source_);
-    if (pieces.count < 2) return;
-    // A piece hangs on those of lower rank: 0 has markers of its own, which hold it.
-    std::vector<std::uint32_t> rank(pieces.count);
-    for (std::uint32_t i = 0; i < rank.size(); ++i) rank[i] = i + 1;
-    for (const Marker& marker : markers) rank[pieces.of_point[source_.point_of[marker.source]]] = 0;
-    const TriangleTree tree(source_.points, source_.triangles);
-    struct Tie {
-      std::uint32_t point = no_index;
-      SurfacePoint at;
-    };
-    std::vector<Tie> ties(pieces.count);
-    for (std::uint32_t p = 0; p < source_.points.size(); ++p) {
-      const std::uint32_t piece = pieces.of_point[p];
-      if (used_[p] == 0 || rank[piece] == 0) continue;
-      const SurfacePoint at = tree.closest(source_.points[p], [&](std::uint32_t t) {
-        return source_.flat[t] == 0 && rank[pieces.of_point[source_.triangles[t][0]]] < rank[piece];
-      });
-      if (at.triangle == no_index)
-        throw Error({.file = "markers",
-                     .found = "none on a face with an area",
-                     .expected = "at least one marker on a face with an area"});
-      if (at.squared_distance < ties[piece].at.squared_distance) ties[piece] = {p, at};
-    }
+    std::vector<char> marked(pieces.count);
+    for (const Marker& marker : markers) marked[pieces.of_point[source_.point_of[marker.source]]] = 1;
+    if (std::ranges::count(marked, 0) == 0) return;
     std::vector<std::uint32_t> some_triangle(source_.points.size(), no_index);
-    for (std::uint32_t t = 0; t < source_.triangles.size(); ++t)
-      if (source_.flat[t] == 0)
-        for (const std::uint32_t p : source_.triangles[t]) some_triangle[p] = t;
-    for (const auto& [point, at] : ties) {
-      if (point == no_index) continue;  // a point without a triangle
+    bool held = false;
+    for (std::uint32_t t = 0; t < source_.triangles.size(); ++t) {
+      if (source_.flat[t] != 0) continue;
+      for (const std::uint32_t p : source_.triangles[t]) some_triangle[p] = t;
+      held = held || marked[pieces.of_point[source_.triangles[t][0]]] != 0;
+    }
+    if (!held)
+      throw Error({.file = "markers",
+                   .found = "none on a face with an area",
+                   .expected = "at least one marker on a face with an area"});
+    for (const auto& [piece, point, at] : PieceTree(source_, pieces.of_point, marked).hooks()) {
+      if (used_[point] == 0) continue;  // a point without a triangle
       const std::size_t t = at.triangle;
-      const Vec3d offset = source_.points[point] - source_.points[source_.triangles[t][0]];
+      const std::array<Part, 4> frame = parts(t);
+      const Vec3d offset = source_.points[point] - source_.points[frame[0].variable];
       std::array<Part, 5> sum{};
-      for (std::size_t k = 0; k < 4; ++k) sum[k] = {parts(t)[k].variable, {-dot(rest_[t].slopes[k], offset), 0, 0}};
+      for (std::size_t k = 0; k < 4; ++k) sum[k] = {frame[k].variable, {-dot(frame[k].slope, offset), 0, 0}};
       sum[0].slope.x -= 1;
       sum[4] = {point, {1, 0, 0}};
       system_.add(sum, options_.closest_last);

@@ -2,7 +2,8 @@
 /// includes Eigen (simplicial L D L^T on an approximate minimum degree ordering).
 ///   a = a list of entries;  x = a^-1 b
 /// Shapes    a: [n, n];  right-hand sides: [n], or [n] points, whose x, y and z are three systems
-/// Numerics  double; a solve gives the same bits at every call. One object may be used by several threads for solves
+/// Numerics  double; a solve gives the same bits at every call
+/// Threads   one object may be used by several threads for solves. It can be moved, not copied
 /// Errors    npt::Error for entries outside of the matrix, numbers that are not finite, and a matrix that is not
 ///           positive definite, which names the first unknown at fault
 /// Eigen's own symbols don't carry the instruction set: units of one program that use this header need the same -march.
@@ -19,6 +20,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -38,7 +40,7 @@ class SparseCholesky {
   /// Factors the matrix of `size` unknowns.
   SparseCholesky(std::size_t size, std::span<const SymmetricEntry> entries) : size_(size) {
     const Matrix matrix = assemble(entries);
-    solver_.analyzePattern(matrix);
+    solver_->analyzePattern(matrix);
     pattern_ = pattern_of(matrix);
     factorise(matrix);
   }
@@ -48,7 +50,7 @@ class SparseCholesky {
   void factor(std::span<const SymmetricEntry> entries) {
     const Matrix matrix = assemble(entries);
     if (std::vector<int> pattern = pattern_of(matrix); pattern != pattern_) {
-      solver_.analyzePattern(matrix);
+      solver_->analyzePattern(matrix);
       pattern_ = std::move(pattern);
     }
     factorise(matrix);
@@ -57,7 +59,7 @@ class SparseCholesky {
   std::size_t size() const noexcept { return size_; }
   /// Entries of the factor below its diagonal: what a solve costs, twice.
   std::size_t factor_entries() const {
-    return static_cast<std::size_t>(solver_.matrixL().nestedExpression().nonZeros());
+    return static_cast<std::size_t>(solver_->matrixL().nestedExpression().nonZeros());
   }
 
   /// b becomes x. [n]
@@ -65,7 +67,7 @@ class SparseCholesky {
     NPT_ASSERT(b.size() == size_);
     if (b.empty()) return;
     Eigen::Map<Eigen::VectorXd> x(b.data(), static_cast<Eigen::Index>(b.size()));
-    x = solver_.solve(x.eval());
+    x = solver_->solve(x.eval());
   }
 
   /// b becomes x for three systems at once: x, y and z of the points. [n]
@@ -77,7 +79,7 @@ class SparseCholesky {
     Eigen::Map<Points> x(&b.front().x, static_cast<Eigen::Index>(b.size()), 3);
     // Columns one after another: each stays in the cache, and Eigen reads the factor in one go for each.
     const Eigen::Matrix<double, Eigen::Dynamic, 3> columns = x;
-    x = solver_.solve(columns);
+    x = solver_->solve(columns);
   }
 
  private:
@@ -114,13 +116,13 @@ class SparseCholesky {
   }
 
   void factorise(const Matrix& matrix) {
-    solver_.factorize(matrix);
+    solver_->factorize(matrix);
     if (size_ == 0) return;
     // Eigen stops at a pivot of exactly 0 only, and takes negative ones. Where there should be 0, rounding leaves about
     // 1e-15 of the diagonal entry.
-    const auto pivots = solver_.vectorD();
+    const auto pivots = solver_->vectorD();
     for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-      const int unknown = solver_.permutationPinv().indices()(i);
+      const int unknown = solver_->permutationPinv().indices()(i);
       if (const double d = matrix.coeff(unknown, unknown); d > 0 && pivots(i) > 1e-13 * d) continue;
       throw Error({.file = "linear system",
                    .place = "unknown " + std::to_string(unknown),
@@ -131,7 +133,8 @@ class SparseCholesky {
 
   std::size_t size_;
   std::vector<int> pattern_;
-  Eigen::SimplicialLDLT<Matrix> solver_;
+  std::unique_ptr<Eigen::SimplicialLDLT<Matrix>> solver_ =
+      std::make_unique<Eigen::SimplicialLDLT<Matrix>>();  // can't be moved
 };
 
 }  // namespace npt::inline NPT_ABI

@@ -1,0 +1,339 @@
+/// npt deform: deformation transfer (Sumner and Popovic 2004), with markers instead of a network. A target in rest gets the poses of
+/// a source whose rest mesh is known. Or, with --protocol, its error on the paper's pairs.
+#include "arguments.hpp"
+#include "evaluation_report.hpp"
+#include "interrupt.hpp"
+#include "progress.hpp"
+#include "status_line.hpp"
+#include "subcommand.hpp"
+#include "transfer_jobs.hpp"
+
+#include <render/png.hpp>
+#include <render/render.hpp>
+
+#include <npt/body/body_file.hpp>
+#include <npt/body/mannequin.hpp>
+#include <npt/classic/control_points.hpp>
+#include <npt/classic/correspondence.hpp>
+#include <npt/classic/deformation_evaluation.hpp>
+#include <npt/classic/deformation_transfer.hpp>
+#include <npt/classic/markers.hpp>
+#include <npt/io/mesh_file.hpp>
+#include <npt/mesh/validate.hpp>
+#include <npt/parallel/tbb_executor.hpp>
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+using program::TransferJob;
+
+struct Options {
+  std::optional<fs::path> source, pose, target, out, markers, source_body, target_body, registered, picture, body;
+  std::optional<std::string> format;
+  std::vector<std::size_t> control_points;
+  bool align = false, open_seams = false, protocol = false, json = false;
+  std::string shapes = "normal", third = "rest";
+  std::size_t worst = 0;
+  int threads = 0;
+};
+
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// The most poses that a picture shows, one in a row.
+constexpr std::size_t most_rows = 16;
+
+npt::BodyModel body_of(const std::optional<fs::path>& file) {
+  return file ? npt::load_body(file->string()) : npt::make_mannequin();
+}
+
+class Deform {
+ public:
+  explicit Deform(const Options& options) : options_(options), executor_(options.threads), jobs_(list_jobs()) {
+    program::check_outputs_apart(jobs_);
+    for (const TransferJob& job : jobs_) {
+      program::check_job(job);
+      program::check_output(job.out, std::array{*options_.source});
+    }
+    check_other_outputs();
+  }
+
+  void run() {
+    program::catch_interrupts();
+    source_ = npt::read_mesh(*options_.source);
+    target_ = npt::read_mesh(*options_.target);
+    const npt::DeformationTransfer transfer = prepare();
+    program::Progress progress("poses", jobs_.size());
+    const Stopwatch watch;
+    for (const TransferJob& job : jobs_) {
+      program::stop_if_interrupted();
+      npt::Mesh pose = npt::read_mesh(job.pose);
+      if (pose.vertex_count() != source_.vertex_count())
+        throw npt::Error(
+            {job.pose.string(),
+             {},
+             std::to_string(pose.vertex_count()) + " vertices",
+             std::to_string(source_.vertex_count()) + ", as many as " + options_.source->string() + " has"});
+      npt::Mesh result = npt::deform(transfer, target_, pose, executor_);
+      npt::validate(result, "result for " + job.pose.string());
+      npt::write_mesh(job.out, result);
+      if (options_.picture) rows_.emplace_back(std::move(pose), std::move(result));
+      progress.advance();
+    }
+    progress.clear();
+    std::printf(
+        "%s in %.2f s\n",
+        jobs_.size() == 1 ? jobs_.front().out.string().c_str() : (std::to_string(jobs_.size()) + " meshes").c_str(),
+        watch.seconds());
+    if (options_.picture) draw_picture();
+  }
+
+ private:
+  std::vector<TransferJob> list_jobs() {
+    if (!fs::is_directory(*options_.pose)) {
+      if (options_.format) throw npt::Error({"--format", {}, "one output file", "a folder of poses"});
+      return {{*options_.target, *options_.pose, *options_.out, {}}};
+    }
+    folder_.emplace(*options_.out);
+    const std::string extension = options_.format ? "." + *options_.format : program::extension_of(*options_.target);
+    return program::folder_jobs(*options_.target, *options_.pose, *options_.out, extension);
+  }
+
+  void check_other_outputs() const {
+    std::vector<fs::path> files{*options_.source};
+    for (const TransferJob& job : jobs_) files.insert(files.end(), {job.identity, job.pose, job.out});
+    if (options_.picture) {
+      if (jobs_.size() > most_rows)
+        throw npt::Error(
+            {"--render", {}, std::to_string(jobs_.size()) + " poses", "at most " + std::to_string(most_rows)});
+      static constexpr std::array<std::string_view, 1> png{".png"};
+      program::expect_extension(*options_.picture, png);
+      program::check_output(*options_.picture, files);
+      files.push_back(*options_.picture);
+    }
+    if (options_.registered) {
+      program::expect_extension(*options_.registered, program::mesh_extensions);
+      program::check_output(*options_.registered, files);
+    }
+  }
+
+  /// Empty: none were asked for.
+  std::vector<npt::Marker> markers() const {
+    if (options_.markers) return npt::read_markers(options_.markers->string());
+    if (options_.control_points.empty()) return {};
+    const npt::BodyModel from = body_of(options_.source_body), to = body_of(options_.target_body);
+    const auto expect_body = [](const npt::BodyModel& body, const npt::Mesh& mesh, const fs::path& file) {
+      if (body.vertex_count() != mesh.vertex_count())
+        throw npt::Error({file.string(),
+                          {},
+                          std::to_string(mesh.vertex_count()) + " vertices",
+                          std::to_string(body.vertex_count()) + ", those of its body, for control points"});
+    };
+    expect_body(from, source_, *options_.source);
+    expect_body(to, target_, *options_.target);
+    return npt::control_markers(from, to, options_.control_points.front());
+  }
+
+  npt::DeformationTransfer prepare() const {
+    npt::DeformationTransferOptions options;
+    options.weld = !options_.open_seams;
+    const std::vector<npt::Marker> list = markers();
+    std::vector<npt::TrianglePair> pairs;
+    if (!list.empty()) {
+      npt::Correspondence found = correspondence(list);
+      if (options_.align) options.turn = found.similarity.rotation;
+      pairs = std::move(found.pairs);
+    } else if (npt::same_topology(source_, target_)) {
+      std::printf("faces are the same: paired one to one\n");
+      pairs = npt::identical_pairs(npt::triangulate(source_).size());
+    } else {
+      throw npt::Error({"--markers", {}, "none, and meshes of different faces", "markers, or --control-points"});
+    }
+    const Stopwatch watch;
+    npt::DeformationTransfer transfer(source_, target_, pairs, options);
+    std::printf("prepared in %.2f s\n", watch.seconds());
+    return transfer;
+  }
+
+  npt::Correspondence correspondence(const std::vector<npt::Marker>& list) const {
+    npt::CorrespondenceOptions options;
+    options.weld = !options_.open_seams;
+    program::StatusLine status;
+    const Stopwatch watch;
+    double distance = 0;
+    npt::Correspondence found = npt::find_correspondence(
+        source_, target_, list, options,
+        [&](const npt::RegistrationStep& step) {
+          program::stop_if_interrupted();
+          distance = step.distance;
+          if (status.due())
+            status.show("correspondence: step " + std::to_string(step.step) + " of " + std::to_string(step.steps));
+        },
+        executor_);
+    status.clear();
+    std::printf("%zu markers, %zu triangle pairs, registered to %.3g of the mesh's unit, in %.2f s\n", list.size(),
+                found.pairs.size(), distance, watch.seconds());
+    if (options_.registered) {
+      npt::Mesh registered = source_;
+      registered.positions = found.registered;
+      npt::recompute_normals(registered);
+      npt::validate(registered, "registered source");
+      npt::write_mesh(*options_.registered, registered);
+    }
+    return found;
+  }
+
+  void draw_picture() const {
+    std::vector<render::Panel> panels;
+    for (const auto& [pose, result] : rows_) {
+      const bool last = &pose == &rows_.back().first;
+      const auto add = [&](const npt::Mesh& mesh, const char* caption, const char* colour) {
+        panels.push_back({&mesh, last ? caption : "", {render::parse_colour(colour, "picture")}});
+      };
+      add(source_, "source", "sand");
+      add(pose, "deformed source", "sand");
+      add(target_, "target", "blue");
+      add(result, "deformed target", "blue");
+    }
+    render::FigureOptions figure;
+    figure.columns = 4;
+    render::write_png(*options_.picture, render::draw_figure(panels, figure));
+  }
+
+  const Options& options_;
+  npt::TbbExecutor executor_;
+  std::optional<program::OutputFolder> folder_;
+  std::vector<TransferJob> jobs_;
+  npt::Mesh source_, target_;
+  std::vector<std::pair<npt::Mesh, npt::Mesh>> rows_;  ///< pose and result, for the picture
+};
+
+/// The rows of Table 1: each number of control points on seen and on unseen poses.
+void run_protocol(const Options& o) {
+  const npt::BodyModel body = body_of(o.body);
+  const auto distribution = o.shapes == "uniform" ? npt::ShapeDistribution::uniform : npt::ShapeDistribution::normal;
+  const npt::ThirdMesh third = o.third == "rest" ? npt::ThirdMesh::rest : npt::ThirdMesh::identity_pose;
+  struct Set {
+    const char* name;
+    std::vector<npt::BodyPair> pairs;
+    std::uint64_t seed;
+  };
+  const std::array<Set, 2> sets{
+      Set{"seen poses", npt::seen_pose_pairs(body.shape_count(), distribution), npt::protocol::seen_pair_seed},
+      Set{"unseen poses", npt::unseen_pose_pairs(body.shape_count(), distribution), npt::protocol::unseen_pair_seed}};
+  const std::vector<std::size_t> counts = o.control_points.empty() ? std::vector<std::size_t>{5, 13} : o.control_points;
+  const npt::TbbExecutor executor(o.threads);
+  program::catch_interrupts();
+  program::Progress progress("pairs", counts.size() * (sets[0].pairs.size() + sets[1].pairs.size()));
+  std::mutex mutex;
+  const Stopwatch watch;
+  std::vector<npt::Evaluation> evaluations;
+  for (const std::size_t count : counts)
+    for (const Set& set : sets)
+      evaluations.push_back(npt::evaluate_deformation(
+          body, set.pairs, "DT (" + std::to_string(count) + "), " + set.name, set.seed, count, third, executor, [&] {
+            program::stop_if_interrupted();
+            const std::lock_guard lock(mutex);
+            progress.advance();
+          }));
+  progress.clear();
+  const std::string name = o.body ? o.body->filename().string() : "mannequin";
+  if (o.json) {
+    program::Report report{
+        {"system", "deformation transfer"}, {"data", "the paper's protocol on " + name}, {"third_mesh", o.third}};
+    for (const npt::Evaluation& e : evaluations) report["sets"].push_back(program::report_of(e, o.worst));
+    report["seconds"] = watch.seconds();
+    std::cout << report.dump(-1, ' ', false, program::Report::error_handler_t::replace) << '\n';
+    return;
+  }
+  std::printf("deformation transfer on the paper's protocol on %s, third mesh in %s\n", name.c_str(),
+              o.third == "rest" ? "rest" : "the identity's pose");
+  program::print_table(evaluations, o.worst, false);
+  std::printf("%.1f s\n", watch.seconds());
+  std::fflush(stdout);
+}
+
+void run(const Options& options) {
+  if (options.protocol) return run_protocol(options);
+  if (!(options.source && options.pose && options.target && options.out))
+    throw CLI::RequiredError("--source, --pose, --target and --out, or --protocol");
+  if (options.control_points.size() > 1)
+    throw CLI::ValidationError("--control-points", "one number, but with --protocol");
+  Deform(options).run();
+}
+
+void add(CLI::App& command) {
+  auto o = std::make_shared<Options>();
+  CLI::Option* source = command.add_option("--source", o->source, "Rest mesh of the source (.ply, .obj)");
+  command.add_option("--pose", o->pose, "The source deformed, same vertices; or a folder of such meshes");
+  command.add_option("--target", o->target, "Rest mesh of the target, which gets the poses");
+  command.add_option("-o,--out", o->out, "Result (.ply, .obj); a folder for a folder of poses");
+  CLI::Option* markers =
+      command.add_option("--markers", o->markers, "File with lines of: source_vertex target_vertex, numbered from 0");
+  command
+      .add_option("--control-points", o->control_points,
+                  "5 or 13: markers that all bodies in SMPL's layout have, on meshes in their body's vertex order")
+      ->check(CLI::IsMember({"5", "13"}))
+      ->delimiter(',')
+      ->excludes(markers);
+  command.add_option("--source-body", o->source_body,
+                     "The source's body (.safetensors), for --control-points; without: the mannequin");
+  command.add_option("--target-body", o->target_body, "The target's");
+  command.add_flag("--align", o->align,
+                   "The target faces another way than the source: turn deformations, by the markers");
+  command.add_flag("--open-seams", o->open_seams, "Do not weld vertices that lie in one place");
+  command.add_option("--registered", o->registered, "Also write the source as it was registered onto the target");
+  command.add_option("--format", o->format, "ply or obj: of the results in a folder; without: as the target")
+      ->check(CLI::IsMember({"ply", "obj"}));
+  command.add_option("--render", o->picture, "Also draw source, pose, target and result (.png)");
+  command.add_option("--threads", o->threads, "Threads; 0: all that the process may use")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  CLI::Option* protocol =
+      command.add_flag("--protocol", o->protocol, "Instead: the error on the paper's 72 seen and 72 unseen poses")
+          ->excludes(source);
+  command.add_option("--body", o->body, "The protocol's body (.safetensors); without: the mannequin")->needs(protocol);
+  command
+      .add_option("--third-mesh", o->third,
+                  "The protocol's source and target rest meshes: in rest, or in the identity's pose")
+      ->check(CLI::IsMember({"rest", "identity-pose"}))
+      ->capture_default_str()
+      ->needs(protocol);
+  command.add_option("--shapes", o->shapes, "Distribution of the protocol's shapes: normal, or uniform in [-4, 4]")
+      ->check(CLI::IsMember({"normal", "uniform"}))
+      ->capture_default_str()
+      ->needs(protocol);
+  command.add_option("--worst", o->worst, "Also list the protocol's so many worst pairs")
+      ->check(CLI::Range(0, 1000000))
+      ->needs(protocol);
+  command.add_flag("--json", o->json, "The protocol's errors as one line of JSON")->needs(protocol);
+  command.footer(
+      "Without markers both meshes must have the same faces; they are paired one to one. Source and target should "
+      "stand in\n"
+      "about the same rest pose: what is transferred is the change from it.\n"
+      "PMD is eq. 7 of the paper in square metres with bounding boxes centred; per coordinate is a third of it.");
+  command.callback([o] { run(*o); });
+}
+
+const program::Subcommand registered("deform",
+                                     "Give a target the poses of a source, by markers and deformation gradients", add);
+
+}  // namespace
