@@ -37,6 +37,7 @@ if(NPT_BUILD_PROGRAMS)
 endif()
 # Optional: without it the room `classic`, its commands and its tests are left out.
 find_package(Eigen3 QUIET NO_MODULE)
+find_package(LBFGS QUIET)
 if(NPT_WITH_MPI)
   find_package(MPI QUIET COMPONENTS CXX)
   if(NOT MPI_CXX_FOUND)

@@ -21,7 +21,7 @@ configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/npt-config.cmake.in" "$
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/npt-config-version.cmake" COMPATIBILITY SameMinorVersion
                                  ARCH_INDEPENDENT)
 install(FILES "${PROJECT_BINARY_DIR}/npt-config.cmake" "${PROJECT_BINARY_DIR}/npt-config-version.cmake"
-              "${CMAKE_CURRENT_LIST_DIR}/NptMultiIsa.cmake"
+              "${CMAKE_CURRENT_LIST_DIR}/NptMultiIsa.cmake" "${CMAKE_CURRENT_LIST_DIR}/FindLBFGS.cmake"
         DESTINATION "${npt_package_dir}")
 
 if(NPT_WITH_TBB)

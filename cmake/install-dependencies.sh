@@ -4,7 +4,7 @@
 #   --dev   also the tools for work on npt itself: clang, clang-format, clang-tidy, doxygen, Google Benchmark and its peers
 set -euo pipefail
 
-packages=(libxtensor-dev libxsimd-dev libtbb-dev libtinyobjloader-dev doctest-dev libcli11-dev nlohmann-json3-dev libstb-dev libeigen3-dev)
+packages=(libxtensor-dev libxsimd-dev libtbb-dev libtinyobjloader-dev doctest-dev libcli11-dev nlohmann-json3-dev libstb-dev libeigen3-dev liblbfgs-dev)
 for argument in "$@"; do
   case "$argument" in
     --dev) packages+=(clang clang-format clang-tidy doxygen libbenchmark-dev libdnnl-dev) ;;

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <npt/body/body_model.hpp>
+#include <npt/classic/matrix3.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
 
@@ -24,66 +25,39 @@ namespace npt::inline NPT_ABI {
 
 namespace classic::internal {
 
-using Matrix3 = std::array<double, 9>;  ///< row major
-
-inline Vec3d operator*(const Matrix3& m, Vec3d v) {
-  return {m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z,
-          m[6] * v.x + m[7] * v.y + m[8] * v.z};
+inline Matrix3 rotation(Vec3d axis_angle) {
+  const std::array<double, 9> r = rotation_matrix(axis_angle);
+  return {{{{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, {r[6], r[7], r[8]}}}};
 }
+
 /// m^T v
-inline Vec3d transposed_times(const Matrix3& m, Vec3d v) {
-  return {m[0] * v.x + m[3] * v.y + m[6] * v.z, m[1] * v.x + m[4] * v.y + m[7] * v.z,
-          m[2] * v.x + m[5] * v.y + m[8] * v.z};
-}
-inline Matrix3 operator*(const Matrix3& a, const Matrix3& b) {
-  Matrix3 c{};
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j)
-      c[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
-  return c;
-}
-inline Matrix3 transposed(const Matrix3& m) { return {m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]}; }
-inline Matrix3& operator+=(Matrix3& a, const Matrix3& b) {
-  for (std::size_t i = 0; i < 9; ++i) a[i] += b[i];
-  return a;
-}
-/// a b^T
-inline Matrix3 outer(Vec3d a, Vec3d b) {
-  return {a.x * b.x, a.x * b.y, a.x * b.z, a.y * b.x, a.y * b.y, a.y * b.z, a.z * b.x, a.z * b.y, a.z * b.z};
-}
-inline Matrix3 cross_matrix(Vec3d v) { return {0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0}; }
-
-inline double inner(const Matrix3& a, const Matrix3& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < 9; ++i) sum += a[i] * b[i];
-  return sum;
+constexpr Vec3d transposed_times(const Matrix3& m, Vec3d v) {
+  return m.rows[0] * v.x + m.rows[1] * v.y + m.rows[2] * v.z;
 }
 
-/// From d/dR to d/d(axis angle), R = rotation_matrix(axis_angle).
-inline Vec3d axis_angle_gradient(Vec3d axis_angle, const Matrix3& rotation, const Matrix3& gradient) {
+/// The sum of the products of entries.
+constexpr double inner(const Matrix3& a, const Matrix3& b) {
+  return dot(a.rows[0], b.rows[0]) + dot(a.rows[1], b.rows[1]) + dot(a.rows[2], b.rows[2]);
+}
+
+/// From d/dR to d/d(axis angle), R = rotation(axis_angle).
+inline Vec3d axis_angle_gradient(Vec3d axis_angle, const Matrix3& r, const Matrix3& gradient) {
+  // With a generator w, dR = [w]x R: the sum of entries of `gradient` times [w]x R is w . turn.
+  const Matrix3 m = gradient * r.transposed();
+  const Vec3d turn{m.rows[2].y - m.rows[1].z, m.rows[0].z - m.rows[2].x, m.rows[1].x - m.rows[0].y};
   const double square = dot(axis_angle, axis_angle);
-  const double w[3] = {axis_angle.x, axis_angle.y, axis_angle.z};
-  double result[3];
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3d e{i == 0 ? 1.0 : 0.0, i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0};
-    // Below 1e-7 rad the formula's quotient is rounding noise, and its limit good to 1e-7.
-    if (square < 1e-14) {
-      result[i] = inner(gradient, cross_matrix(e) * rotation);
-      continue;
-    }
-    const Vec3d moved = e - rotation * e;
-    const Matrix3 generator = cross_matrix((axis_angle * w[i] + cross(axis_angle, moved)) / square);
-    result[i] = inner(gradient, generator * rotation);
-  }
-  return {result[0], result[1], result[2]};
+  // Below 1e-7 rad the formula's quotient is rounding noise, and its limit, w = e, good to 1e-7.
+  if (square < 1e-14) return turn;
+  const auto along = [&](Vec3d e, double component) {
+    return dot(turn, (axis_angle * component + cross(axis_angle, e - r * e)) / square);
+  };
+  return {along({1, 0, 0}, axis_angle.x), along({0, 1, 0}, axis_angle.y), along({0, 0, 1}, axis_angle.z)};
 }
 
 }  // namespace classic::internal
 
 class DifferentiableBody {
  public:
-  using Matrix3 = classic::internal::Matrix3;
-
   /// The pose of every bone for one set of parameters, as forward() leaves it for backward() and for normals.
   struct State {
     std::vector<Vec3d> joints;        ///< [J] of the rest pose
@@ -136,7 +110,6 @@ class DifferentiableBody {
       const Vec3d p = state.shaped[i];
       Vec3d sum = translation;
       for (std::size_t s = skin_start_[i]; s < skin_start_[i + 1]; ++s) {
-        using classic::internal::operator*;
         const std::size_t j = skin_joint_[s];
         sum += (state.rotation[j] * p + state.offset[j]) * skin_weight_[s];
       }
@@ -169,7 +142,6 @@ class DifferentiableBody {
 
   /// The direction `rest` of vertex i in the rest pose, carried along by the skin; not normalised.
   Vec3d carried(std::size_t i, Vec3d rest, const State& state) const {
-    using classic::internal::operator*;
     Vec3d sum;
     for (std::size_t s = skin_start_[i]; s < skin_start_[i + 1]; ++s)
       sum += (state.rotation[skin_joint_[s]] * rest) * skin_weight_[s];
@@ -178,7 +150,6 @@ class DifferentiableBody {
 
   /// Rest joints and bones for x; forward() calls it.
   void pose_bones(std::span<const double> x, State& state) const {
-    using classic::internal::operator*;
     const std::size_t joints = joint_count();
     state.joints.resize(joints);
     state.local.resize(joints);
@@ -195,7 +166,7 @@ class DifferentiableBody {
       }
       const Vec3d rest{p[0], p[1], p[2]};
       state.joints[j] = rest;
-      state.local[j] = rotation_matrix(axis_angle(x, j));
+      state.local[j] = classic::internal::rotation(axis_angle(x, j));
       if (j == 0) {
         state.rotation[0] = state.local[0];
         state.posed_joints[0] = rest;
@@ -203,8 +174,7 @@ class DifferentiableBody {
         const auto parent = static_cast<std::size_t>(parents_[j]);
         state.rotation[j] = state.rotation[parent] * state.local[j];
         state.posed_joints[j] = state.rotation[parent] * (rest - state.joints[parent]) + state.posed_joints[parent];
-        for (std::size_t k = 0; k < 9 && corrections_ > 0; ++k)
-          state.bend[9 * (j - 1) + k] = state.local[j][k] - (k % 4 == 0 ? 1.0 : 0.0);
+        if (corrections_ > 0) store(state.local[j] - Matrix3::identity(), &state.bend[9 * (j - 1)]);
       }
       state.offset[j] = state.posed_joints[j] - state.rotation[j] * rest;
     }
@@ -252,6 +222,11 @@ class DifferentiableBody {
     return {x[3 + 3 * j], x[4 + 3 * j], x[5 + 3 * j]};
   }
 
+  static void store(const Matrix3& m, double* to) {
+    for (const Vec3d row : m.rows) *to++ = row.x, *to++ = row.y, *to++ = row.z;
+  }
+  static Matrix3 loaded(const double* m) { return {{{{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}}}}; }
+
   void shape_vertices(std::span<const double> shape, State& state) const {
     state.shaped.resize(vertex_count());
     for (std::size_t i = 0; i < state.shaped.size(); ++i) {
@@ -269,12 +244,11 @@ class DifferentiableBody {
 
   /// Adds vertex i to its bones' gradients; returns the gradient with respect to the vertex in the rest pose.
   Vec3d skin_backward(std::size_t i, Vec3d g, const State& state, Bones& bones) const {
-    using classic::internal::operator+=;
     Vec3d at_rest;
     for (std::size_t s = skin_start_[i]; s < skin_start_[i + 1]; ++s) {
       const std::size_t j = skin_joint_[s];
       const Vec3d share = g * skin_weight_[s];
-      bones.rotation[j] += classic::internal::outer(share, state.shaped[i]);
+      bones.rotation[j] += outer(share, state.shaped[i]);
       bones.offset[j] += share;
       at_rest += classic::internal::transposed_times(state.rotation[j], share);
     }
@@ -284,10 +258,6 @@ class DifferentiableBody {
   /// From the bones to the parameters, children before parents.
   void bones_backward(std::span<const double> x, const State& state, std::span<const double> bend_gradient,
                       Bones& bones, std::span<double> gradient) const {
-    using classic::internal::operator*;
-    using classic::internal::operator+=;
-    using classic::internal::outer;
-    using classic::internal::transposed;
     using classic::internal::transposed_times;
     for (std::size_t j = joint_count(); j-- > 0;) {
       // offset = posed_joint - rotation * joint
@@ -305,9 +275,9 @@ class DifferentiableBody {
         const Vec3d at_rest = transposed_times(state.rotation[parent], g);
         bones.joints[j] += at_rest;
         bones.joints[parent] += -at_rest;
-        bones.rotation[parent] += bones.rotation[j] * transposed(state.local[j]);
-        local = transposed(state.rotation[parent]) * bones.rotation[j];
-        for (std::size_t k = 0; k < 9 && corrections_ > 0; ++k) local[k] += bend_gradient[9 * (j - 1) + k];
+        bones.rotation[parent] += bones.rotation[j] * state.local[j].transposed();
+        local = state.rotation[parent].transposed() * bones.rotation[j];
+        if (corrections_ > 0) local += loaded(&bend_gradient[9 * (j - 1)]);
       }
       const Vec3d g = classic::internal::axis_angle_gradient(axis_angle(x, j), state.local[j], local);
       gradient[3 + 3 * j] += g.x, gradient[4 + 3 * j] += g.y, gradient[5 + 3 * j] += g.z;

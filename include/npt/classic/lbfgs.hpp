@@ -31,9 +31,9 @@ struct LbfgsOptions {
 };
 
 struct LbfgsResult {
-  double value = 0;      ///< at the x that is left
-  int iterations = 0;    ///< steps taken
-  int evaluations = 0;   ///< calls of the objective
+  double value = 0;        ///< at the x that is left
+  int iterations = 0;      ///< steps taken
+  int evaluations = 0;     ///< calls of the objective
   bool converged = false;  ///< by gradient or by decrease; false: iterations or the line search ran out
 };
 
@@ -53,8 +53,10 @@ struct LbfgsCall {
     // A failed objective is not asked again: NaN makes the line search give up, and progress() ends the search.
     if (call.failure) return std::nan("");
     try {
-      ++call.result.evaluations;
-      return call.objective(std::span<const double>(x, size), std::span<double>(gradient, size));
+      const double value = call.objective(std::span<const double>(x, size), std::span<double>(gradient, size));
+      // Where no step succeeds, the start is what is left.
+      if (call.result.evaluations++ == 0) call.result.value = value;
+      return value;
     } catch (...) {
       call.failure = std::current_exception();
       std::fill_n(gradient, size, 0.0);
@@ -92,8 +94,8 @@ LbfgsResult minimise_lbfgs(Objective&& objective, std::span<double> x, const Lbf
   parameters.delta = options.least_decrease;
   using Call = classic::internal::LbfgsCall<std::remove_reference_t<Objective>>;
   Call call{.objective = objective, .result = {}};
-  const int status = lbfgs(static_cast<int>(x.size()), point.get(), nullptr, &Call::evaluate, &Call::progress, &call,
-                           &parameters);
+  const int status =
+      lbfgs(static_cast<int>(x.size()), point.get(), nullptr, &Call::evaluate, &Call::progress, &call, &parameters);
   if (call.failure) std::rethrow_exception(call.failure);
   if (status == LBFGSERR_OUTOFMEMORY) throw std::bad_alloc();
   call.result.converged = status == LBFGS_SUCCESS || status == LBFGS_STOP || status == LBFGS_ALREADY_MINIMIZED;
