@@ -98,11 +98,14 @@ void run(const Options& options) {
   std::printf("%zu frames and %zu identities of %zu vertices.\n", sequence.size(), identities.size(),
               identities[0].vertex_count());
 
-  // What depends only on the pose is computed once a frame, whoever takes it.
+  // What depends only on the pose is computed once a frame, whoever takes it. Which points the network sees of a pose mesh is
+  // chosen once, on the first frame: chosen anew for each, they would make the results flicker.
   auto start = Clock::now();
   std::vector<npt::PoseCode<float>> codes;
+  const npt::PosePoints points = npt::choose_points(sequence[0].coordinates(), npt::triangulate(sequence[0]),
+                                                    identities[0].vertex_count(), transfer);
   for (const npt::Mesh& frame : sequence)
-    codes.push_back(engine.encode(npt::pose_input(frame.coordinates(), npt::triangulate(frame), 0, transfer)));
+    codes.push_back(engine.encode(npt::pose_input(frame.coordinates(), points, transfer)));
   std::printf("Encoded %zu poses in %.1f ms.\n", codes.size(), ms_since(start));
 
   start = Clock::now();

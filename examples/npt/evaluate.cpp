@@ -4,7 +4,9 @@
 #include "interrupt.hpp"
 #include "network_arguments.hpp"
 #include "progress.hpp"
+#include "quality_arguments.hpp"
 #include "report.hpp"
+#include "sequence_evaluation.hpp"
 #include "subcommand.hpp"
 #include "transfer_backend.hpp"
 
@@ -45,6 +47,8 @@ struct Options {
   std::string shapes = "normal", held_out;
   std::optional<std::string> normalise;
   double noise = 0;
+  std::size_t sequences = 0, frames = 30;
+  bool fresh_choices = false;
 };
 
 /// What the network is evaluated on, and how to say so.
@@ -53,11 +57,18 @@ struct Data {
   std::vector<npt::EvaluationSet> sets;
 };
 
+std::shared_ptr<const npt::BodyModel> body_of(const Options& o) {
+  return o.body ? std::make_shared<const npt::BodyModel>(npt::load_body(*o.body)) : npt::borrowed(npt::mannequin());
+}
+npt::ShapeDistribution distribution_of(const Options& o) {
+  return o.shapes == "uniform" ? npt::ShapeDistribution::uniform : npt::ShapeDistribution::normal;
+}
+std::string body_name(const Options& o) { return o.body ? o.body->filename().string() : "mannequin"; }
+
 Data body_data(const Options& o) {
-  const auto body =
-      o.body ? std::make_shared<const npt::BodyModel>(npt::load_body(*o.body)) : npt::borrowed(npt::mannequin());
-  const auto distribution = o.shapes == "uniform" ? npt::ShapeDistribution::uniform : npt::ShapeDistribution::normal;
-  const std::string name = o.body ? o.body->filename().string() : "mannequin";
+  const auto body = body_of(o);
+  const auto distribution = distribution_of(o);
+  const std::string name = body_name(o);
   if (o.pairs == 0) return {"the paper's protocol on " + name, npt::protocol_sets(body, distribution)};
   const std::uint64_t seed = o.transfer.seed;
   return {
@@ -107,7 +118,8 @@ std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferOptions
         [&backend](const npt::EvaluationPair& pair, std::span<float> result) {
           program::stop_if_interrupted();
           try {
-            std::as_const(*backend).transfer(pair.identity, pair.pose, pair.pose_triangles, result);
+            std::as_const(*backend).transfer(pair.identity, pair.identity_triangles, pair.pose, pair.pose_triangles,
+                                             result);
           } catch (const npt::Error& error) {
             throw npt::Error({.file = pair.name, .place = error.what()});
           }
@@ -161,9 +173,51 @@ program::Report report_of(const npt::Evaluation& e, std::size_t worst) {
   return report;
 }
 
+/// Sequences instead of pairs: errors and jitter, result and truth.
+void run_sequences(Options o) {
+  const npt::SequenceSet set =
+      npt::body_sequences(body_of(o), o.sequences, o.frames, o.transfer.seed, distribution_of(o));
+  o.transfer.sequence = !o.fresh_choices;
+  const std::unique_ptr<program::TransferBackend> backend = program::make_transfer_backend(o.transfer);
+  if (!backend->notice().empty()) std::cerr << "npt: note: " << backend->notice() << '\n';
+  program::catch_interrupts();
+  program::Progress progress("frames", set.count * set.frames);
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<npt::SequenceErrors> sequences = program::evaluate_sequences(set, *backend, [&progress] {
+    progress.advance();
+    program::stop_if_interrupted();
+  });
+  progress.clear();
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  const program::SequenceMeans means = program::means_of(sequences);
+  const std::string data = std::to_string(set.count) + " sequences of " + body_name(o);
+  if (o.json) {
+    const program::Report report{{"network", backend->description()},
+                                 {"data", data},
+                                 {"frames", set.frames},
+                                 {"fresh_choices", o.fresh_choices},
+                                 {"pmd", means.pmd},
+                                 {"pmd_per_coordinate", means.pmd / 3},
+                                 {"root_mm", npt::root_pmd_mm(means.pmd)},
+                                 {"edge_error", means.edge_error},
+                                 {"jitter_mm", 1000 * means.jitter},
+                                 {"true_jitter_mm", 1000 * means.true_jitter},
+                                 {"seconds", seconds.count()}};
+    std::cout << report.dump(-1, ' ', false, program::Report::error_handler_t::replace) << '\n';
+    return;
+  }
+  std::printf("%s on %s, %zu frames each\n", backend->description().c_str(), data.c_str(), set.frames);
+  std::printf("%-18s %11s %9s %11s %10s %13s\n", "", "PMD x 1e-4", "root mm", "edge error", "jitter mm", "truth's mm");
+  std::printf("%-18s %11.3f %9.2f %11.4f %10.3f %13.3f\n", set.name.c_str(), 1e4 * means.pmd,
+              npt::root_pmd_mm(means.pmd), means.edge_error, 1000 * means.jitter, 1000 * means.true_jitter);
+  std::printf("%.1f s\n", seconds.count());
+  std::fflush(stdout);
+}
+
 void run(Options o) {
   if (!o.held_out.empty() && !o.family) throw CLI::RequiresError("--held-out", "--family");
   if (o.normalise) o.transfer.normalisation = npt::parse_normalisation(*o.normalise, "--normalise");
+  if (o.sequences > 0) return run_sequences(std::move(o));
   const Data data = load_data(o);
   std::string network;
   const auto start = std::chrono::steady_clock::now();
@@ -203,10 +257,28 @@ void add(CLI::App& command) {
       ->excludes(list);
   command.add_option("--held-out", o->held_out,
                      "Labels of --family to evaluate on, or their parts before '_': \"Walk,Death\"");
+  command.add_option("--noise", o->noise, "Standard deviation of noise on the pose mesh's coordinates, in metres")
+      ->capture_default_str();
+  command.add_option("--worst", o->worst, "Also list the so many worst pairs")->check(CLI::Range(0, 1000000));
+  CLI::Option* sequences =
+      command.add_option("--sequences", o->sequences, "So many movements of the body instead: errors and jitter")
+          ->check(CLI::Range(1, 72))
+          ->excludes(protocol)
+          ->excludes("--pairs")
+          ->excludes(list)
+          ->excludes("--family")
+          ->excludes("--noise")
+          ->excludes("--worst");
+  command.add_option("--frames", o->frames, "Of each sequence")
+      ->check(CLI::Range(3, 100000))
+      ->needs(sequences)
+      ->capture_default_str();
+  command
+      .add_flag("--fresh-choices", o->fresh_choices,
+                "Choose points and pairings anew for every frame of a sequence, to see what that does")
+      ->needs(sequences);
   command.add_option("--shapes", o->shapes, "Distribution of a body's shapes: normal, or uniform in [-4, 4]")
       ->check(CLI::IsMember({"normal", "uniform"}))
-      ->capture_default_str();
-  command.add_option("--noise", o->noise, "Standard deviation of noise on the pose mesh's coordinates, in metres")
       ->capture_default_str();
   command.add_option("--seed", o->transfer.seed, "Of fresh pairs, noise, resampling, random weights")
       ->check(program::whole_number())
@@ -216,16 +288,17 @@ void add(CLI::App& command) {
                   "How meshes are brought to the network's frame; without: the weights' own way")
       ->check(CLI::IsMember({"sphere", "centre", "none"}));
   command.add_flag("--invariant", o->transfer.invariant, "Make results independent of the inputs' vertex orders");
+  program::add_quality_options(command, o->transfer);
   command.add_option("--threads", o->transfer.threads, "Threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
-  command.add_option("--worst", o->worst, "Also list the so many worst pairs")->check(CLI::Range(0, 1000000));
   command.add_flag("--json", o->json, "One line of JSON");
   command.footer(
       "PMD is eq. 7 of the paper in square metres with bounding boxes centred; per coordinate, a third of it, is what "
       "the\n"
       "paper's public evaluation computes; root mm is its square root in millimetres; edge error is the mean of\n"
-      "|length / true length - 1|; in place leaves results where the network puts them.");
+      "|length / true length - 1|; in place leaves results where the network puts them. Jitter is the mean length of\n"
+      "x(f + 1) - 2 x(f) + x(f - 1) over vertices and frames f.");
   command.callback([o] { run(*o); });
 }
 

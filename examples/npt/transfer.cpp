@@ -3,6 +3,7 @@
 #include "interrupt.hpp"
 #include "network_arguments.hpp"
 #include "progress.hpp"
+#include "quality_arguments.hpp"
 #include "subcommand.hpp"
 #include "transfer_backend.hpp"
 #include "transfer_jobs.hpp"
@@ -175,13 +176,16 @@ void run(Options options) {
     throw CLI::RequiredError("--identity, --pose and --out, or --pairs");
   if (options.normalise) options.transfer.normalisation = npt::parse_normalisation(*options.normalise, "--normalise");
   options.transfer.resample = options.resample == "auto";
+  // A folder of poses with the same faces is a sequence: nothing may flicker.
+  options.transfer.sequence = !options.pairs;
   Transfer(options).run();
 }
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   CLI::Option* identity = command.add_option("--identity", o->identity, "Mesh that gives the shape (.ply, .obj)");
-  CLI::Option* pose = command.add_option("--pose", o->pose, "Mesh that gives the pose, or a folder of them");
+  CLI::Option* pose =
+      command.add_option("--pose", o->pose, "Mesh that gives the pose, or a folder of them: a sequence");
   CLI::Option* out = command.add_option("-o,--out", o->out, "Result (.ply, .obj); a folder for a folder of poses");
   command.add_option("--pairs", o->pairs, "File with lines of: identity pose output")
       ->excludes(identity)
@@ -204,6 +208,7 @@ void add(CLI::App& command) {
       ->check(program::whole_number())
       ->capture_default_str();
   command.add_flag("--invariant", o->transfer.invariant, "Make the result independent of the inputs' vertex orders");
+  program::add_quality_options(command, o->transfer);
   command.add_option("--format", o->format, "ply or obj: of the results in a folder; without: as the identity")
       ->check(CLI::IsMember({"ply", "obj"}))
       ->excludes("--pairs");

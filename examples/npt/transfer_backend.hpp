@@ -30,6 +30,12 @@ struct TransferOptions {
   bool resample = true;    ///< bring the pose mesh to the identity's vertex count; false: a different count is an error
   std::uint64_t seed = 0;  ///< of resampling, of the invariant mode's order, of random weights
   bool invariant = false;  ///< the result does not depend on the vertex orders of the inputs
+  int pairings = 1;        ///< the mean over so many random pairings of vertices
+  bool mirror = false;     ///< also transfer the mirror images, and average
+  bool refine = false;     ///< give the result the identity's surface detail
+  std::optional<double> refine_radius;  ///< none: the weights' own, or the library's
+  bool sequence =
+      false;  ///< successive poses with the same faces are frames: one set of random choices for all of them
 };
 
 /// A mesh with its name for messages. The program keeps one object for as long as successive jobs use the same file,
@@ -48,9 +54,11 @@ class TransferBackend {
   /// some. Errors    npt::Error for meshes that the network can't take; names them
   virtual npt::Mesh transfer(const LoadedMesh& identity, const LoadedMesh& pose) = 0;
 
-  /// The same on coordinates: writes the identity's new positions [V, 3]. May be called by any number of threads at a time.
-  virtual void transfer(std::span<const float> identity, std::span<const float> pose,
-                        std::span<const npt::Triangle> pose_triangles, std::span<float> result) const = 0;
+  /// The same on coordinates: writes the identity's new positions [V, 3]. No two calls share anything. May be called by any
+  /// number of threads at a time. `identity_triangles` are for the refinement only.
+  virtual void transfer(std::span<const float> identity, std::span<const npt::Triangle> identity_triangles,
+                        std::span<const float> pose, std::span<const npt::Triangle> pose_triangles,
+                        std::span<float> result) const = 0;
 
   /// One line about the network: "bottleneck 1024, conv_relu, per-vertex".
   virtual std::string description() const = 0;

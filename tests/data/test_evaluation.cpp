@@ -131,6 +131,10 @@ TEST_CASE("pairs of a body are its posed meshes, shuffled independently, with ed
     for (std::size_t t = 0; t < pair.pose_triangles.size(); ++t)
       for (std::size_t k = 0; k < 3; ++k) REQUIRE(pose_places[pair.pose_triangles[t][k]] == body->triangles()[t][k]);
     for (const auto& [a, b] : pair.edges) REQUIRE(identity_places[a] / 3 == identity_places[b] / 3);
+    REQUIRE(pair.identity_triangles.size() == body->triangles().size());
+    for (std::size_t t = 0; t < pair.identity_triangles.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k)
+        REQUIRE(identity_places[pair.identity_triangles[t][k]] == body->triangles()[t][k]);
   }
 }
 

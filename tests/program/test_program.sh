@@ -242,6 +242,17 @@ test_transfer() {
   expect 0 --out "2 meshes" -- transfer --identity a.obj --pose poses --out results --format ply
   exists "results/two words.ply"
 
+  # A folder is a sequence: a frame takes the choices of the first one with its faces, alone it makes its own.
+  mkdir frames
+  cp b.ply frames/1.ply
+  sed 's/^1 1 1 5$/2 3 4 5/' b.ply > frames/2.ply
+  expect 0 -- transfer --identity a.obj --pose frames --out moved --feature per-vertex --invariant
+  expect 0 -- transfer --identity a.obj --pose frames/1.ply --out 1.obj --feature per-vertex --invariant
+  same 1.obj moved/1.obj
+  expect 0 -- transfer --identity a.obj --pose frames/2.ply --out 2.obj --feature per-vertex --invariant
+  different 2.obj moved/2.obj
+  rm -rf 1.obj 2.obj
+
   printf '# identity pose output\n\na.obj b.ply c.obj # comment\r\na.obj "poses/two words.ply" '"'d e.ply'"'\n' > pairs.txt
   expect 0 --out "2 meshes" -- transfer --pairs pairs.txt
   exists c.obj
@@ -336,6 +347,33 @@ test_evaluate() {
   expect 1 --err "'fly'" -- evaluate --family family --held-out fly
   cp b.ply family/cat/walk.ply
   expect 1 --err "walk.ply: found 5 vertices, expected 4" -- evaluate --family family
+
+  # What makes results better, and sequences.
+  expect 0 -- evaluate --pairs 2 --seed 5 --json
+  local plain
+  plain=$(pmd_of)
+  if "$npt" evaluate --pairs 2 --seed 5 --json --refine > refined.txt 2> err.txt; then
+    grep -qF "$plain" refined.txt && fail "--refine changes nothing"
+    grep -qF "refined within 0.04" refined.txt || fail "the refinement isn't named"
+    expect 0 --out "refined within 0.1" -- evaluate --pairs 1 --refine --refine-radius 0.1
+    printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\n' > points.obj
+    expect 1 --err "found no faces, expected a mesh with a surface" -- transfer --identity points.obj --pose b.ply --out x.obj --refine
+    missing x.obj
+    expect 0 -- transfer --identity a.obj --pose b.ply --out x.obj --refine --render x.png
+    exists x.obj
+  else
+    grep -qF "built without Eigen" err.txt || fail "--refine: neither a result nor a reason"
+  fi
+  expect 0 --out "mirrored" -- evaluate --pairs 2 --seed 5 --mirror
+  expect 0 --err "--pairings changes nothing" -- evaluate --pairs 1 --pairings 3 --feature pooled
+  expect 0 --out "3 pairings" -- evaluate --list lists/list.txt --pairings 3 --feature per-vertex
+  expect 0 --out '"jitter_mm":' --out '"true_jitter_mm":' -- evaluate --sequences 1 --frames 3 --json
+  expect 0 --out "jitter mm" -- evaluate --sequences 1 --frames 3 --fresh-choices --invariant --feature per-vertex
+  expect 2 --err "--frames" -- evaluate --frames 5
+  expect 2 --err "--frames" -- evaluate --sequences 1 --frames 2
+  expect 2 --err "--refine-radius" -- evaluate --pairs 1 --refine-radius 0.1
+  expect 2 --err "--refine-radius" -- evaluate --pairs 1 --refine --refine-radius 0
+  expect 2 --err "--pairings" -- transfer --identity a.obj --pose b.ply --out x.obj --pairings 0
 
   expect 2 --err "--list" -- evaluate --list lists/list.txt --protocol
   expect 2 --err "--held-out" -- evaluate --held-out walk

@@ -47,6 +47,7 @@ inline EvaluationPair body_evaluation_pair(const PreparedBody& body, const BodyP
   model.posed(pair.identity_shape, pair.identity_pose, rows, result.identity);
   model.posed(pair.identity_shape, pair.pose, rows, result.truth);
   renumber(places, body.edges, result.edges);
+  renumber(places, model.triangles(), result.identity_triangles);
   return result;
 }
 

@@ -41,6 +41,7 @@ struct EvaluationPair {
   std::vector<float> truth;     ///< [V, 3]: vertex v is the identity's vertex v
   std::vector<Triangle> pose_triangles;
   std::vector<Edge> edges;  ///< of the identity, each once
+  std::vector<Triangle> identity_triangles{};
 };
 
 /// A named list of pairs, each made when it is asked for. `pair(i)`, i < count, always gives the same and may be called by

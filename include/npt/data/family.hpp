@@ -189,6 +189,7 @@ inline EvaluationPair family_evaluation_pair(const FamilyIndex& family, const Fa
   gather({}, identity.meshes[pair.identity_label], rows, result.identity);
   gather({}, identity.meshes[pair.truth_label], rows, result.truth);
   renumber(places, identity.edges, result.edges);
+  renumber(places, identity.triangles, result.identity_triangles);
   return result;
 }
 

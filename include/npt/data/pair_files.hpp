@@ -75,7 +75,8 @@ inline EvaluationPair load_pair(const PairFiles& files) {
           .identity = copy(identity),
           .truth = copy(truth),
           .pose_triangles = triangulate(pose),
-          .edges = unique_edges(identity)};
+          .edges = unique_edges(identity),
+          .identity_triangles = triangulate(identity)};
 }
 
 }  // namespace data
