@@ -1,7 +1,7 @@
 /// Which triangles of two meshes belong together, found from a few markers: the source is registered onto the target, and
 /// triangles whose centroids then are nearest are paired. Once for a pair of bodies, whatever their poses later.
 /// Shapes    registered: [Vs] the source's vertices where they lie on the target
-/// Errors    npt::Error as surface_of() and register_surfaces() throw it
+/// Errors    npt::Error as surface_of() and register_surfaces() throw it, and for meshes of which one is inside out
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, section 5
 #pragma once
 
@@ -11,6 +11,7 @@
 #include <npt/classic/surface.hpp>
 #include <npt/classic/triangle_pairs.hpp>
 #include <npt/config.hpp>
+#include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/parallel/executor.hpp>
@@ -40,6 +41,10 @@ Correspondence find_correspondence(const Mesh& source, const Mesh& target, std::
   const classic::Surface to = classic::surface_of(target, "target", options.weld);
   const Registration registration = register_surfaces(from, to, markers, options.registration, progress, executor);
   Correspondence result{nearest_pairs(from, registration.points, to, executor), registration.similarity, {}};
+  if (result.pairs.empty())
+    throw Error({.file = "source and target",
+                 .found = "no triangles that face the same way",
+                 .expected = "two meshes whose faces turn the same way around, and markers at matching places"});
   for (const std::uint32_t p : from.point_of) result.registered.push_back(registration.points[p].as<float>());
   return result;
 }

@@ -4,7 +4,8 @@
 /// Q has no translation. Its part within the triangle's plane follows from the corners; perpendicular to it, it
 /// stretches by the root of the change of area.
 /// Shapes    points of the triangle as three Vec3d, in order; any unit
-/// Numerics  double. A triangle whose height is less than 1e-6 of its longest side has no gradient: is_flat
+/// Numerics  double. A triangle whose height is less than 1e-4 of its longest side is_flat and has no gradient: coordinates
+///           are floats, and what is a micrometre high in a body of two metres has a gradient of rounding errors
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, section 3
 #pragma once
 
@@ -22,7 +23,7 @@ namespace npt::inline NPT_ABI {
 inline bool is_flat(Vec3d a, Vec3d b, Vec3d c) {
   const Vec3d n = cross(b - a, c - a);
   const double longest = std::max({dot(b - a, b - a), dot(c - a, c - a), dot(c - b, c - b)});
-  return dot(n, n) <= 1e-12 * longest * longest;
+  return dot(n, n) <= 1e-8 * longest * longest;
 }
 
 /// v4 of a triangle that is not flat.

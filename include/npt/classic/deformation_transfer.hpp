@@ -184,7 +184,7 @@ class DeformationTransfer {
     const auto add = [&](std::uint32_t p, std::uint32_t q, double value) {
       if (unknown_[p] != no_index && unknown_[q] != no_index) entries.push_back({unknown_[p], unknown_[q], value});
     };
-    const double side = mean_side();
+    const double side = target_.mean_side();
     load_.resize(target_.triangles.size());
     for (std::size_t t = 0; t < target_.triangles.size(); ++t) {
       const Triangle& triangle = target_.triangles[t];
@@ -192,8 +192,9 @@ class DeformationTransfer {
       const auto weight = static_cast<double>(pair_count(t));
       if (target_.flat[t] == 0) {
         const RestTriangle rest(a, b, c);
+        const double share = target_.weight(t, side);
         for (std::size_t i = 0; i < 3; ++i) {
-          load_[t][i] = rest.plane_slope(i);
+          load_[t][i] = rest.plane_slope(i) * share;
           for (std::size_t k = i; k < 3; ++k)
             add(triangle[i], triangle[k], weight * dot(load_[t][i], rest.plane_slope(k)));
         }
@@ -228,16 +229,6 @@ class DeformationTransfer {
     std::vector<std::size_t> next(corner_start_.begin(), corner_start_.end() - 1);
     for (std::uint32_t t = 0; t < target_.triangles.size(); ++t)
       for (std::uint32_t i = 0; i < 3; ++i) corner_[next[target_.triangles[t][i]]++] = {t, i};
-  }
-
-  double mean_side() const {
-    double sum = 0;
-    std::size_t count = 0;
-    for (std::size_t t = 0; t < target_.triangles.size(); ++t) {
-      const auto [a, b, c] = target_.corners(t);
-      for (const double side : {length(b - a), length(c - b), length(a - c)}) sum += side, count += side > 0 ? 1 : 0;
-    }
-    return sum / static_cast<double>(count);
   }
 
   /// Whether the target's place hangs on this triangle: those of the largest piece with pairs of their own.

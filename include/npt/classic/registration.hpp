@@ -7,7 +7,8 @@
 ///   2. wC grows geometrically, with c_i the closest point of the target whose normal is less than 90 degrees away from the
 ///      point's, found anew before each step. A point whose closest one lies on an open border has no such term.
 /// The third term has a unit, so its weight means something only with one: the target's size, the diagonal of its bounding
-/// box, counts as `size`. Before all, a similarity that fits the markers best moves the source onto the target.
+/// box, counts as `size`. Before all, a similarity that fits the markers best moves the source onto the target
+/// (markers in one place: the diagonals give the scale).
 /// Pieces of the source without a marker are tied to what they are nearest to; triangles without an area keep their sides;
 /// points without a triangle don't take part.
 /// Numerics  double; the same bits for any executor
@@ -243,7 +244,7 @@ class RegistrationRun {
         source_(source),
         target_surface_(target),
         similarity_(similarity_of(markers)),
-        unit_(unit_of(target)),
+        unit_(diagonal_of(target) / options.size),
         system_(source.points.size() + source.triangles.size()) {
     check_markers(markers, source.point_of.size(), target.point_of.size());
     for (Vec3d& p : source_.points) p = similarity_(p) / unit_;
@@ -283,16 +284,23 @@ class RegistrationRun {
       from.push_back(source_.points[source_.point_of[marker.source]]);
       to.push_back(target_surface_.points[target_surface_.point_of[marker.target]]);
     }
-    return best_similarity(from, to);
+    Similarity result = best_similarity(from, to);
+    if (std::ranges::all_of(from, [&](Vec3d p) { return p == from[0]; }) ||
+        std::ranges::all_of(to, [&](Vec3d p) { return p == to[0]; })) {
+      // Markers in one place say nothing of sizes.
+      result.scale = diagonal_of(target_surface_) / diagonal_of(source_);
+      result.shift = to[0] - result.rotation * from[0] * result.scale;
+    }
+    return result;
   }
 
-  double unit_of(const Surface& target) const {
-    Vec3d low = target.points[0], high = low;
-    for (const Vec3d p : target.points) {
+  static double diagonal_of(const Surface& surface) {
+    Vec3d low = surface.points[0], high = low;
+    for (const Vec3d p : surface.points) {
       low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
       high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
     }
-    return length(high - low) / options_.size;
+    return length(high - low);
   }
 
   double weight_of(int i) const {
@@ -330,15 +338,14 @@ class RegistrationRun {
 
   void add_triangles() {
     rest_.resize(source_.triangles.size());
-    double side = 0;
-    for (const auto& [edge, t] : sorted_sides(source_))
-      side += length(source_.points[edge[1]] - source_.points[edge[0]]);
-    side /= 3 * static_cast<double>(std::ranges::count(source_.flat, 0));
+    weight_.resize(source_.triangles.size());
+    const double side = source_.mean_side();
     for (std::size_t t = 0; t < source_.triangles.size(); ++t) {
       const auto [a, b, c] = source_.corners(t);
       if (source_.flat[t] == 0) {
         rest_[t] = RestTriangle(a, b, c);
-        system_.add(parts(t), options_.identity, Matrix3::identity());
+        weight_[t] = source_.weight(t, side);
+        system_.add(parts(t), options_.identity * weight_[t], Matrix3::identity());
         continue;
       }
       for (std::size_t i = 0; i < 3; ++i) {
@@ -369,7 +376,7 @@ class RegistrationRun {
     };
     for (const Part& part : parts(i)) merge(part, 1);
     for (const Part& part : parts(j)) merge(part, -1);
-    system_.add(std::span(sum).first(count), 2 * options_.smoothness);
+    system_.add(std::span(sum).first(count), 2 * options_.smoothness * std::min(weight_[i], weight_[j]));
   }
 
   /// Where more than two triangles share an edge, each is adjacent to the next in their order.
@@ -386,6 +393,7 @@ class RegistrationRun {
     std::vector<char> marked(pieces.count);
     for (const Marker& marker : markers) marked[pieces.of_point[source_.point_of[marker.source]]] = 1;
     if (std::ranges::count(marked, 0) == 0) return;
+    const double side = source_.mean_side();
     std::vector<std::uint32_t> some_triangle(source_.points.size(), no_index);
     bool held = false;
     for (std::uint32_t t = 0; t < source_.triangles.size(); ++t) {
@@ -406,7 +414,7 @@ class RegistrationRun {
       for (std::size_t k = 0; k < 4; ++k) sum[k] = {frame[k].variable, {-dot(frame[k].slope, offset), 0, 0}};
       sum[0].slope.x -= 1;
       sum[4] = {point, {1, 0, 0}};
-      system_.add(sum, options_.closest_last);
+      system_.add(sum, tie / (side * side));
       if (some_triangle[point] != no_index) add_difference(some_triangle[point], t);
     }
   }
@@ -432,6 +440,8 @@ class RegistrationRun {
     return std::sqrt(sum / static_cast<double>(goals.size()));
   }
 
+  static constexpr double tie = 10;  ///< in lengths of a side: stiff beside wS = 1
+
   RegistrationOptions options_;
   Surface source_, target_surface_;
   Similarity similarity_;
@@ -440,6 +450,7 @@ class RegistrationRun {
   std::optional<RegistrationTarget> target_;
   std::vector<char> used_;          ///< [P] whether a point is in a triangle
   std::vector<RestTriangle> rest_;  ///< [T]
+  std::vector<double> weight_;      ///< [T] of triangles that aren't flat
 };
 
 }  // namespace classic

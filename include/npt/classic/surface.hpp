@@ -44,6 +44,23 @@ struct Surface {
     const auto [a, b, c] = corners(t, positions);
     return (a + b + c) / 3.0;
   }
+  /// The mean length of the triangles' sides.
+  double mean_side() const {
+    double sum = 0;
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      const auto [a, b, c] = corners(t);
+      sum += length(b - a) + length(c - b) + length(a - c);
+    }
+    return sum / (3 * static_cast<double>(triangles.size()));
+  }
+  /// Gradients are differences over heights, so that the energies here weigh a triangle by the inverse square of its height. Below
+  /// a hundredth of `side`, the mean side, that is taken back: else a few slivers would drown all others in rounding errors.
+  double weight(std::size_t t, double side) const {
+    const auto [a, b, c] = corners(t);
+    const double height = length(cross(b - a, c - a)) / std::max({length(b - a), length(c - b), length(a - c)});
+    const double share = height / (0.01 * side);
+    return std::min(1.0, share * share);
+  }
   /// The points at the positions of other vertices of the mesh, [V, 3].
   void points_at(std::span<const float> xyz, std::span<Vec3d> positions) const {
     for (std::size_t p = 0; p < positions.size(); ++p) {
