@@ -1,0 +1,105 @@
+/// How unlikely a pose is: what keeps a fit from explaining a surface by broken joints.
+///   sum over joints of theta^T K theta, K = stiffness (I + twist a a^T), and for joints that bend to one side only exp of the angle to the
+///   wrong side. a is the bone's direction in the rest pose, so that a rotation about the bone itself costs more: it hardly moves the
+///   surface, and a search would otherwise take it for a way out
+/// Shapes    theta: [J] axis angles
+/// Source    Bogo et al., "Keep it SMPL", ECCV 2016, section 3.3, for the one-sided joints (eq. 4); the rest is ours
+#pragma once
+
+#include <npt/body/body_model.hpp>
+#include <npt/body/skeleton.hpp>
+#include <npt/classic/matrix3.hpp>
+#include <npt/config.hpp>
+#include <npt/core/vec3.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+class PosePrior {
+ public:
+  /// A joint that bends to one side: the axis angle's component along `axis` should not be positive.
+  struct Hinge {
+    std::size_t joint = 0;
+    Vec3d axis;
+  };
+
+  explicit PosePrior(const BodyModel& model) : stiffness_(model.joint_count()) {
+    const std::vector<Vec3d> joints = model.joints({});
+    const bool human = model.joint_count() == smpl_joint_count;
+    for (std::size_t j = 1; j < joints.size(); ++j) {
+      Vec3d bone;
+      for (std::size_t c = j + 1; c < joints.size(); ++c)
+        if (model.tables().parents[c] == static_cast<int>(j)) bone += normalised(joints[c] - joints[j]);
+      bone = normalised(bone);
+      stiffness_[j] = (Matrix3::identity() + outer(bone, bone) * twist) * (human ? human_stiffness(j) : 1.0);
+    }
+    stiffness_[0] = {};
+    if (human)
+      hinges_ = {{index(SmplJoint::left_knee), {-1, 0, 0}},
+                 {index(SmplJoint::right_knee), {-1, 0, 0}},
+                 {index(SmplJoint::left_elbow), {0, 1, 0}},
+                 {index(SmplJoint::right_elbow), {0, -1, 0}}};
+    for (const Hinge& hinge : hinges_)
+      stiffness_[hinge.joint] =
+          (Matrix3::identity() - outer(hinge.axis, hinge.axis)) * stiff + outer(hinge.axis, hinge.axis) * loose;
+  }
+
+  /// K of a joint.
+  const Matrix3& stiffness(std::size_t joint) const { return stiffness_[joint]; }
+
+  /// weight * (sum theta^T K theta) + hinge_weight * (sum exp). The gradient is added to `gradient`. Both spans: [3 J].
+  double operator()(std::span<const double> theta, double weight, double hinge_weight,
+                    std::span<double> gradient) const {
+    double value = 0;
+    const auto add = [&](std::size_t joint, Vec3d g) {
+      gradient[3 * joint] += g.x, gradient[3 * joint + 1] += g.y, gradient[3 * joint + 2] += g.z;
+    };
+    const auto angle = [&](std::size_t joint) {
+      return Vec3d{theta[3 * joint], theta[3 * joint + 1], theta[3 * joint + 2]};
+    };
+    for (std::size_t j = 0; j < stiffness_.size(); ++j) {
+      const Vec3d t = angle(j), k = stiffness_[j] * t;
+      value += weight * dot(t, k);
+      add(j, k * (2 * weight));
+    }
+    for (const Hinge& hinge : hinges_) {
+      const double wrong = dot(hinge.axis, angle(hinge.joint));
+      // Beyond 5 rad the penalty would overflow on a wild step of the search.
+      const double backwards = hinge_weight * std::exp(std::min(wrong, 5.0));
+      const double over = std::max(0.0, -wrong - most_bend), folded = hinge_weight * 20 * over;
+      value += backwards + folded * over;
+      add(hinge.joint, hinge.axis * (backwards - 2 * folded));
+    }
+    return value;
+  }
+
+ private:
+  static constexpr double twist = 20, stiff = 10, loose = 1;
+  static constexpr double most_bend = 2.4;  ///< radians, of knees and elbows
+
+  /// Hips, shoulders, elbows and knees move most; the trunk and the ends of the limbs little.
+  static double human_stiffness(std::size_t joint) {
+    switch (static_cast<SmplJoint>(joint)) {
+      case SmplJoint::left_hip:
+      case SmplJoint::right_hip:
+      case SmplJoint::left_shoulder:
+      case SmplJoint::right_shoulder:
+        return loose;
+      case SmplJoint::left_collar:
+      case SmplJoint::right_collar:
+        return 1;
+      default:
+        return stiff;
+    }
+  }
+
+  std::vector<Matrix3> stiffness_;
+  std::vector<Hinge> hinges_;
+};
+
+}  // namespace npt::inline NPT_ABI
