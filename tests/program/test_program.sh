@@ -122,6 +122,27 @@ test_render() {
   expect 0 --out "2 meshes" -- render a.obj b.ply --out x.png --width 100 --height 100 --columns 1 --captions "a,b" --colours "blue,#ff0000"
   expect 0 -- render b.ply --out x.png --width 100 --height 100 --heat heat --background transparent
   expect 0 -- render b.ply --out x.png --width 100 --height 100 --distance-to b.ply --view back --up z --no-shadow
+  # Grids: captions outside, empty places, finished pictures, colours that say something.
+  expect 0 --out "4 meshes" -- render a.obj b.ply a.obj b.ply --out x.png --grid 2 --height 60 --column-captions "a,b" --row-captions "one,two"
+  exists x.png
+  expect 0 --out "1 mesh" -- render a.obj - y.png --out x.png --grid 2 --height 60
+  for colour in index normal; do
+    expect 0 -- render a.obj --out "$colour.png" --grid 1 --height 60 --colour $colour
+  done
+  different index.png normal.png
+  sed 's/^1 1 1 5$/1 1.2 1.4 5/' b.ply > moved.ply
+  expect 0 -- render b.ply moved.ply --out x.png --grid 2 --height 60 --colour error --truth "b.ply"
+  expect 0 -- render b.ply moved.ply --out y.png --grid 2 --height 60 --colour error --truth "-,b.ply" --scale-bar 100
+  different x.png y.png
+  expect 1 --err "a.obj: found 4 vertices, expected 5 as in b.ply" -- render a.obj --out z.png --colour error --truth b.ply
+  expect 1 --err "--truth: found no mesh with a truth" -- render a.obj --out z.png --colour error --truth -
+  expect 1 --err "--truth: found 2 entries" -- render a.obj --out z.png --colour error --truth "a.obj,a.obj"
+  expect 1 --err "--row-captions: found 2 entries, expected 1, one for each row" -- render a.obj --out z.png --row-captions "a,b"
+  expect 2 --err "--truth" -- render a.obj --out z.png --colour error
+  expect 2 --err "--grid" -- render a.obj --out z.png --grid 2 --columns 2
+  expect 2 --err "--colour" -- render a.obj --out z.png --colour nice
+  printf 'no picture' > broken.png
+  expect 1 --err "broken.png: found" -- render a.obj broken.png --out z.png
   rm -f ./*.png
   expect 1 --err "none.ply: found no such file" -- render none.ply --out x.png
   expect 1 --err "x.jpg: found extension .jpg, expected .png" -- render a.obj --out x.jpg
@@ -313,6 +334,52 @@ test_transfer() {
   exists e.obj
   missing c.obj
   missing d.obj
+}
+
+test_deform() {
+  make_meshes
+  sed 's/^v 0 0 1$/v 0 0.4 1.3/' a.obj > posed.obj
+  printf '# source target\n0 0\n1 1\n2 2 # up\n3 3\n' > markers.txt
+  expect 0 --out "4 markers" --out "c.ply in" -- deform --source a.obj --pose posed.obj --target b.ply --markers markers.txt --out c.ply --registered r.obj --render c.png
+  for file in c.ply r.obj c.png; do exists $file; done
+  expect 0 --out "faces by size        triangles 4" --out "float heat" -- info c.ply
+  expect 0 -- deform --source a.obj --pose posed.obj --target b.ply --markers markers.txt --out d.ply --threads 1
+  same c.ply d.ply
+  # The source as its own target follows, whatever hangs on it; rest gives rest.
+  expect 0 --out "faces are the same" -- deform --source a.obj --pose posed.obj --target a.obj --out c.obj
+  diff <(grep -E '^(f|g|vt|usemtl) ' a.obj) <(grep -E '^(f|g|vt|usemtl) ' c.obj) > out.txt || fail "c.obj lost something"
+  paste -d' ' <(grep '^v ' posed.obj) <(grep '^v ' c.obj) |
+    awk '{ for (i = 2; i <= 4; ++i) { d = $i - $(i + 4); if (d * d > 1e-12) exit 1 } }' || fail "c.obj is not the pose"
+  mkdir poses
+  cp a.obj poses/rest.obj
+  cp posed.obj "poses/two words.obj"
+  expect 0 --out "2 meshes in" -- deform --source a.obj --pose poses --target a.obj --out results --format ply
+  exists results/rest.ply
+  exists "results/two words.ply"
+  rm -rf c.* d.ply r.obj results
+
+  expect 2 --err "--source, --pose, --target and --out, or --protocol" -- deform --source a.obj
+  expect 2 --err "--control-points" -- deform --source a.obj --pose posed.obj --target b.ply --out c.ply --control-points 7
+  expect 2 --err "--markers" -- deform --source a.obj --pose posed.obj --target b.ply --out c.ply --control-points 5 --markers markers.txt
+  expect 2 --err "--body" -- deform --source a.obj --pose posed.obj --target b.ply --out c.ply --body x.safetensors
+  expect 2 --err "--protocol" -- deform --protocol --source a.obj
+  expect 1 --err "--markers: found none, and meshes of different faces" -- deform --source a.obj --pose posed.obj --target b.ply --out c.ply
+  expect 1 --err "none.obj: found no such file" -- deform --source none.obj --pose posed.obj --target b.ply --out c.ply
+  expect 1 --err "none.obj: found no such file" -- deform --source a.obj --pose none.obj --target b.ply --out c.ply
+  expect 1 --err "none.obj: found no such file" -- deform --source a.obj --pose posed.obj --target none.obj --out c.ply
+  expect 1 --err "a.obj: found an output that is also an input" -- deform --source a.obj --pose posed.obj --target b.ply --out a.obj
+  expect 1 --err "r.txt" -- deform --source a.obj --pose posed.obj --target a.obj --out c.ply --markers markers.txt --registered r.txt
+  expect 1 --err "a.obj: found 4 vertices, expected 6890, those of its body" -- deform --source a.obj --pose posed.obj --target a.obj --out c.ply --control-points 5
+  printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' > other.obj
+  expect 1 --err "other.obj: found 3 vertices, expected 4, as many as a.obj has" -- deform --source a.obj --pose other.obj --target a.obj --out c.ply
+  printf 'v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n' > line.obj
+  expect 1 --err "target: found faces without an area" -- deform --source a.obj --pose posed.obj --target line.obj --markers markers.txt --out c.ply
+  printf '0 0\n9 1\n' > bad.txt
+  expect 1 --err "markers: marker 2: found vertex 9 of the source, expected a vertex below 4" -- deform --source a.obj --pose posed.obj --target b.ply --markers bad.txt --out c.ply
+  printf '0 0\n1 one\n' > bad.txt
+  expect 1 --err "bad.txt: line 2: found 'one'" -- deform --source a.obj --pose posed.obj --target b.ply --markers bad.txt --out c.ply
+  expect 1 --err "none.txt: found no such file" -- deform --source a.obj --pose posed.obj --target b.ply --markers none.txt --out c.ply
+  missing c.ply
 }
 
 test_evaluate() {

@@ -62,3 +62,37 @@ TEST_CASE("a PNG that can't be written is an error that names it, and leaves not
   CHECK(npt::read_file(folder / "b.png").starts_with("\x89PNG"));
   std::filesystem::remove_all(folder);
 }
+
+TEST_CASE("a PNG file comes back as it was written; other bytes are an error that names the file") {
+  const auto folder = std::filesystem::temp_directory_path() / "npt_test_png_read";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  const render::Image image = random_image(17, 9, false);
+  render::write_png(folder / "a.png", image);
+  const render::Image read = render::read_png(folder / "a.png");
+  CHECK(read.width == 17);
+  CHECK(read.pixels == image.pixels);
+  const std::string bytes = npt::read_file(folder / "a.png");
+  for (std::size_t length = 0; length < bytes.size(); length += 7) {
+    npt::write_file(folder / "b.png", std::string_view(bytes).substr(0, length));
+    try {
+      (void)render::read_png(folder / "b.png");
+    } catch (const npt::Error& error) {
+      CHECK(error.parts().file == (folder / "b.png").string());
+    }
+  }
+  npt::write_file(folder / "b.png", "no picture");
+  CHECK_THROWS_AS(render::read_png(folder / "b.png"), npt::Error);
+  CHECK_THROWS_AS(render::read_png(folder / "none.png"), npt::Error);
+  std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("a smaller picture is made of means, weighted by alpha") {
+  render::Image image(4, 2, {100, 0, 0, 255});
+  image.at(2, 0) = image.at(3, 0) = {0, 200, 0, 255};
+  image.at(2, 1) = image.at(3, 1) = {9, 9, 9, 0};
+  const render::Image small = render::shrunk(image, 2, 1);
+  CHECK(small.at(0, 0) == render::Pixel{100, 0, 0, 255});
+  CHECK(small.at(1, 0) == render::Pixel{0, 200, 0, 128});
+  CHECK(render::shrunk(image, 4, 2).pixels[0] == image.pixels[0]);
+}

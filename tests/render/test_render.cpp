@@ -197,3 +197,135 @@ TEST_CASE("colours are read as names and hexadecimal numbers, others are refused
   for (const char* bad : {"", "#12345", "#12345g", "no colour", "9db7d5"})
     CHECK_THROWS_AS(render::parse_colour(bad, "--colours"), npt::Error);
 }
+
+namespace {
+
+/// Pixels that differ from the page, in a rectangle.
+int inked(const Image& image, int left, int top, int right, int bottom) {
+  int count = 0;
+  for (int y = top; y < bottom; ++y)
+    for (int x = left; x < right; ++x) count += image.at(x, y) == render::Pixel{255, 255, 255, 255} ? 0 : 1;
+  return count;
+}
+
+render::FigureOptions small_grid(int columns) {
+  render::FigureOptions options = render::grid_figure(columns, 120);
+  options.view = {0, 0};
+  options.samples = 2;
+  options.floor_shadow = false;
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("a grid's columns and rows are as large as their figures need, at one scale") {
+  const npt::Mesh large = shapes::sphere(2, {}, 12), small = shapes::sphere(1, {}, 12);
+  const std::vector<Panel> panels{{&large, {}, {}}, {&small, {}, {}}, {&small, {}, {}}, {&small, {}, {}}};
+  render::FigureOptions options = small_grid(2);
+  options.gap = 0;
+  const Image image = render::draw_figure(panels, options);
+  // Column 0 holds the large sphere, column 1 small ones; row 1 holds small ones.
+  CHECK(std::abs(image.width - (120 + 66)) <= 4);
+  CHECK(std::abs(image.height - (120 + 66)) <= 4);
+  // The small spheres of both rows have one size.
+  options.backdrop = render::Backdrop::transparent;
+  const Image clear = render::draw_figure(panels, options);
+  const auto cover = [&clear](int left, int top, int right, int bottom) {
+    double sum = 0;
+    for (int y = top; y < bottom; ++y)
+      for (int x = left; x < right; ++x) sum += clear.at(x, y).a / 255.0;
+    return sum;
+  };
+  const double beside = cover(120, 0, clear.width, 120), below = cover(120, 120, clear.width, clear.height);
+  CHECK(std::abs(beside - below) < 0.05 * below);
+  options.one_scale = false;
+  CHECK(render::draw_figure(panels, options).height > image.height + 30);  // row 1 is as high as row 0 then
+}
+
+TEST_CASE("row and column captions stand outside of the panels") {
+  const npt::Mesh mesh = shapes::sphere(1, {}, 12);
+  const std::vector<Panel> panels(4, Panel{&mesh, {}, {}});
+  render::FigureOptions options = small_grid(2);
+  const Image plain = render::draw_figure(panels, options);
+  options.column_captions = {"one", "two"};
+  const Image columns = render::draw_figure(panels, options);
+  const int top = columns.height - plain.height;
+  CHECK(columns.width == plain.width);
+  CHECK(top > 8);
+  CHECK(inked(columns, 0, 0, plain.width / 2, top) > 10);
+  CHECK(inked(columns, plain.width / 2, 0, plain.width, top) > 10);
+  options.row_captions = {"three", ""};
+  const Image both = render::draw_figure(panels, options);
+  const int left = both.width - plain.width;
+  CHECK(left > 8);
+  CHECK(both.height == columns.height);
+  CHECK(inked(both, 0, top, left, top + plain.height / 2) > 10);
+  CHECK(inked(both, 0, top + plain.height / 2, left, both.height) == 0);
+  // The panels themselves are the same.
+  for (int y = 0; y < plain.height; ++y)
+    for (int x = 0; x < plain.width; ++x) REQUIRE(both.at(left + x, top + y) == plain.at(x, y));
+  options.row_captions = {"one", "two", "three"};
+  CHECK_THROWS_AS(render::draw_figure(panels, options), npt::Error);
+}
+
+TEST_CASE("panels may be pictures or empty; a picture is shrunk to fit and lies over the page") {
+  const npt::Mesh mesh = shapes::sphere(1, {}, 12);
+  const Image red_picture(300, 150, {255, 0, 0, 255}), clear_picture(10, 10, {0, 0, 255, 0});
+  std::vector<Panel> panels(4);
+  panels[0].mesh = &mesh;
+  panels[1].picture = &red_picture;
+  panels[2].picture = &clear_picture;
+  render::FigureOptions options = small_figure();
+  const Image image = render::draw_figure(panels, options);
+  CHECK(image.width == 640);
+  CHECK(image.at(160 + 80, 80) == render::Pixel{255, 0, 0, 255});
+  CHECK(image.at(160 + 80, 80 - 45) == render::Pixel{255, 255, 255, 255});
+  CHECK(inked(image, 160, 0, 320, 160) == 160 * 80);
+  CHECK(inked(image, 320, 0, 640, 160) == 0);
+  const Image tight = render::draw_figure(panels, small_grid(4));
+  CHECK(tight.width > 240 + 100);
+  panels[0].picture = &red_picture;
+  CHECK_THROWS_AS(render::draw_figure(panels, options), npt::Error);
+  const std::vector<Panel> none(3);
+  CHECK(inked(render::draw_figure(none, options), 0, 0, 480, 160) == 0);
+  CHECK_NOTHROW(render::draw_figure(none, small_grid(2)));
+}
+
+TEST_CASE("a scale of errors has numbers, and a sign for what lies beyond") {
+  const npt::Mesh mesh = shapes::sphere(1, {}, 12);
+  const Panel panel{&mesh, {}, {}};
+  const auto with = [&](render::ColourBar bar) {
+    render::FigureOptions options = small_figure();
+    options.colour_bar = std::move(bar);
+    return render::draw_figure(std::span(&panel, 1), options);
+  };
+  const Image closed = with({0, 80, "mm", false}), open = with({0, 80, "mm", true}), other = with({0, 40, "mm", false});
+  CHECK(closed.height == open.height);
+  CHECK_FALSE(closed.pixels == open.pixels);
+  CHECK_FALSE(closed.pixels == other.pixels);
+  // From light to dark along the bar.
+  const int y = 160 + 10;
+  int darkest = 255 * 3;
+  for (int x = 20; x < 140; x += 10) {
+    const render::Pixel p = closed.at(x, y);
+    if (p == render::Pixel{255, 255, 255, 255}) continue;
+    CHECK(p.r + p.g + p.b <= darkest);
+    darkest = p.r + p.g + p.b;
+  }
+  CHECK(darkest < 300);
+}
+
+TEST_CASE("even light takes the shading off colours") {
+  const npt::Mesh mesh = shapes::sphere(1);
+  const auto spread = [&](double even_light) {
+    Panel panel{&mesh, {}, {Colour{0.5F, 0.5F, 0.5F}}};
+    panel.even_light = even_light;
+    const Image image = render::draw_figure(std::span(&panel, 1), small_figure());
+    int low = 255, high = 0;
+    for (int y = 40; y < 120; ++y)
+      low = std::min<int>(low, image.at(80, y).g), high = std::max<int>(high, image.at(80, y).g);
+    return high - low;
+  };
+  CHECK(spread(render::data_light) < 0.7 * spread(0));
+  CHECK(spread(1) <= 3);
+}

@@ -74,43 +74,69 @@ struct Camera {
 /// The share of a panel's width and height that the figures fill.
 inline constexpr float filled_share = 0.86F;
 
-/// One camera for each panel: the same place, direction and focal length for all, so that sizes compare, and a common
-/// ground line; sideways each figure is centred. The eye stands at 4.5 radii: as a portrait lens sees.
-/// figures[i] are the points that panel i has to show.
-inline std::vector<Camera> fit_cameras(std::span<const std::vector<Vec3f>> figures, View view, int width, int height) {
-  float top = 0, radius = 0;
-  for (const auto& points : figures)
-    for (Vec3f p : points) top = std::max(top, p.y);
-  const Vec3f target{0, top / 2, 0};
-  for (const auto& points : figures)
-    for (Vec3f p : points) radius = std::max(radius, length(p - target));
-  if (!(radius > 0)) radius = 1;
+/// From where to where something reaches. Nothing so far: middle and size 0.
+struct Range {
+  float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
 
-  Camera camera{frame_of(view), target, 4.5F * radius, 1, 0, 0};
-  struct Range {
-    float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
-    void add(float v) { low = std::min(low, v), high = std::max(high, v); }
-  };
-  std::vector<Range> across(figures.size());
-  Range down;
+  void add(float v) { low = std::min(low, v), high = std::max(high, v); }
+  void add(Range r) { low = std::min(low, r.low), high = std::max(high, r.high); }
+  float size() const { return high > low ? high - low : 0; }
+  float middle() const { return high >= low ? 0.5F * (low + high) : 0; }
+};
+
+/// Figures as one camera sees them at focal length 1: all from the same place and direction, so that sizes compare. The eye
+/// stands at 4.5 radii: as a portrait lens sees.
+/// figures[i] are the points that panel i has to show; none for an empty panel.
+struct Silhouettes {
+  Camera camera;
+  std::vector<Range> across, down;  ///< [figures]
+
+  Silhouettes(std::span<const std::vector<Vec3f>> figures, View view) : across(figures.size()), down(figures.size()) {
+    float top = 0, radius = 0;
+    for (const auto& points : figures)
+      for (Vec3f p : points) top = std::max(top, p.y);
+    const Vec3f target{0, top / 2, 0};
+    for (const auto& points : figures)
+      for (Vec3f p : points) radius = std::max(radius, length(p - target));
+    if (!(radius > 0)) radius = 1;
+    camera = {frame_of(view), target, 4.5F * radius, 1, 0, 0};
+    for (std::size_t i = 0; i < figures.size(); ++i)
+      for (Vec3f p : figures[i]) {
+        const Vec3f q = camera.project(p);
+        across[i].add(q.x);
+        down[i].add(q.y);
+      }
+  }
+
+  /// The camera of panel i of this size, with a common ground line for all panels whose silhouettes lie in `row`.
+  Camera of_panel(std::size_t i, float focal, Range row, int width, int height) const {
+    Camera own = camera;
+    own.focal = focal;
+    own.centre_x = 0.5F * static_cast<float>(width) - focal * across[i].middle();
+    own.centre_y = 0.5F * static_cast<float>(height) - focal * row.middle();
+    return own;
+  }
+};
+
+/// A figure of one point has no size; any focal length shows it.
+inline float focal_for(float room, float size) { return room / std::max(size, 1e-6F); }
+
+/// One camera for each panel: as large as fits in all of them.
+inline std::vector<Camera> fit_cameras(std::span<const std::vector<Vec3f>> figures, View view, int width, int height) {
+  const Silhouettes seen(figures, view);
+  Range row;
   float widest = 0;
   for (std::size_t i = 0; i < figures.size(); ++i) {
-    for (Vec3f p : figures[i]) {
-      const Vec3f q = camera.project(p);
-      across[i].add(q.x);
-      down.add(q.y);
-    }
-    widest = std::max(widest, across[i].high - across[i].low);
+    row.add(seen.down[i]);
+    widest = std::max(widest, seen.across[i].size());
   }
-  // A figure of one point has no size; any focal length shows it.
-  const float smallest = 1e-6F;
-  camera.focal = filled_share * std::min(static_cast<float>(width) / std::max(widest, smallest),
-                                         static_cast<float>(height) / std::max(down.high - down.low, smallest));
-  camera.focal = std::min(camera.focal, 1e3F * static_cast<float>(std::max(width, height)));
-  camera.centre_y = 0.5F * static_cast<float>(height) - camera.focal * 0.5F * (down.low + down.high);
-  std::vector<Camera> cameras(figures.size(), camera);
-  for (std::size_t i = 0; i < figures.size(); ++i)
-    cameras[i].centre_x = 0.5F * static_cast<float>(width) - camera.focal * 0.5F * (across[i].low + across[i].high);
+  // The border is the same all around.
+  const float w = static_cast<float>(width), h = static_cast<float>(height),
+              border = (1 - filled_share) * std::min(w, h);
+  const float focal =
+      std::min({focal_for(w - border, widest), focal_for(h - border, row.size()), 1e3F * std::max(w, h)});
+  std::vector<Camera> cameras;
+  for (std::size_t i = 0; i < figures.size(); ++i) cameras.push_back(seen.of_panel(i, focal, row, width, height));
   return cameras;
 }
 

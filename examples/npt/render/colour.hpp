@@ -1,4 +1,4 @@
-/// Colours: linear RGB for light, sRGB for files and names, and the map from numbers to colours for heat maps.
+/// Colours: linear RGB for light, sRGB for files and names. Colours for numbers: data_colours.hpp.
 #pragma once
 
 #include <render/image.hpp>
@@ -72,20 +72,6 @@ inline Colour parse_colour(const std::string& text, const std::string& argument)
   std::string names;
   for (const auto& entry : named_colours) names += std::string(entry.first) + ", ";
   throw npt::Error({argument, {}, "colour '" + text + "'", names + "or #rrggbb"});
-}
-
-/// t in [0, 1] to a colour from the light grey of clay over yellow, orange and red to dark red: lightness falls all the
-/// way, so the order survives grey print and colour blindness, and where t is small the shading stays readable.
-inline Colour heat_colour(float t) {
-  static constexpr std::array<std::uint32_t, 6> stops = {0xE4E1DC, 0xF7DF8B, 0xF7AE4B, 0xE5692F, 0xB4262F, 0x611030};
-  const float place = std::clamp(t, 0.0F, 1.0F) * static_cast<float>(stops.size() - 1);
-  const std::size_t i = std::min(static_cast<std::size_t>(place), stops.size() - 2);
-  const float f = place - static_cast<float>(i);
-  const auto channel = [&](int shift) {
-    const auto at = [&](std::size_t k) { return static_cast<float>((stops[k] >> shift) & 0xFFU) / 255.0F; };
-    return at(i) + (at(i + 1) - at(i)) * f;
-  };
-  return from_srgb(channel(16), channel(8), channel(0));
 }
 
 }  // namespace render

@@ -35,10 +35,30 @@ struct Image {
       std::copy(&other.at(first, y), &other.at(first, y) + (last - first), &at(left + first, top + y));
   }
 
+  /// The same, but what is transparent lets this picture be seen.
+  void lay_over(const Image& other, int left, int top) {
+    for (int y = std::max(0, -top); y < std::min(other.height, height - top); ++y)
+      for (int x = std::max(0, -left); x < std::min(other.width, width - left); ++x) {
+        const Pixel over = other.at(x, y);
+        Pixel& under = at(left + x, top + y);
+        const double a = over.a / 255.0, b = under.a / 255.0 * (1 - a), sum = a + b;
+        if (!(sum > 0)) continue;
+        const auto mixed = [&](std::uint8_t o, std::uint8_t u) {
+          return static_cast<std::uint8_t>((o * a + u * b) / sum + 0.5);
+        };
+        under = {mixed(over.r, under.r), mixed(over.g, under.g), mixed(over.b, under.b),
+                 static_cast<std::uint8_t>(sum * 255 + 0.5)};
+      }
+  }
+
  private:
   std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
   }
 };
+
+/// A smaller version of a picture: each pixel is the mean of those it covers. Colours are averaged as they are stored, weighted
+/// by alpha.
+Image shrunk(const Image& image, int width, int height);
 
 }  // namespace render

@@ -1,6 +1,7 @@
 /// Line plots: values over time with labelled axes, linear or logarithmic.
 #pragma once
 
+#include <render/axis.hpp>
 #include <render/colour.hpp>
 #include <render/image.hpp>
 
@@ -28,10 +29,6 @@ struct PlotOptions {
   bool log_y = false;
   double text_size = 15;  ///< height of a line of text, in pixels
 };
-
-/// The values that an axis from `low` to `high` is labelled with: 1, 2 or 5 times powers of ten; on a logarithmic axis
-/// powers of ten, and 2 and 5 times them where they are few.
-std::vector<double> axis_ticks(double low, double high, bool logarithmic, int most = 9);
 
 /// The plot with a legend. Without a point to show it has axes from 0 to 1 (1 to 10 logarithmic).
 /// Errors    npt::Error for series whose x and y differ in length, and sizes outside 64 .. 16384.

@@ -1,281 +1,19 @@
-#include <render/rasteriser.hpp>
+#include <render/axis.hpp>
+#include <render/data_colours.hpp>
+#include <render/painter.hpp>
 #include <render/render.hpp>
-#include <render/studio.hpp>
 #include <render/text.hpp>
 
 #include <npt/core/error.hpp>
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <sstream>
+#include <utility>
 
 namespace render {
 namespace {
-
-constexpr std::uint32_t nothing = 0xFFFFFFFFU;
-constexpr int most_samples = 8;
-
-/// For each sample of a panel the triangle, or point of a cloud, that is seen there.
-struct Visibility {
-  int width, height;                ///< in samples
-  std::vector<std::uint32_t> seen;  ///< [height * width]
-  std::vector<float> nearness;      ///< [height * width]
-
-  Visibility(int w, int h)
-      : width(w),
-        height(h),
-        seen(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), nothing),
-        nearness(seen.size(), 0.0F) {}
-
-  std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-  }
-  void show(int x, int y, float near_value, std::uint32_t id) {
-    const std::size_t i = index(x, y);
-    if (near_value <= nearness[i]) return;
-    nearness[i] = near_value;
-    seen[i] = id;
-  }
-};
-
-/// `camera` counts in samples here.
-Visibility look(const Figure& figure, const Camera& camera, int width, int height) {
-  Visibility view(width, height);
-  std::vector<Vec3f> projected;
-  projected.reserve(figure.positions.size());
-  for (Vec3f p : figure.positions) projected.push_back(camera.project(p));
-  for (std::uint32_t t = 0; t < figure.triangles.size(); ++t) {
-    const Triangle& corner = figure.triangles[t];
-    raster_triangle(projected[corner[0]], projected[corner[1]], projected[corner[2]], width, height,
-                    [&](int x, int y, float near_value) { view.show(x, y, near_value, t); });
-  }
-  if (figure.is_cloud())
-    for (std::uint32_t v = 0; v < projected.size(); ++v) {
-      const Vec3f p = projected[v];
-      raster_disc(p.x, p.y, figure.disc_radius * camera.focal * p.z, width, height,
-                  [&](int x, int y, float u, float w) {
-                    const float bulge = figure.disc_radius * std::sqrt(std::max(0.0F, 1 - u * u - w * w));
-                    view.show(x, y, p.z / (1 - bulge * p.z), v);
-                  });
-    }
-  return view;
-}
-
-/// What a pixel shows of one piece of surface.
-struct Fragment {
-  Vec3f position, normal;
-  Colour colour;
-  float share = 0;  ///< of the pixel
-};
-
-/// Two fragments of a pixel are lit as one where they lie on one smooth surface.
-bool alike(const Fragment& a, const Fragment& b, float pixel) {
-  const Vec3f d = a.position - b.position;
-  return dot(d, d) < 16 * pixel * pixel && dot(a.normal, b.normal) > 0.9F;
-}
-
-void merge(Fragment& into, const Fragment& other) {
-  const float t = other.share / (into.share + other.share);
-  into.position += (other.position - into.position) * t;
-  into.normal = normalised(into.normal + (other.normal - into.normal) * t);
-  into.colour = mix(into.colour, other.colour, t);
-  into.share += other.share;
-}
-
-/// Barycentric weights of the point where the ray from the eye meets the triangle's plane, kept within the triangle.
-std::array<float, 3> weights_at(Vec3f eye, Vec3f ray, Vec3f a, Vec3f b, Vec3f c) {
-  const auto volume = [ray](Vec3f p, Vec3f q) { return dot(ray, cross(p, q)); };
-  a = a - eye, b = b - eye, c = c - eye;
-  std::array<float, 3> w{volume(b, c), volume(c, a), volume(a, b)};
-  const float sign = w[0] + w[1] + w[2] < 0 ? -1.0F : 1.0F;
-  float sum = 0;
-  for (float& v : w) sum += v = std::max(0.0F, sign * v);
-  if (!(sum > 0)) return {1.0F / 3, 1.0F / 3, 1.0F / 3};
-  for (float& v : w) v /= sum;
-  return w;
-}
-
-/// A point of a triangle with its smooth normal, which faces the viewer. On coarse meshes the smooth normal and the
-/// flat triangle disagree about shadows; the point is therefore lifted to the curved surface that the normals describe
-/// (Hanika, "Hacking the Shadow Terminator", Ray Tracing Gems II, 2021).
-Fragment triangle_fragment(const Figure& figure, const Triangle& corner, Vec3f eye, Vec3f ray) {
-  const std::array<Vec3f, 3> p{figure.positions[corner[0]], figure.positions[corner[1]], figure.positions[corner[2]]};
-  const Vec3f flat = cross(p[1] - p[0], p[2] - p[0]);
-  const float side = dot(flat, ray) > 0 ? -1.0F : 1.0F;  // seen from behind: a skirt's inner side
-  const std::array<float, 3> w = weights_at(eye, ray, p[0], p[1], p[2]);
-  Fragment fragment{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    fragment.position += p[i] * w[i];
-    fragment.normal += figure.normals[corner[i]] * (side * w[i]);
-    fragment.colour += figure.colour(corner[i]) * w[i];
-  }
-  fragment.normal = normalised(fragment.normal);
-  if (fragment.normal == Vec3f{}) fragment.normal = normalised(flat * side);
-  Vec3f lift{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3f normal = figure.normals[corner[i]] * side;
-    lift += normal * (-w[i] * std::min(0.0F, dot(fragment.position - p[i], normal)));
-  }
-  fragment.position += lift;
-  return fragment;
-}
-
-/// A point of a cloud is a small ball.
-Fragment point_fragment(const Figure& figure, std::uint32_t vertex, Vec3f eye, Vec3f ray) {
-  const Vec3f centre = figure.positions[vertex], direction = normalised(ray);
-  const float along = dot(centre - eye, direction);
-  const Vec3f across = eye + direction * along - centre;
-  const float r = figure.disc_radius, depth2 = std::max(0.0F, r * r - dot(across, across));
-  const Vec3f normal = normalised(across - direction * std::sqrt(depth2));
-  return {centre + normal * r, normal, figure.colour(vertex), 0};
-}
-
-class PanelPainter {
- public:
-  PanelPainter(const Figure& figure, const Camera& camera, const FigureOptions& options)
-      : figure_(figure), camera_(camera), options_(options) {}
-
-  Image paint() {
-    find_fragments();
-    light_fragments();
-    Image image(options_.panel_width, options_.panel_height);
-    tbb::parallel_for(0, image.height, [&](int y) {
-      for (int x = 0; x < image.width; ++x) image.at(x, y) = pixel(x, y);
-    });
-    return image;
-  }
-
- private:
-  void find_fragments() {
-    const int n = options_.samples, width = options_.panel_width, height = options_.panel_height;
-    Camera fine = camera_;
-    fine.focal *= static_cast<float>(n);
-    fine.centre_x *= static_cast<float>(n);
-    fine.centre_y *= static_cast<float>(n);
-    const Visibility view = look(figure_, fine, width * n, height * n);
-    std::vector<std::vector<Fragment>> rows(static_cast<std::size_t>(height));
-    first_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) + 1, 0);
-    tbb::parallel_for(0, height, [&](int y) {
-      for (int x = 0; x < width; ++x) {
-        std::vector<Fragment>& row = rows[static_cast<std::size_t>(y)];
-        const std::size_t before = row.size();
-        add_fragments(view, fine, x, y, row);
-        first_[pixel_index(x, y) + 1] = row.size() - before;
-      }
-    });
-    for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
-    for (const auto& row : rows) fragments_.insert(fragments_.end(), row.begin(), row.end());
-  }
-
-  void add_fragments(const Visibility& view, const Camera& fine, int x, int y, std::vector<Fragment>& out) const {
-    struct Piece {
-      std::uint32_t id;
-      int count;
-      float x, y;
-    };
-    const int n = options_.samples;
-    std::array<Piece, most_samples * most_samples> pieces;
-    std::size_t count = 0;
-    for (int row = y * n; row < (y + 1) * n; ++row)
-      for (int column = x * n; column < (x + 1) * n; ++column) {
-        const std::uint32_t id = view.seen[view.index(column, row)];
-        if (id == nothing) continue;
-        std::size_t i = 0;
-        while (i < count && pieces[i].id != id) ++i;
-        if (i == count) pieces[count++] = {id, 0, 0, 0};
-        ++pieces[i].count;
-        pieces[i].x += static_cast<float>(column) + 0.5F;
-        pieces[i].y += static_cast<float>(row) + 0.5F;
-      }
-    const Vec3f eye = camera_.eye();
-    const float pixel = camera_.distance / camera_.focal;
-    const std::size_t first = out.size();
-    for (std::size_t i = 0; i < count; ++i) {
-      const float share = static_cast<float>(pieces[i].count);
-      const Vec3f ray = fine.ray(pieces[i].x / share, pieces[i].y / share);
-      Fragment fragment = figure_.is_cloud() ? point_fragment(figure_, pieces[i].id, eye, ray)
-                                             : triangle_fragment(figure_, figure_.triangles[pieces[i].id], eye, ray);
-      fragment.share = share / static_cast<float>(n * n);
-      std::size_t same = first;
-      while (same < out.size() && !alike(out[same], fragment, pixel)) ++same;
-      if (same == out.size()) {
-        out.push_back(fragment);
-      } else {
-        merge(out[same], fragment);
-      }
-    }
-  }
-
-  void light_fragments() {
-    const std::vector<Lamp> lamps = studio_lamps(options_.view.yaw);
-    std::vector<ShadePoint> points;
-    if (options_.floor_shadow) points = floor_.points();
-    const std::size_t floor_points = points.size();
-    const Vec3f eye = camera_.eye();
-    for (const Fragment& f : fragments_) points.push_back({f.position, f.normal, normalised(eye - f.position)});
-    const std::vector<Light> light = gather_light(figure_, lamps, points);
-    if (options_.floor_shadow) floor_.set_light(std::span(light).first(floor_points), lamps);
-    for (std::size_t i = 0; i < fragments_.size(); ++i) {
-      const Light& l = light[floor_points + i];
-      fragments_[i].colour = film(multiply(fragments_[i].colour, l.diffuse) + l.specular);
-    }
-  }
-
-  /// What would be brighter than paper rolls off smoothly instead of turning into a flat patch.
-  static Colour film(Colour c) {
-    const auto curve = [](float v) {
-      constexpr float knee = 0.75F;
-      return v <= knee ? v : knee + (1 - knee) * (1 - std::exp(-(v - knee) / (1 - knee)));
-    };
-    return {curve(c.x), curve(c.y), curve(c.z)};
-  }
-
-  Pixel pixel(int x, int y) const {
-    const float shade = floor_shade(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
-    Colour colour;
-    float cover = 0;
-    for (std::size_t i = first_[pixel_index(x, y)]; i < first_[pixel_index(x, y) + 1]; ++i) {
-      colour += fragments_[i].colour * fragments_[i].share;
-      cover += fragments_[i].share;
-    }
-    const float open = std::max(0.0F, 1 - cover);
-    if (options_.backdrop == Backdrop::colour) return to_pixel(colour + options_.background * (open * shade));
-    const float alpha = cover + open * (1 - shade);  // the shadow is black that lets the page shine through
-    return alpha > 0 ? to_pixel(colour / alpha, alpha) : Pixel{0, 0, 0, 0};
-  }
-
-  /// The floor's brightness where the pixel's ray meets it; 1 where it doesn't. The shadow is fainter than a real one,
-  /// and fades before the panel's border cuts it off.
-  float floor_shade(float x, float y) const {
-    if (!options_.floor_shadow) return 1;
-    const Vec3f eye = camera_.eye(), ray = camera_.ray(x, y);
-    if (!(ray.y < 0) || !(eye.y > 0)) return 1;
-    const Vec3f p = eye - ray * (eye.y / ray.y);
-    const auto border = [](float v, int size) {
-      const float share = std::min(v, static_cast<float>(size) - v) / static_cast<float>(size);
-      const float t = std::clamp(share / 0.12F, 0.0F, 1.0F);
-      return t * t * (3 - 2 * t);
-    };
-    const float strength = 0.62F * border(x, options_.panel_width) * border(y, options_.panel_height);
-    return 1 - strength * (1 - floor_.at(p.x, p.z));
-  }
-
-  std::size_t pixel_index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(options_.panel_width) + static_cast<std::size_t>(x);
-  }
-
-  const Figure& figure_;
-  const Camera& camera_;
-  const FigureOptions& options_;
-  FloorShadow floor_{figure_};
-  std::vector<Fragment> fragments_;  ///< of all pixels, row by row
-  std::vector<std::size_t> first_;   ///< [pixels + 1] pixel i has fragments first_[i] .. first_[i + 1] - 1
-};
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
@@ -284,28 +22,103 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
+Pixel page_of(const FigureOptions& options) {
+  return options.backdrop == Backdrop::colour ? to_pixel(options.background) : Pixel{0, 0, 0, 0};
+}
+
 Pixel ink(const FigureOptions& options) {
   const bool dark = options.backdrop == Backdrop::colour && luminance(options.background) < 0.18F;
   return dark ? Pixel{235, 235, 235, 255} : Pixel{40, 42, 46, 255};
 }
 
-/// Where the parts of the picture are.
-struct Layout {
-  int columns, rows, caption_height, bar_height;
-  double line;  ///< height of a line of text in pixels
+/// Lines of text of one size, one below the other, each in the middle of the room; all smaller where one is too wide.
+class TextBlock {
+ public:
+  TextBlock(const std::string& text, double line, double room) : lines_(lines_of(text)), line_(line) {
+    double widest = 0;
+    for (const std::string& l : lines_) widest = std::max(widest, text_width(l, line));
+    if (widest > room && widest > 0) line_ = line * room / widest;
+  }
 
-  Layout(std::span<const Panel> panels, const FigureOptions& o) {
-    const int count = static_cast<int>(panels.size());
+  /// How much room a text takes from top to bottom, in lines, without changing its size.
+  static double height_in_lines(const std::string& text) {
+    const std::size_t count = lines_of(text).size();
+    return count == 0 ? 0 : 1.2 * static_cast<double>(count) + 0.3;
+  }
+
+  /// `middle` is the x of the lines' middles, `top` the upper border of the first.
+  void draw(Image& image, double middle, double top, Pixel colour) const {
+    double baseline = top + line_ * 0.95;
+    for (const std::string& text : lines_) {
+      draw_text(image, text, middle - 0.5 * text_width(text, line_), baseline, line_, colour);
+      baseline += line_ * 1.2;
+    }
+  }
+
+ private:
+  std::vector<std::string> lines_;
+  double line_;
+};
+
+/// Columns and rows of panels, and their sizes in pixels.
+struct Grid {
+  int columns = 0, rows = 0;
+  std::vector<int> widths, heights;  ///< [columns], [rows]
+
+  Grid(std::size_t panels, const FigureOptions& o) {
+    const int count = static_cast<int>(panels);
     columns = o.columns > 0 ? std::min(o.columns, count) : count;
     rows = (count + columns - 1) / columns;
-    line = std::max(10.0, o.caption_size * std::min(o.panel_width, o.panel_height));
-    std::size_t lines = 0;
-    for (const Panel& panel : panels) lines = std::max(lines, lines_of(panel.caption).size());
-    caption_height = lines == 0 ? 0 : static_cast<int>(std::lround(line * (static_cast<double>(lines) * 1.2 + 0.5)));
-    bar_height = o.colour_bar.shown() ? static_cast<int>(std::lround(line * 3.2)) : 0;
+    widths.assign(static_cast<std::size_t>(columns), o.panel_width);
+    heights.assign(static_cast<std::size_t>(rows), o.panel_height);
   }
-  int width(const FigureOptions& o) const { return columns * o.panel_width; }
-  int height(const FigureOptions& o) const { return rows * (o.panel_height + caption_height) + bar_height; }
+  std::size_t column_of(std::size_t panel) const { return panel % static_cast<std::size_t>(columns); }
+  std::size_t row_of(std::size_t panel) const { return panel / static_cast<std::size_t>(columns); }
+  int width_of(std::size_t panel) const { return widths[column_of(panel)]; }
+  int height_of(std::size_t panel) const { return heights[row_of(panel)]; }
+};
+
+/// Where the parts of the picture are, from the border inwards.
+struct Layout {
+  Grid grid;
+  double line = 0;         ///< height of a line of text in pixels
+  int caption_height = 0;  ///< below each panel
+  int left = 0, top = 0, bar_height = 0;
+  std::vector<int> x, y;  ///< [columns], [rows]
+  std::int64_t width = 0, height = 0;
+
+  Layout(Grid sizes, std::span<const Panel> panels, const FigureOptions& o) : grid(std::move(sizes)) {
+    line = std::max(10.0, o.caption_size * (o.panel_width > 0 ? std::min(o.panel_width, o.panel_height)
+                                                              : static_cast<double>(o.panel_height) * 0.8));
+    const auto room = [this](double lines, double more) {
+      return lines > 0 ? static_cast<int>(std::lround(line * (lines + more))) : 0;
+    };
+    double lines = 0;
+    for (const Panel& panel : panels) lines = std::max(lines, TextBlock::height_in_lines(panel.caption));
+    caption_height = room(lines, 0);
+    top = room(most_lines(o.column_captions), 0.2);
+    left = room(most_lines(o.row_captions), 0.6);
+    bar_height = o.colour_bar.shown() ? room(o.colour_bar.label.empty() ? 2.7 : 3.9, 0) : 0;
+    width = left;
+    for (const int w : grid.widths) {
+      x.push_back(static_cast<int>(std::min<std::int64_t>(width, largest_side)));
+      width += w + o.gap;
+    }
+    height = top;
+    for (const int h : grid.heights) {
+      y.push_back(static_cast<int>(std::min<std::int64_t>(height, largest_side)));
+      height += h + caption_height + o.gap;
+    }
+    width -= o.gap;
+    height += bar_height - o.gap;
+  }
+
+ private:
+  static double most_lines(const std::vector<std::string>& captions) {
+    double most = 0;
+    for (const std::string& caption : captions) most = std::max(most, TextBlock::height_in_lines(caption));
+    return most;
+  }
 };
 
 void check_options(std::span<const Panel> panels, const FigureOptions& o) {
@@ -314,77 +127,190 @@ void check_options(std::span<const Panel> panels, const FigureOptions& o) {
     if (value < low || value > high)
       throw npt::Error({name, {}, std::to_string(value), std::to_string(low) + " to " + std::to_string(high)});
   };
-  in_range("panel width", o.panel_width, 16, 8192);
+  if (o.panel_width != 0) in_range("panel width", o.panel_width, 16, 8192);
   in_range("panel height", o.panel_height, 16, 8192);
   in_range("samples", o.samples, 1, most_samples);
-  const Layout layout(panels, o);
-  if (static_cast<std::int64_t>(layout.columns) * o.panel_width > largest_side ||
-      static_cast<std::int64_t>(layout.rows) * (o.panel_height + layout.caption_height) + layout.bar_height >
-          largest_side)
+  in_range("gap", o.gap, 0, 8192);
+  for (const Panel& panel : panels)
+    if (panel.mesh != nullptr && panel.picture != nullptr)
+      throw npt::Error({"picture", {}, "a panel with a mesh and a picture", "one of them"});
+}
+
+void check_layout(const Layout& layout, const FigureOptions& o) {
+  const auto matches = [](const char* name, std::size_t captions, int count) {
+    if (captions != 0 && captions != static_cast<std::size_t>(count))
+      throw npt::Error({name, {}, std::to_string(captions), std::to_string(count) + ", one for each"});
+  };
+  matches("column captions", o.column_captions.size(), layout.grid.columns);
+  matches("row captions", o.row_captions.size(), layout.grid.rows);
+  if (layout.width > largest_side || layout.height > largest_side)
     throw npt::Error({"picture",
                       {},
-                      std::to_string(layout.columns) + " x " + std::to_string(layout.rows) + " panels of " +
-                          std::to_string(o.panel_width) + " x " + std::to_string(o.panel_height),
+                      std::to_string(layout.grid.columns) + " x " + std::to_string(layout.grid.rows) +
+                          " panels of at most " + std::to_string(std::ranges::max(layout.grid.widths)) + " x " +
+                          std::to_string(std::ranges::max(layout.grid.heights)),
                       "at most " + std::to_string(largest_side) + " pixels each way"});
 }
 
-/// Centred below a panel, smaller where it would not fit.
-void draw_caption(Image& image, const std::string& caption, int left, int top, const Layout& layout,
-                  const FigureOptions& options) {
-  double baseline = top + layout.line * 0.95;
-  for (const std::string& text : lines_of(caption)) {
-    const double room = 0.96 * options.panel_width, full = text_width(text, layout.line);
-    const double size = full > room ? layout.line * room / full : layout.line;
-    draw_text(image, text, left + 0.5 * (options.panel_width - text_width(text, size)), baseline, size, ink(options));
-    baseline += layout.line * 1.2;
-  }
+void draw_column_captions(Image& image, const Layout& layout, const FigureOptions& options) {
+  for (std::size_t c = 0; c < options.column_captions.size(); ++c)
+    TextBlock(options.column_captions[c], layout.line, 0.98 * layout.grid.widths[c])
+        .draw(image, layout.x[c] + 0.5 * layout.grid.widths[c], 0.1 * layout.line, ink(options));
 }
 
-std::string short_number(double value) {
-  std::ostringstream text;
-  text.precision(3);
-  text << value;
-  return text.str();
+/// Beside the rows, turned by a quarter: read from below.
+void draw_row_captions(Image& image, const Layout& layout, const FigureOptions& options) {
+  for (std::size_t r = 0; r < options.row_captions.size(); ++r) {
+    const int length = layout.grid.heights[r];
+    Image strip(length, layout.left, page_of(options));
+    TextBlock(options.row_captions[r], layout.line, 0.98 * length)
+        .draw(strip, 0.5 * length, 0.1 * layout.line, ink(options));
+    for (int y = 0; y < length; ++y)
+      for (int x = 0; x < layout.left; ++x) image.at(x, layout.y[r] + y) = strip.at(length - 1 - y, x);
+  }
 }
 
 void draw_colour_bar(Image& image, int top, const Layout& layout, const FigureOptions& options) {
   const double line = layout.line;
-  const int width = static_cast<int>(std::min(0.9 * image.width, 24 * line));
-  const int left = (image.width - width) / 2;
-  const int bar_top = top + static_cast<int>(0.5 * line), bar_bottom = bar_top + static_cast<int>(0.8 * line);
+  const int width = static_cast<int>(std::min(0.9 * (image.width - layout.left), 26 * line));
+  const int left = layout.left + (image.width - layout.left - width) / 2;
+  const int bar_top = top + static_cast<int>(0.7 * line), bar_bottom = bar_top + static_cast<int>(0.7 * line);
   for (int x = 0; x < width; ++x)
     for (int y = bar_top; y < std::min(bar_bottom, image.height); ++y)
       image.at(left + x, y) = to_pixel(heat_colour((static_cast<float>(x) + 0.5F) / static_cast<float>(width)));
-  const double baseline = bar_bottom + 1.15 * line, size = 0.9 * line;
   const ColourBar& bar = options.colour_bar;
-  const std::string high = short_number(bar.high);
-  draw_text(image, short_number(bar.low), left, baseline, size, ink(options));
-  draw_text(image, high, left + width - text_width(high, size), baseline, size, ink(options));
-  draw_text(image, bar.label, left + 0.5 * (width - text_width(bar.label, size)), baseline, size, ink(options));
+  const double size = 0.85 * line, baseline = bar_bottom + 1.2 * line;
+  const Pixel colour = ink(options);
+  double free_from = -1e9;  // numbers don't overlap
+  for (const double value : axis_ticks(bar.low, bar.high, false, 7)) {
+    const double share = (value - bar.low) / (bar.high - bar.low), x = left + share * (width - 1);
+    for (int y = bar_bottom; y < std::min(bar_bottom + static_cast<int>(0.25 * line), image.height); ++y)
+      image.at(std::clamp(static_cast<int>(std::lround(x)), 0, image.width - 1), y) = colour;
+    const std::string text = tick_text(value) + (bar.open_end && share > 1 - 1e-9 ? "+" : "");
+    const double text_left = x - 0.5 * text_width(tick_text(value), size);
+    if (text_left < free_from) continue;
+    draw_text(image, text, text_left, baseline, size, colour);
+    free_from = text_left + text_width(text, size) + 0.5 * size;
+  }
+  TextBlock(bar.label, size, static_cast<double>(image.width - layout.left))
+      .draw(image, left + 0.5 * width, baseline + 0.35 * line, colour);
+}
+
+/// How much smaller a picture has to be for its panel.
+double scale_of(const Image& picture, double width, double height) {
+  return std::min({1.0, width / std::max(picture.width, 1), height / std::max(picture.height, 1)});
+}
+
+/// A picture in the middle of a panel, over the page where it is transparent.
+void place(Image& image, const Image& picture, int left, int top, int width, int height) {
+  const double scale = scale_of(picture, width, height);
+  const auto fitted_side = [scale](int side) { return std::max(1, static_cast<int>(std::floor(scale * side + 1e-6))); };
+  const Image fitted = scale < 1 ? shrunk(picture, fitted_side(picture.width), fitted_side(picture.height)) : picture;
+  image.lay_over(fitted, left + (width - fitted.width) / 2, top + (height - fitted.height) / 2);
+}
+
+/// The border around figures in panels of their size, as a share of the height: room for the shadows' ends.
+constexpr float tight_border = 0.1F;
+
+/// The panels' figures and cameras: at one scale row by row, or all.
+struct Scene {
+  Grid grid;
+  std::vector<Figure> figures;
+  std::vector<Camera> cameras;
+};
+
+/// The scale at which the tallest row of a group is as high as options.panel_height.
+float focal_of_rows(const Silhouettes& seen, std::span<const Range> rows, const FigureOptions& options) {
+  float tallest = 0, widest = 0;
+  for (const Range& row : rows) tallest = std::max(tallest, row.size());
+  for (const Range& across : seen.across) widest = std::max(widest, across.size());
+  const float h = static_cast<float>(options.panel_height), room = (1 - tight_border) * h;
+  // What lies flat, such as a single point, doesn't get wider than four heights.
+  return std::min({focal_for(room, tallest), focal_for(4 * h, widest), 1e3F * h});
+}
+
+void grow(int& side, double pixels) {
+  side = std::max(side, static_cast<int>(std::min(std::ceil(pixels), 1.0 * largest_side)));
+}
+
+/// Panels just as large as their figures need.
+void fit_panels(Scene& scene, std::span<const Panel> panels, const std::vector<std::vector<Vec3f>>& outlines,
+                std::size_t group, const FigureOptions& options) {
+  Grid& grid = scene.grid;
+  std::ranges::fill(grid.heights, 16);
+  std::ranges::fill(grid.widths, 16);
+  const double border = static_cast<double>(tight_border) * options.panel_height;
+  std::vector<Range> rows(static_cast<std::size_t>(grid.rows));
+  std::vector<Silhouettes> groups;
+  std::vector<float> focal;
+  for (std::size_t first = 0; first < panels.size(); first += group) {
+    const std::size_t count = std::min(group, panels.size() - first);
+    const Silhouettes& seen = groups.emplace_back(std::span(outlines).subspan(first, count), options.view);
+    for (std::size_t i = 0; i < count; ++i) rows[grid.row_of(first + i)].add(seen.down[i]);
+    const std::size_t top = grid.row_of(first), bottom = grid.row_of(first + count - 1);
+    focal.push_back(focal_of_rows(seen, std::span(rows).subspan(top, bottom - top + 1), options));
+  }
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    int &width = grid.widths[grid.column_of(i)], &height = grid.heights[grid.row_of(i)];
+    const double scale = static_cast<double>(focal[i / group]);
+    if (const Image* picture = panels[i].picture; picture != nullptr) {
+      const double shrink = scale_of(*picture, 1e9, options.panel_height);
+      grow(width, shrink * picture->width);
+      grow(height, shrink * picture->height);
+    } else if (panels[i].mesh != nullptr) {
+      grow(width, scale * groups[i / group].across[i % group].size() + border);
+      grow(height, scale * rows[grid.row_of(i)].size() + border);
+    }
+  }
+  for (std::size_t i = 0; i < panels.size(); ++i)
+    scene.cameras.push_back(groups[i / group].of_panel(i % group, focal[i / group], rows[grid.row_of(i)],
+                                                       grid.width_of(i), grid.height_of(i)));
+}
+
+Scene scene_of(std::span<const Panel> panels, const FigureOptions& options) {
+  Scene scene{Grid(panels.size(), options), {}, {}};
+  const std::size_t group = options.one_scale ? panels.size() : static_cast<std::size_t>(scene.grid.columns);
+  std::vector<std::vector<Vec3f>> outlines;
+  for (std::size_t first = 0; first < panels.size(); first += group)
+    for (Figure& figure :
+         make_figures(panels.subspan(first, std::min(group, panels.size() - first)), options.up, options.surface)) {
+      outlines.push_back(figure.outline);
+      scene.figures.push_back(std::move(figure));
+    }
+  if (options.panel_width == 0) {
+    fit_panels(scene, panels, outlines, group, options);
+    return scene;
+  }
+  for (std::size_t first = 0; first < panels.size(); first += group)
+    for (const Camera& camera : fit_cameras(std::span(outlines).subspan(first, std::min(group, panels.size() - first)),
+                                            options.view, options.panel_width, options.panel_height))
+      scene.cameras.push_back(camera);
+  return scene;
 }
 
 }  // namespace
 
 Image draw_figure(std::span<const Panel> panels, const FigureOptions& options) {
   check_options(panels, options);
-  const Layout layout(panels, options);
-  const Pixel page = options.backdrop == Backdrop::colour ? to_pixel(options.background) : Pixel{0, 0, 0, 0};
-  Image image(layout.width(options), layout.height(options), page);
-  for (int r = 0; r < layout.rows; ++r) {
-    const std::size_t first = static_cast<std::size_t>(r) * static_cast<std::size_t>(layout.columns);
-    const auto row =
-        panels.subspan(first, std::min<std::size_t>(static_cast<std::size_t>(layout.columns), panels.size() - first));
-    const std::vector<Figure> figures = make_figures(row, options.up, options.surface);
-    std::vector<std::vector<Vec3f>> outlines;
-    for (const Figure& figure : figures) outlines.push_back(figure.outline);
-    const std::vector<Camera> cameras = fit_cameras(outlines, options.view, options.panel_width, options.panel_height);
-    const int top = r * (options.panel_height + layout.caption_height);
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const int left = static_cast<int>(i) * options.panel_width;
-      image.paste(PanelPainter(figures[i], cameras[i], options).paint(), left, top);
-      draw_caption(image, row[i].caption, left, top + options.panel_height, layout, options);
+  const Scene scene = scene_of(panels, options);
+  const Layout layout(scene.grid, panels, options);
+  check_layout(layout, options);
+  Image image(static_cast<int>(layout.width), static_cast<int>(layout.height), page_of(options));
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    const int left = layout.x[layout.grid.column_of(i)], top = layout.y[layout.grid.row_of(i)];
+    const int width = layout.grid.width_of(i), height = layout.grid.height_of(i);
+    if (panels[i].picture != nullptr) {
+      place(image, *panels[i].picture, left, top, width, height);
+    } else if (panels[i].mesh != nullptr) {
+      FigureOptions own = options;
+      own.panel_width = width;
+      own.panel_height = height;
+      image.paste(paint_panel(scene.figures[i], scene.cameras[i], own), left, top);
     }
+    TextBlock(panels[i].caption, layout.line, 0.96 * width).draw(image, left + 0.5 * width, top + height, ink(options));
   }
+  draw_column_captions(image, layout, options);
+  draw_row_captions(image, layout, options);
   if (options.colour_bar.shown()) draw_colour_bar(image, image.height - layout.bar_height, layout, options);
   return image;
 }

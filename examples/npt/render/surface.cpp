@@ -51,7 +51,7 @@ Extent extent_of(const npt::Mesh& mesh, const std::vector<std::uint32_t>& drawn,
 }
 
 void check_panel(const Panel& panel) {
-  if (panel.mesh == nullptr || panel.mesh->positions.empty())
+  if (panel.mesh->positions.empty())
     throw npt::Error(
         {panel.caption.empty() ? "picture" : panel.caption, {}, "a mesh without vertices", "something to draw"});
   const std::size_t count = panel.colours.size();
@@ -73,6 +73,7 @@ std::vector<Figure> make_figures(std::span<const Panel> row, UpAxis up, Colour d
   std::vector<Extent> extents(row.size());
   double radius = 0;
   for (std::size_t i = 0; i < row.size(); ++i) {
+    if (row[i].mesh == nullptr) continue;
     check_panel(row[i]);
     figures[i].triangles = npt::triangulate(*row[i].mesh);
     drawn[i] = drawn_vertices(*row[i].mesh, figures[i].triangles);
@@ -82,6 +83,8 @@ std::vector<Figure> make_figures(std::span<const Panel> row, UpAxis up, Colour d
   const double scale = radius > 0 ? 1 / radius : 1;
   for (std::size_t i = 0; i < row.size(); ++i) {
     Figure& figure = figures[i];
+    if (row[i].mesh == nullptr) continue;
+    figure.even_light = static_cast<float>(std::clamp(row[i].even_light, 0.0, 1.0));
     figure.positions.resize(row[i].mesh->vertex_count());
     for (std::uint32_t v : drawn[i]) {
       figure.positions[v] = ((upright(row[i].mesh->positions[v], up) - extents[i].origin) * scale).as<float>();
