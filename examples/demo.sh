@@ -29,7 +29,7 @@ npt=build/release/bin/npt
 "$npt" generate --out "$out/pose.obj" --seed 8 --pose random
 
 begin=$(date +%s.%N)
-"$npt" transfer --identity "$out/identity.obj" --pose "$out/pose.obj" --out "$out/result.obj"
+"$npt" transfer --identity "$out/identity.obj" --pose "$out/pose.obj" --out "$out/result.obj" --pairings 4 --mirror --refine
 end=$(date +%s.%N)
 
 "$npt" render "$out/identity.obj" "$out/pose.obj" "$out/result.obj" --captions "identity,pose,result" \

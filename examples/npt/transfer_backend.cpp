@@ -31,7 +31,9 @@ class EngineBackend : public TransferBackend {
         options_{.normalisation = normalisation,
                  .resample = options.resample,
                  .seed = options.seed,
-                 .invariant = options.invariant,
+                 // A network that pairs vertices has learnt with random pairs. Meshes of one origin are often numbered alike, and
+                 // paired by number they come out torn.
+                 .invariant = options.invariant || network.program->paired,
                  .pairings = options.pairings,
                  .mirror = options.mirror},
         refine_(options.refine),
