@@ -26,7 +26,7 @@
 
 #if NPT_HAS_AMX
 #define NPT_ABI v0_avx512amx
-#define NPT_ISA_NAME "avx512+bf16+amx"
+#define NPT_ISA_NAME "avx512+bf16"  // AMX is asked for at run time
 #elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512BW__) && defined(__AVX512BF16__)
 #define NPT_ABI v0_avx512bf16
 #define NPT_ISA_NAME "avx512+bf16"
