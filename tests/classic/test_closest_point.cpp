@@ -58,7 +58,7 @@ TEST_CASE("the tree finds what a look at every triangle finds") {
   for (int i = 0; i < 400; ++i) {
     const Vec3d p = 2.0 * some_point(random);
     const auto odd = [](std::uint32_t t) { return t % 2 == 1; };
-    npt::SurfacePoint all, odd_only;
+    npt::ClosestPoint all, odd_only;
     for (std::uint32_t t = 0; t < s.triangles.size(); ++t) {
       const auto [a, b, c] = s.triangles[t];
       const auto w = npt::classic::closest_on_triangle(p, s.points[a], s.points[b], s.points[c]);
@@ -81,7 +81,7 @@ TEST_CASE("no point of a triangle is closer than its closest") {
   for (std::size_t t = 0; t < s.triangles.size(); ++t) {
     const auto [a, b, c] = s.triangles[t];
     const Vec3d p = some_point(random);
-    const npt::SurfacePoint found = npt::TriangleTree(s.points, std::vector{s.triangles[t]}).closest(p);
+    const npt::ClosestPoint found = npt::TriangleTree(s.points, std::vector{s.triangles[t]}).closest(p);
     const double sampled = sampled_distance(p, s, t),
                  size = length(s.points[a] - s.points[b]) + length(s.points[a] - s.points[c]);
     CHECK(std::sqrt(found.squared_distance) <= sampled + 1e-12);

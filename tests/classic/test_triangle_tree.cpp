@@ -52,7 +52,7 @@ TEST_CASE("a moved tree answers as a new one") {
   npt::Random random(3);
   for (int i = 0; i < 200; ++i) {
     const Vec3d p = 2.0 * some_point(random);
-    const npt::SurfacePoint a = tree.closest(p), b = fresh.closest(p);
+    const npt::ClosestPoint a = tree.closest(p), b = fresh.closest(p);
     CHECK(a.triangle == b.triangle);
     CHECK(a.point == b.point);
   }
@@ -65,7 +65,7 @@ TEST_CASE("a hint changes no answer, be it good, bad or nonsense") {
   npt::Random random(5);
   for (int i = 0; i < 200; ++i) {
     const Vec3d p = 2.0 * some_point(random);
-    const npt::SurfacePoint wanted = tree.closest(p, even);
+    const npt::ClosestPoint wanted = tree.closest(p, even);
     for (const std::uint32_t hint : {wanted.triangle, random.below(200), 200U, npt::no_index})
       CHECK(tree.closest(p, even, hint).triangle == wanted.triangle);
   }

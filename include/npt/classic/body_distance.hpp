@@ -89,7 +89,7 @@ class BodyDistance {
       const BodyLevel::Probe& probe = level_.probes()[i];
       const Vec3d point = points_[probe.vertex], normal = level_.body().carried(probe.vertex, probe.normal, state_);
       const double least = options_.facing * length(normal);
-      const SurfacePoint c = target_.tree().closest(
+      const ClosestPoint c = target_.tree().closest(
           point, [&](std::uint32_t t) { return !target_.oriented(t) || dot(normal, target_.normal(t)) > least; },
           on_mesh_[i]);
       on_mesh_[i] = c.triangle;
@@ -112,7 +112,7 @@ class BodyDistance {
     double value = 0;
     for (std::size_t k = 0; k < on_body_.size(); ++k) {
       const FitTarget::Sample& sample = target_.samples()[k];
-      const SurfacePoint c = tree_.closest(
+      const ClosestPoint c = tree_.closest(
           sample.point, [&](std::uint32_t t) { return faces(t, sample); }, on_body_[k]);
       on_body_[k] = c.triangle;
       if (c.triangle == no_index) {

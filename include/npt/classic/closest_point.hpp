@@ -24,7 +24,7 @@
 namespace npt::inline NPT_ABI {
 
 /// Where on a surface: `point` = the triangle's corners weighted by `weights`, which are not negative and sum to 1.
-struct SurfacePoint {
+struct ClosestPoint {
   std::uint32_t triangle = no_index;  ///< no_index: no triangle was accepted
   std::array<double, 3> weights{};
   Vec3d point;
@@ -86,22 +86,22 @@ class TriangleTree {
 
   std::size_t triangle_count() const noexcept { return corners_.size(); }
 
-  SurfacePoint closest(Vec3d p) const {
+  ClosestPoint closest(Vec3d p) const {
     return closest(p, [](std::uint32_t) { return true; });
   }
 
   /// The closest point on a triangle that `accept(triangle)` takes; triangle is no_index where there is none.
   template <class Accept>
-  SurfacePoint closest(Vec3d p, const Accept& accept) const {
+  ClosestPoint closest(Vec3d p, const Accept& accept) const {
     return closest(p, accept, no_index);
   }
 
   /// The same. A triangle that is probably close, such as the one of a query nearby, makes it faster, and so does a limit:
   /// nothing farther away is wanted.
   template <class Accept>
-  SurfacePoint closest(Vec3d p, const Accept& accept, std::uint32_t hint,
+  ClosestPoint closest(Vec3d p, const Accept& accept, std::uint32_t hint,
                        double squared_limit = std::numeric_limits<double>::infinity()) const {
-    SurfacePoint best;
+    ClosestPoint best;
     best.squared_distance = squared_limit;
     if (nodes_.empty()) return best;
     if (hint < corners_.size()) visit(hint, p, accept, best);
@@ -220,7 +220,7 @@ class TriangleTree {
   }
 
   template <class Accept>
-  void visit(std::uint32_t triangle, Vec3d p, const Accept& accept, SurfacePoint& best) const {
+  void visit(std::uint32_t triangle, Vec3d p, const Accept& accept, ClosestPoint& best) const {
     const auto& [a, b, c] = corners_[triangle];
     const std::array<double, 3> weights = classic::closest_on_triangle(p, a, b, c);
     const Vec3d point = a * weights[0] + b * weights[1] + c * weights[2];

@@ -61,7 +61,7 @@ class FitTarget {
       if (length(cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]])) > 0) kept.push_back(t);
     if (kept.empty())
       throw Error({.file = name,
-                   .found = std::to_string(triangles.size()) + " triangles, none with an area",
+                   .found = std::to_string(triangles.size()) + " triangles, none of which has an area",
                    .expected = "a surface"});
     return kept;
   }

@@ -26,7 +26,7 @@ namespace npt::inline NPT_ABI::classic {
 struct Hook {
   std::uint32_t piece = 0;
   std::uint32_t point = 0;  ///< of the piece
-  SurfacePoint at;          ///< on a triangle of its parent that has an area; the nearest to the point, or nearly so
+  ClosestPoint at;          ///< on a triangle of its parent that has an area; the nearest to the point, or nearly so
 };
 
 /// Makes the tree of one surface.
@@ -68,7 +68,7 @@ class PieceTree {
   /// A point of one piece, and the nearest point of another.
   struct Joint {
     std::uint32_t point = no_index;
-    SurfacePoint at;
+    ClosestPoint at;
   };
 
   std::uint32_t cluster(std::uint32_t piece) {
@@ -93,7 +93,7 @@ class PieceTree {
       const std::uint32_t own = of[piece_[p]];
       if (some_triangle_[p] == no_index || own == largest) continue;
       Joint& best = joints[own];
-      const SurfacePoint at = tree_.closest(
+      const ClosestPoint at = tree_.closest(
           surface_.points[p], [&](std::uint32_t t) { return surface_.flat[t] == 0 && of[piece_of_triangle(t)] != own; },
           no_index, best.at.squared_distance);
       if (at.squared_distance < best.at.squared_distance) best = {p, at};
@@ -139,7 +139,7 @@ class PieceTree {
     // The joint was found from the parent's side: the other's corner that is next to it, at the parent's point.
     const auto heaviest = std::ranges::max_element(joint.at.weights) - joint.at.weights.begin();
     const std::uint32_t point = surface_.triangles[joint.at.triangle][static_cast<std::size_t>(heaviest)];
-    SurfacePoint at{.triangle = some_triangle_[joint.point], .weights = {}, .point = surface_.points[joint.point]};
+    ClosestPoint at{.triangle = some_triangle_[joint.point], .weights = {}, .point = surface_.points[joint.point]};
     for (std::size_t k = 0; k < 3; ++k) at.weights[k] = surface_.triangles[at.triangle][k] == joint.point ? 1 : 0;
     return {piece_[point], point, at};
   }
@@ -150,7 +150,7 @@ class PieceTree {
       const std::uint32_t own = piece_[p];
       if (inner_[own] != 0 || roots_[own] != 0) continue;
       Joint& best = joints[own];
-      const SurfacePoint at = tree_.closest(
+      const ClosestPoint at = tree_.closest(
           surface_.points[p], [&](std::uint32_t t) { return surface_.flat[t] == 0; }, no_index,
           best.at.squared_distance);
       if (at.squared_distance < best.at.squared_distance) best = {p, at};

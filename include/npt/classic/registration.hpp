@@ -131,14 +131,14 @@ class RegistrationTarget {
 
   /// The closest point with a normal on `normal`'s side; nothing where there is none or it lies on an open border.
   std::optional<Vec3d> closest(Vec3d p, Vec3d normal) const {
-    const SurfacePoint found =
+    const ClosestPoint found =
         tree_.closest(p, [&](std::uint32_t triangle) { return dot(normals_[triangle], normal) > 0; });
     if (found.triangle == no_index || is_on_border(found)) return std::nullopt;
     return found.point;
   }
 
  private:
-  bool is_on_border(const SurfacePoint& point) const {
+  bool is_on_border(const ClosestPoint& point) const {
     std::array<std::uint32_t, 3> corners{};
     std::size_t count = 0;
     for (std::size_t i = 0; i < 3; ++i)

@@ -110,7 +110,7 @@ struct Pieces {
 
 inline Pieces pieces_of(const Surface& surface) {
   const std::size_t point_count = surface.points.size();
-  const std::vector<std::uint32_t> root = internal::piece_of_points(surface.triangles, point_count);
+  const std::vector<std::uint32_t> root = npt::internal::piece_of_points(surface.triangles, point_count);
   // Flat triangles count too, but less than one that isn't.
   std::vector<std::size_t> size(point_count);
   for (std::size_t t = 0; t < surface.triangles.size(); ++t)

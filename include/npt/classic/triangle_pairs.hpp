@@ -51,7 +51,7 @@ class Centroids {
 
   /// The triangle nearest to triangle i of `other` with a normal less than 90 degrees away from its; no_index where there is none.
   std::uint32_t nearest(const Centroids& other, std::size_t i) const {
-    const SurfacePoint found =
+    const ClosestPoint found =
         tree_.closest(other.centre_[i], [&](std::uint32_t k) { return dot(normal_[k], other.normal_[i]) > 0; });
     return found.triangle == no_index ? no_index : number_[found.triangle];
   }
