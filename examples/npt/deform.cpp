@@ -22,6 +22,7 @@
 #include <npt/mesh/validate.hpp>
 #include <npt/parallel/tbb_executor.hpp>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstddef>
@@ -35,7 +36,7 @@
 #include <utility>
 #include <vector>
 
-namespace {
+namespace deform_command {
 
 namespace fs = std::filesystem;
 using program::TransferJob;
@@ -46,7 +47,7 @@ struct Options {
   std::vector<std::size_t> control_points;
   bool align = false, open_seams = false, protocol = false, json = false;
   std::string shapes = "normal", third = "rest";
-  std::size_t worst = 0;
+  std::size_t first = 0, worst = 0;
   int threads = 0;
 };
 
@@ -236,9 +237,11 @@ void run_protocol(const Options& o) {
     std::vector<npt::BodyPair> pairs;
     std::uint64_t seed;
   };
-  const std::array<Set, 2> sets{
+  std::array<Set, 2> sets{
       Set{"seen poses", npt::seen_pose_pairs(body.shape_count(), distribution), npt::protocol::seen_pair_seed},
       Set{"unseen poses", npt::unseen_pose_pairs(body.shape_count(), distribution), npt::protocol::unseen_pair_seed}};
+  if (o.first > 0)
+    for (Set& set : sets) set.pairs.resize(std::min(set.pairs.size(), o.first));
   const std::vector<std::size_t> counts = o.control_points.empty() ? std::vector<std::size_t>{5, 13} : o.control_points;
   const npt::TbbExecutor executor(o.threads);
   program::catch_interrupts();
@@ -321,6 +324,9 @@ void add(CLI::App& command) {
       ->check(CLI::IsMember({"normal", "uniform"}))
       ->capture_default_str()
       ->needs(protocol);
+  command.add_option("--first", o->first, "The first so many pairs of each set of the protocol only")
+      ->check(CLI::Range(1, 72))
+      ->needs(protocol);
   command.add_option("--worst", o->worst, "Also list the protocol's so many worst pairs")
       ->check(CLI::Range(0, 1000000))
       ->needs(protocol);
@@ -336,4 +342,4 @@ void add(CLI::App& command) {
 const program::Subcommand registered("deform",
                                      "Give a target the poses of a source, by markers and deformation gradients", add);
 
-}  // namespace
+}  // namespace deform_command

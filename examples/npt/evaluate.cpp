@@ -35,7 +35,7 @@
 #include <utility>
 #include <vector>
 
-namespace {
+namespace evaluate_command {
 
 namespace fs = std::filesystem;
 
@@ -43,7 +43,7 @@ struct Options {
   program::TransferOptions transfer;
   std::optional<fs::path> body, list, family;
   bool protocol = false, json = false;
-  std::size_t pairs = 0, worst = 0;
+  std::size_t pairs = 0, first = 0, worst = 0;
   std::string shapes = "normal", held_out;
   std::optional<std::string> normalise;
   double noise = 0;
@@ -87,7 +87,10 @@ Data load_data(const Options& o) {
   } else {
     data = body_data(o);
   }
-  for (npt::EvaluationSet& set : data.sets) set = npt::with_noise(std::move(set), o.noise, o.transfer.seed);
+  for (npt::EvaluationSet& set : data.sets) {
+    set = npt::with_noise(std::move(set), o.noise, o.transfer.seed);
+    if (o.first > 0) set.count = std::min(set.count, o.first);
+  }
   return data;
 }
 
@@ -259,6 +262,7 @@ void add(CLI::App& command) {
                      "Labels of --family to evaluate on, or their parts before '_': \"Walk,Death\"");
   command.add_option("--noise", o->noise, "Standard deviation of noise on the pose mesh's coordinates, in metres")
       ->capture_default_str();
+  command.add_option("--first", o->first, "The first so many pairs of each set only")->check(CLI::Range(1, 1000000));
   command.add_option("--worst", o->worst, "Also list the so many worst pairs")->check(CLI::Range(0, 1000000));
   CLI::Option* sequences =
       command.add_option("--sequences", o->sequences, "So many movements of the body instead: errors and jitter")
@@ -268,6 +272,7 @@ void add(CLI::App& command) {
           ->excludes(list)
           ->excludes("--family")
           ->excludes("--noise")
+          ->excludes("--first")
           ->excludes("--worst");
   command.add_option("--frames", o->frames, "Of each sequence")
       ->check(CLI::Range(3, 100000))
@@ -304,4 +309,4 @@ void add(CLI::App& command) {
 
 const program::Subcommand registered("evaluate", "Measure a network's results against the truth", add);
 
-}  // namespace
+}  // namespace evaluate_command

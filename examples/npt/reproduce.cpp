@@ -1,4 +1,4 @@
-/// npt reproduce: the paper's tables by one command. Networks are trained equally long on equal data, every system is
+/// npt reproduce: the paper's tables and figures by one command. Networks are trained equally long on equal data, every system is
 /// measured on the same 72 + 72 pairs, and what is written says how it was made. It runs the program's other commands; a folder that was
 /// begun is gone on with.
 #include "arguments.hpp"
@@ -9,6 +9,8 @@
 #include "subcommand.hpp"
 
 #include <reproduce/child.hpp>
+#include <reproduce/figure_meshes.hpp>
+#include <reproduce/figures.hpp>
 #include <reproduce/systems.hpp>
 
 #include <npt/core/error.hpp>
@@ -19,6 +21,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
+#include <initializer_list>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -27,7 +30,7 @@
 #include <utility>
 #include <vector>
 
-namespace {
+namespace reproduce_command {
 
 namespace fs = std::filesystem;
 using program::Report;
@@ -36,15 +39,19 @@ using reproduce::Measured;
 using reproduce::System;
 
 struct Options {
-  std::vector<int> tables;
+  std::vector<std::string> table_texts, figure_texts;  ///< as given: "6..9"
+  std::vector<int> tables, figures;
   double budget = 60;
   fs::path out;
   std::string body = "mannequin", precision = "fp32";
   int bottleneck = 128, threads = 0;
+  std::size_t first = 0;  ///< of each set's pairs; 0: all
+  reproduce::FigureSources sources;
   std::vector<std::string> weights;  ///< SYSTEM=FILE
 };
 
-/// The part of the budget in which networks are trained and baselines run; the rest is for measuring the networks.
+/// The part of the budget in which baselines run and networks are trained; the rest is for measuring the networks and for
+/// figures, all of which together took two minutes of two cores.
 constexpr double share_of_training = 0.9;
 
 class Reproduction {
@@ -52,6 +59,49 @@ class Reproduction {
   explicit Reproduction(Options options) : options_(std::move(options)), start_(std::chrono::steady_clock::now()) {
     for (const int number : options_.tables)
       for (const reproduce::Row& row : reproduce::table_of(number).rows) need(row.system);
+    options_.sources.body = options_.body;
+    for (const int number : options_.figures) {
+      const reproduce::Figure& figure = reproduce::figure_of(number);
+      if (reproduce::left_out_because(number, options_.sources).empty())
+        for (const std::string& system : figure.systems) need(system);
+    }
+    take_weights();
+    if (options_.body != "mannequin" && !fs::is_regular_file(options_.body))
+      throw npt::Error({.file = options_.body, .found = "no such file", .expected = "a body model, or mannequin"});
+    for (const char* folder : {"weights", "results"}) fs::create_directories(options_.out / folder);
+    plan();
+    if (options_.figures.empty()) return;
+    // Now, so that a mesh that can't be read is known before hours of training.
+    for (const System& system : reproduce::systems())
+      if (needed(system) && system.kind == Kind::network) options_.sources.weights[system.id] = weights_of(system);
+    store_.emplace(options_.sources, options_.out / "meshes", run_silently());
+    if (needed(reproduce::system_of("quadruped"))) (void)reproduce::held_out_labels(options_.sources.family);
+  }
+
+  void run() {
+    program::catch_interrupts();
+    // What needs no training comes first: the networks share what it leaves of the budget.
+    for (const System& system : reproduce::systems())
+      if (needed(system) && system.kind != Kind::network && measures(system)) measure(system);
+    const double measured = elapsed();
+    train();
+    const double trained = elapsed();
+    for (const System& system : reproduce::systems())
+      if (needed(system) && system.kind == Kind::network && measures(system)) measure(system);
+    write_tables();
+    const std::size_t failures = draw_figures();
+    std::printf("%s in %s: baselines %s, training %s, the rest %s\n", options_.out.string().c_str(),
+                program::duration_text(elapsed()).c_str(), program::duration_text(measured).c_str(),
+                program::duration_text(trained - measured).c_str(),
+                program::duration_text(elapsed() - trained).c_str());
+    std::fflush(stdout);
+    if (failures > 0)
+      throw npt::Error({.file = std::to_string(failures) + " of " + std::to_string(options_.figures.size()) +
+                                " figures could not be drawn"});
+  }
+
+ private:
+  void take_weights() {
     for (const std::string& given : options_.weights) {
       const std::size_t equals = given.find('=');
       if (equals == std::string::npos)
@@ -64,23 +114,8 @@ class Reproduction {
       if (!fs::exists(file)) throw npt::Error({.file = file.string(), .found = "no such file", .expected = "weights"});
       given_[system.id] = fs::absolute(file);
     }
-    for (const char* folder : {"weights", "results"}) fs::create_directories(options_.out / folder);
-    plan();
   }
 
-  void run() {
-    program::catch_interrupts();
-    // What needs no training comes first: the networks share what it leaves of the budget.
-    for (const System& system : reproduce::systems())
-      if (needed(system) && system.kind != Kind::network && measures(system)) measure(system);
-    train();
-    for (const System& system : reproduce::systems())
-      if (needed(system) && system.kind == Kind::network && measures(system)) measure(system);
-    write_tables();
-    std::printf("%s in %s\n", options_.out.string().c_str(), program::duration_text(elapsed()).c_str());
-  }
-
- private:
   double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
 
   void need(const std::string& id) {
@@ -106,10 +141,45 @@ class Reproduction {
            !fs::exists(trained_mark(system));
   }
 
+  std::size_t draw_figures() {
+    std::size_t failures = 0;
+    const auto shows = [this](std::initializer_list<int> numbers) {
+      return std::ranges::any_of(options_.figures,
+                                 [&](int f) { return std::ranges::find(numbers, f) != numbers.end(); });
+    };
+    if (options_.body == "mannequin" && ((options_.sources.identities.empty() && shows({10, 17, 18})) ||
+                                         (options_.sources.poses.empty() && shows({11, 18}))))
+      std::cerr
+          << "npt: note: figures 10, 11, 17 and 18 show the mannequin, on which the networks were trained, where no "
+             "--foreign-identities or --foreign-poses are given\n";
+    for (const int number : options_.figures) {
+      const std::string why = reproduce::left_out_because(number, options_.sources);
+      if (!why.empty()) {
+        std::cerr << "npt: note: figure " << number << " is left out: " << why << '\n';
+        continue;
+      }
+      try {
+        const auto outcome = reproduce::draw_figure(number, *store_, options_.out / "figures", run_silently());
+        std::printf("figure %d, %s: %s\n", number, reproduce::figure_of(number).title.c_str(),
+                    outcome == reproduce::Outcome::kept ? "there" : "drawn");
+        std::fflush(stdout);
+      } catch (const npt::Error& error) {
+        // The others can be drawn all the same.
+        std::cerr << "npt: error: " << error.what() << '\n';
+        ++failures;
+      }
+    }
+    return failures;
+  }
+
   /// What a folder was begun with, so that its parts belong together.
   void plan() const {
     const fs::path path = options_.out / "plan.json";
-    const Report plan{{"body", options_.body}, {"bottleneck", options_.bottleneck}, {"precision", options_.precision}};
+    const bool built_in = options_.body == "mannequin";
+    const Report plan{{"body", built_in ? options_.body : program::resolved(options_.body).string()},
+                      {"bottleneck", options_.bottleneck},
+                      {"precision", options_.precision},
+                      {"first", options_.first}};
     if (!fs::exists(path)) {
       npt::write_file(path, plan.dump(2) + "\n");
       return;
@@ -122,29 +192,38 @@ class Reproduction {
   }
 
   std::string run_child(std::vector<std::string> arguments) const {
-    if (options_.threads > 0) arguments.insert(arguments.end(), {"--threads", std::to_string(options_.threads)});
-    std::printf("%s\n", reproduce::command_line(arguments).c_str());
-    std::fflush(stdout);
+    const bool takes_threads = arguments.front() != "render";
+    if (options_.threads > 0 && takes_threads)
+      arguments.insert(arguments.end(), {"--threads", std::to_string(options_.threads)});
     reproduce::ChildResult result = reproduce::run_child(arguments);
     if (result.interrupted) throw program::Interrupted();
     program::stop_if_interrupted();
     return std::move(result.output);
   }
+  std::string run_loudly(const std::vector<std::string>& arguments) const {
+    std::printf("%s\n", reproduce::command_line(arguments).c_str());
+    std::fflush(stdout);
+    return run_child(arguments);
+  }
+  /// For what is many and short; what a figure was drawn by stands beside it.
+  reproduce::RunCommand run_silently() const {
+    return [this](const std::vector<std::string>& arguments) { (void)run_child(arguments); };
+  }
 
   std::vector<std::string> training_arguments(const System& system, double minutes) const {
     char length[32];
     std::snprintf(length, sizeof length, "%.3f", minutes);
-    std::vector<std::string> arguments{"train",        "--body",
-                                       options_.body,  "--protocol",
-                                       "--bottleneck", std::to_string(options_.bottleneck),
-                                       "--precision",  options_.precision,
-                                       "--minutes",    length,
-                                       "--stage",      "0:24x240",
-                                       "--stage",      "0.6:12x600",
-                                       "--stage",      "0.9:2xall",
-                                       "--domain",     system.id,
-                                       "--out",        weights_of(system).string()};
-    arguments.insert(arguments.end(), system.arguments.begin(), system.arguments.end());
+    std::vector<std::string> arguments{"train"};
+    const auto add = [&arguments](const std::vector<std::string>& more) {
+      arguments.insert(arguments.end(), more.begin(), more.end());
+    };
+    if (system.id == "quadruped")
+      add(reproduce::family_training_arguments(options_.sources.family));
+    else
+      add({"--body", options_.body, "--protocol", "--stage", "0:24x240", "--stage", "0.6:12x600"});
+    add({"--stage", "0.9:2xall", "--bottleneck", std::to_string(options_.bottleneck), "--precision", options_.precision,
+         "--minutes", length, "--domain", system.id, "--out", weights_of(system).string()});
+    add(system.arguments);
     return arguments;
   }
 
@@ -164,27 +243,41 @@ class Reproduction {
       std::vector<std::string> arguments = training_arguments(*system, minutes);
       const fs::path checkpoint = options_.out / "weights" / (system->id + ".checkpoint.safetensors");
       if (fs::exists(checkpoint)) arguments = {"train", "--resume", "--out", weights_of(*system).string()};
-      std::cout << run_child(arguments);
+      std::cout << run_loudly(arguments) << std::flush;
       npt::write_file(trained_mark(*system), reproduce::command_line(training_arguments(*system, minutes)) + "\n");
     }
   }
 
+  std::vector<std::string> measuring_arguments(const System& system) const {
+    std::vector<std::string> arguments;
+    if (system.kind == Kind::network) arguments = {"evaluate", "--weights", weights_of(system).string()};
+    if (system.kind == Kind::deformation) arguments = {"deform"};
+    if (system.kind == Kind::skeleton) arguments = {"skeleton"};
+    if (system.kind != Kind::network)
+      arguments.insert(arguments.end(), system.arguments.begin(), system.arguments.end());
+    if (options_.body != "mannequin") arguments.insert(arguments.end(), {"--body", options_.body});
+    arguments.insert(arguments.end(), {"--protocol", "--json"});
+    if (options_.first > 0) arguments.insert(arguments.end(), {"--first", std::to_string(options_.first)});
+    return arguments;
+  }
+
   void measure(const System& system) {
     const fs::path file = result_of(system);
+    const std::vector<std::string> arguments = measuring_arguments(system);
+    const std::string command = reproduce::command_line(arguments),
+                      hash = system.kind == Kind::network ? reproduce::content_hash(weights_of(system)) : std::string();
     Report report;
     if (fs::exists(file)) report = Report::parse(npt::read_file(file), nullptr, false);
-    if (report.is_null() || report.is_discarded()) {
-      std::vector<std::string> arguments;
-      if (system.kind == Kind::network) arguments = {"evaluate", "--weights", weights_of(system).string()};
-      if (system.kind == Kind::deformation) arguments = {"deform"};
-      if (system.kind == Kind::skeleton) arguments = {"skeleton"};
-      if (system.kind != Kind::network)
-        arguments.insert(arguments.end(), system.arguments.begin(), system.arguments.end());
-      if (options_.body != "mannequin") arguments.insert(arguments.end(), {"--body", options_.body});
-      arguments.insert(arguments.end(), {"--protocol", "--json"});
-      report = Report::parse(run_child(arguments), nullptr, false);
-      report["command"] = reproduce::command_line(arguments);
-      npt::write_file(file, report.dump(2) + "\n");
+    const auto says = [&report](const char* key, const std::string& value) {
+      return report.contains(key) && report[key] == value;
+    };
+    if (!report.is_object() || !says("command", command) || !says("weights_hash", hash)) {
+      report = Report::parse(run_loudly(arguments), nullptr, false);
+      if (report.is_object()) {
+        report["command"] = command;
+        report["weights_hash"] = hash;
+        npt::write_file(file, report.dump(2) + "\n");
+      }
     }
     const auto wrong = [&] {
       throw npt::Error(
@@ -214,6 +307,7 @@ class Reproduction {
                         {"unseen_pmd", ours->unseen},
                         {"paper_seen", 1e-4 * row.paper_seen},
                         {"paper_unseen", 1e-4 * row.paper_unseen},
+                        {"seconds", ours->seconds},
                         {"command", ours->how}});
       }
     npt::write_file(options_.out / "tables.json", list.dump(2) + "\n");
@@ -227,38 +321,57 @@ class Reproduction {
   std::vector<std::string> needed_;
   std::map<std::string, fs::path> given_;
   reproduce::Results results_;
+  std::optional<reproduce::MeshStore> store_;  ///< if there are figures
 };
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  command.add_option("--table", o->tables, "1, 2 and 7; without: all of them")
-      ->check(CLI::IsMember({1, 2, 7}))
+  command.add_option("--table", o->table_texts, "1, 2, 7; without --table and --figure: all tables and figures")
       ->delimiter(',');
+  command.add_option("--figure", o->figure_texts, "6 to 20, also ranges: 6..9,12")->delimiter(',');
   command.add_option("--budget", o->budget, "Minutes for everything; the networks share what the others leave")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command.add_option("-o,--out", o->out, "Folder for tables, results, weights; one that was begun is gone on with")
+  command.add_option("-o,--out", o->out, "Folder for tables, figures, weights; one that was begun is gone on with")
       ->required();
   command.add_option("--body", o->body, "Body model (.safetensors) or mannequin")->capture_default_str();
   command.add_option("--bottleneck", o->bottleneck, "Of the networks: 1024, 512, 256, 128 or 64")
       ->check(CLI::IsMember({1024, 512, 256, 128, 64}))
       ->capture_default_str();
   program::add_precision_option(command, o->precision);
-  command.add_option("--weights", o->weights,
-                     "SYSTEM=FILE: trained weights of full, without-edge, without-spadain, concat1 or compact");
+  command.add_option(
+      "--weights", o->weights,
+      "SYSTEM=FILE: trained weights of full, without-edge, without-spadain, concat1, compact or quadruped");
+  command.add_option(
+      "--foreign-identities", o->sources.identities,
+      "Meshes for figures 10, 17 and 18 that the body model didn't make, in metres; without: the mannequin's");
+  command.add_option("--foreign-poses", o->sources.poses, "The same for figures 11 and 18");
+  command.add_option("--family", o->sources.family, "Folder of species with labelled poses, for figure 14");
+  command.add_option("--panel-height", o->sources.panel_height, "Of figures, in pixels")
+      ->check(CLI::Range(32, 1000))
+      ->capture_default_str();
+  command.add_option("--first", o->first, "Measure on the first so many pairs of each set only")
+      ->check(CLI::Range(1, 72));
   command.add_option("--threads", o->threads, "Threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   command.footer(
-      "Writes tables.md and tables.json, results/*.json (errors of each system with the command that "
-      "measured\nthem), weights/*.safetensors with their logs. A folder keeps its body, bottleneck and minutes of "
-      "training.");
+      "Writes tables.md and tables.json, figures/*.png with the commands that drew them, results/*.json (errors of "
+      "each\n"
+      "system with the command that measured them), weights/*.safetensors with their logs, and meshes/. A folder keeps "
+      "its\n"
+      "body, bottleneck, pairs and minutes of training.");
   command.callback([o] {
-    if (o->tables.empty()) o->tables = {1, 2, 7};
+    o->tables = reproduce::parse_numbers(o->table_texts, "--table");
+    o->figures = reproduce::parse_numbers(o->figure_texts, "--figure");
+    if (o->tables.empty() && o->figures.empty()) {
+      for (const reproduce::Table& table : reproduce::tables()) o->tables.push_back(table.number);
+      for (const reproduce::Figure& figure : reproduce::figures()) o->figures.push_back(figure.number);
+    }
     Reproduction(*o).run();
   });
 }
 
-const program::Subcommand registered("reproduce", "Make the paper's tables", add);
+const program::Subcommand registered("reproduce", "Make the paper's tables and figures", add);
 
-}  // namespace
+}  // namespace reproduce_command

@@ -18,6 +18,7 @@
 #include <npt/mesh/validate.hpp>
 #include <npt/parallel/tbb_executor.hpp>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstddef>
@@ -31,7 +32,7 @@
 #include <utility>
 #include <vector>
 
-namespace {
+namespace skeleton_command {
 
 namespace fs = std::filesystem;
 using program::TransferJob;
@@ -41,7 +42,7 @@ struct Options {
   std::optional<std::string> format;
   std::string shapes = "normal";
   bool protocol = false, json = false;
-  std::size_t worst = 0;
+  std::size_t first = 0, worst = 0;
   int threads = 0;
 };
 
@@ -201,7 +202,9 @@ class Skeleton {
 void run_protocol(const Options& o) {
   const std::shared_ptr<const npt::BodyModel> body = body_of(o);
   const auto distribution = o.shapes == "uniform" ? npt::ShapeDistribution::uniform : npt::ShapeDistribution::normal;
-  const std::vector<npt::EvaluationSet> sets = npt::protocol_sets(body, distribution);
+  std::vector<npt::EvaluationSet> sets = npt::protocol_sets(body, distribution);
+  if (o.first > 0)
+    for (npt::EvaluationSet& set : sets) set.count = std::min(set.count, o.first);
   const auto fitter = std::make_shared<const npt::BodyFitter>(body);
   const npt::TbbExecutor executor(o.threads);
   program::catch_interrupts();
@@ -257,6 +260,9 @@ void add(CLI::App& command) {
       ->check(CLI::IsMember({"normal", "uniform"}))
       ->capture_default_str()
       ->needs(protocol);
+  command.add_option("--first", o->first, "The first so many pairs of each set of the protocol only")
+      ->check(CLI::Range(1, 72))
+      ->needs(protocol);
   command.add_option("--worst", o->worst, "Also list the protocol's so many worst pairs")
       ->check(CLI::Range(0, 1000000))
       ->needs(protocol);
@@ -271,4 +277,4 @@ void add(CLI::App& command) {
 const program::Subcommand registered("skeleton", "Give a mesh the joint angles of another, through a fitted body model",
                                      add);
 
-}  // namespace
+}  // namespace skeleton_command

@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-TEST_CASE("every row of a table is a system, and every system stands in a table") {
+TEST_CASE("every row of a table is a system, and every system but the animals' stands in a table") {
   std::set<std::string> used;
   for (const reproduce::Table& table : reproduce::tables())
     for (const reproduce::Row& row : table.rows) {
@@ -15,7 +15,8 @@ TEST_CASE("every row of a table is a system, and every system stands in a table"
       CHECK(row.paper_unseen > 0);
       used.insert(row.system);
     }
-  CHECK(used.size() == reproduce::systems().size());
+  CHECK_FALSE(used.contains("quadruped"));
+  CHECK(used.size() + 1 == reproduce::systems().size());
 }
 
 TEST_CASE("unknown systems and tables are errors") {

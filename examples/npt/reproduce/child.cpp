@@ -11,10 +11,21 @@
 
 namespace reproduce {
 
+namespace {
+
+/// As a shell takes it for one word.
+std::string quoted(const std::string& word) {
+  if (!word.empty() && word.find_first_of(" \n\\'\"$&|;()<>*?#") == std::string::npos) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
+  return text + "'";
+}
+
+}  // namespace
+
 std::string command_line(const std::vector<std::string>& arguments) {
   std::string text = "npt";
-  for (const std::string& a : arguments)
-    text += ' ' + (a.empty() || a.find_first_of(" '\"$&|;()<>*?") != std::string::npos ? "'" + a + "'" : a);
+  for (const std::string& a : arguments) text += ' ' + quoted(a);
   return text;
 }
 

@@ -16,7 +16,8 @@ const std::vector<System>& systems() {
       {"without-edge", "w/o edge regularisation", Kind::network, {"--feature", "per-vertex"}},
       {"without-spadain", "w/o SPAdaIN", Kind::network, {"--net", "without-spadain", "--edge-loss", "length"}},
       {"concat1", "concat1", Kind::network, {"--net", "concat1", "--edge-loss", "length"}},
-      {"compact", "compact pose feature", Kind::network, {"--feature", "pooled", "--edge-loss", "length"}}};
+      {"compact", "compact pose feature", Kind::network, {"--feature", "pooled", "--edge-loss", "length"}},
+      {"quadruped", "compact pose feature, animals", Kind::network, {"--feature", "pooled"}}};
   return list;
 }
 

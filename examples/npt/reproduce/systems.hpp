@@ -10,13 +10,13 @@ namespace reproduce {
 enum class Kind { network, deformation, skeleton };
 
 struct System {
-  std::string id;     ///< names files: "without-spadain"
-  std::string name;   ///< in tables
+  std::string id;    ///< names files: "without-spadain"
+  std::string name;  ///< in tables
   Kind kind = Kind::network;
   std::vector<std::string> arguments;  ///< of `npt train` for networks, of `npt deform` for deformation transfer
 };
 
-/// All of them; networks in the order in which they are trained.
+/// All of them; networks in the order in which they are trained. The last, of animals, stands in no table.
 const std::vector<System>& systems();
 /// Errors  npt::Error for an id that none has
 const System& system_of(const std::string& id);
