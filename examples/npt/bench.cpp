@@ -26,7 +26,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-namespace {
+namespace bench_command {
 
 struct Options {
   int vertices = 6890, bottleneck = 1024, threads = 0, batch = 1, repeats = 9;
@@ -286,4 +286,4 @@ void add(CLI::App& command) {
 
 const program::Subcommand registered("bench", "Measure the engine beside the processor's peak", add);
 
-}  // namespace
+}  // namespace bench_command

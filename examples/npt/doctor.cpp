@@ -25,7 +25,7 @@
 #include <thread>
 #include <vector>
 
-namespace {
+namespace doctor_command {
 
 using program::Report;
 
@@ -213,4 +213,4 @@ void add(CLI::App& command) {
 
 const program::Subcommand registered("doctor", "Look at this build and this machine, and give advice", add);
 
-}  // namespace
+}  // namespace doctor_command

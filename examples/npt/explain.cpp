@@ -7,7 +7,7 @@
 #include <memory>
 #include <optional>
 
-namespace {
+namespace explain_command {
 
 struct Options {
   program::NetworkOptions network;
@@ -29,4 +29,4 @@ void add(CLI::App& command) {
 
 const program::Subcommand registered("explain", "Show the network's layers, stages, parameters and work", add);
 
-}  // namespace
+}  // namespace explain_command

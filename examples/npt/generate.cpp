@@ -23,7 +23,7 @@
 #include <string_view>
 #include <vector>
 
-namespace {
+namespace generate_command {
 
 namespace fs = std::filesystem;
 
@@ -178,4 +178,4 @@ void add(CLI::App& command) {
 
 const program::Subcommand registered("generate", "Make meshes of a body in random or given shapes and poses", add);
 
-}  // namespace
+}  // namespace generate_command

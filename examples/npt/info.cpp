@@ -25,7 +25,7 @@
 #include <system_error>
 #include <vector>
 
-namespace {
+namespace info_command {
 
 namespace fs = std::filesystem;
 using program::Report;
@@ -259,4 +259,4 @@ void add(CLI::App& command) {
 
 const program::Subcommand registered("info", "Say what a mesh, a file of weights or a body file holds", add);
 
-}  // namespace
+}  // namespace info_command

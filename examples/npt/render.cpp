@@ -22,7 +22,7 @@
 #include <string_view>
 #include <vector>
 
-namespace {
+namespace render_command {
 
 namespace fs = std::filesystem;
 
@@ -307,4 +307,4 @@ void add(CLI::App& command) {
 
 const program::Subcommand registered("render", "Draw meshes into a PNG", add);
 
-}  // namespace
+}  // namespace render_command

@@ -31,7 +31,7 @@
 #include <utility>
 #include <vector>
 
-namespace {
+namespace train_command {
 
 namespace fs = std::filesystem;
 using program::TrainingArguments;
@@ -383,4 +383,4 @@ void add(CLI::App& command) {
 
 const program::Subcommand registered("train", "Train a network on body models or families of meshes", add);
 
-}  // namespace
+}  // namespace train_command

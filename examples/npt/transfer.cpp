@@ -24,7 +24,7 @@
 #include <utility>
 #include <vector>
 
-namespace {
+namespace transfer_command {
 
 namespace fs = std::filesystem;
 using program::TransferJob;
@@ -219,4 +219,4 @@ void add(CLI::App& command) {
 
 const program::Subcommand registered("transfer", "Give one mesh the pose of another", add);
 
-}  // namespace
+}  // namespace transfer_command

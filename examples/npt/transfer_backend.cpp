@@ -28,14 +28,15 @@ class EngineBackend : public TransferBackend {
                 npt::Normalisation normalisation, double refine_radius, std::string notice)
       : network_(network),
         engine_(std::move(engine)),
-        options_{.normalisation = normalisation,
-                 .resample = options.resample,
-                 .seed = options.seed,
-                 // A network that pairs vertices has learnt with random pairs. Meshes of one origin are often numbered alike, and
-                 // paired by number they come out torn.
-                 .invariant = options.invariant || network.program->paired,
-                 .pairings = options.pairings,
-                 .mirror = options.mirror},
+        options_{
+            .normalisation = normalisation,
+            .resample = options.resample,
+            .seed = options.seed,
+            // A network that pairs vertices has learnt with random pairs. Meshes of one origin are often numbered alike, and
+            // paired by number they come out torn.
+            .invariant = options.invariant || network.program->paired,
+            .pairings = options.pairings,
+            .mirror = options.mirror},
         refine_(options.refine),
         sequence_(options.sequence),
         refine_radius_(refine_radius),
@@ -157,15 +158,15 @@ std::string chosen(const npt::SafetensorsFile& file, const std::string& key, con
 }
 
 const Network& network_of(const npt::SafetensorsFile& file, const NetworkOptions& options) {
-  Variant variant{bottleneck_of(file), chosen(file, "order", options.order),
-                  chosen(file, "feature", options.feature)};
+  Variant variant{bottleneck_of(file), chosen(file, "order", options.order), chosen(file, "feature", options.feature)};
   if (const std::string* net = file.find_metadata("net")) variant.net = *net;
   if (const Network* network = find_network(variant)) return *network;
   throw npt::Error({.file = file.name(),
                     .place = "metadata",
                     .found = variant.text(),
-                    .expected = "order conv_relu or relu_conv, feature per-vertex or pooled; net, if any, without-spadain or "
-                                "concat1 with conv_relu and per-vertex"});
+                    .expected =
+                        "order conv_relu or relu_conv, feature per-vertex or pooled; net, if any, without-spadain or "
+                        "concat1 with conv_relu and per-vertex"});
 }
 
 npt::Normalisation normalisation_of(const npt::SafetensorsFile& file) {

@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <classic/shapes.hpp>
+#include <io/scratch.hpp>
 #include <npt/classic/correspondence.hpp>
 #include <npt/parallel/tbb_executor.hpp>
 
@@ -17,12 +18,17 @@ using npt::Marker;
 using npt::Mesh;
 using npt::Vec3d;
 
-constexpr std::uint32_t rings = 24, sectors = 36;
+constexpr std::uint32_t ring_count = 24, sector_count = 36;
 
 /// The ends of the four limbs and the two poles.
 std::vector<std::uint32_t> ends() {
-  const std::uint32_t middle = 1 + (rings / 2 - 1) * sectors;
-  return {0, 1 + (rings - 1) * sectors, middle, middle + sectors / 4, middle + sectors / 2, middle + 3 * sectors / 4};
+  const std::uint32_t middle = 1 + (ring_count / 2 - 1) * sector_count;
+  return {0,
+          1 + (ring_count - 1) * sector_count,
+          middle,
+          middle + sector_count / 4,
+          middle + sector_count / 2,
+          middle + 3 * sector_count / 4};
 }
 
 std::vector<Marker> markers_between(const std::vector<std::uint32_t>& source,
@@ -37,15 +43,6 @@ std::vector<std::uint32_t> at(const std::vector<std::uint32_t>& places, std::vec
   return vertices;
 }
 
-std::string complaint(auto&& f) {
-  try {
-    f();
-  } catch (const npt::Error& error) {
-    return error.what();
-  }
-  return "none";
-}
-
 double mean_distance(const std::vector<npt::Vec3f>& a, const std::vector<npt::Vec3f>& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += length(a[i].as<double>() - b[i].as<double>());
@@ -55,7 +52,7 @@ double mean_distance(const std::vector<npt::Vec3f>& a, const std::vector<npt::Ve
 }  // namespace
 
 TEST_CASE("the same body in another vertex order, place, direction and size: each triangle finds itself") {
-  const Mesh source = shapes::starfish(rings, sectors);
+  const Mesh source = shapes::starfish(ring_count, sector_count);
   const auto order = shapes::some_order(source, 3);
   Mesh target = npt::permute_vertices(source, order);
   for (npt::Vec3f& p : target.positions) p = {3 - 2 * p.y, 2 * p.x, 2 * p.z};
@@ -69,7 +66,8 @@ TEST_CASE("the same body in another vertex order, place, direction and size: eac
 }
 
 TEST_CASE("another body: the source lies on it, corresponding vertices near each other, markers on markers") {
-  const Mesh source = shapes::starfish(rings, sectors), target = shapes::starfish(rings, sectors, 0.3);
+  const Mesh source = shapes::starfish(ring_count, sector_count),
+             target = shapes::starfish(ring_count, sector_count, 0.3);
   const auto order = shapes::some_order(source, 5);
   const Mesh shuffled = npt::permute_vertices(target, order);
   const auto markers = markers_between(ends(), at(npt::inverse_order(order), ends()));
@@ -103,7 +101,7 @@ TEST_CASE("another body: the source lies on it, corresponding vertices near each
 }
 
 TEST_CASE("bodies of different resolution") {
-  const Mesh source = shapes::starfish(16, 24), target = shapes::starfish(rings, sectors, 0.2);
+  const Mesh source = shapes::starfish(16, 24), target = shapes::starfish(ring_count, sector_count, 0.2);
   const std::uint32_t middle = 1 + 7 * 24;
   const std::vector<std::uint32_t> own{0, 1 + 15 * 24, middle, middle + 6, middle + 12, middle + 18};
   const npt::Correspondence found = npt::find_correspondence(source, target, markers_between(own, ends()));
@@ -135,7 +133,7 @@ TEST_CASE("bad meshes are registered, or the error says what is wrong") {
   CHECK(finite(npt::find_correspondence(source, target, std::vector<Marker>{{0, 0}})));
 
   const auto error = [&](const std::vector<Marker>& list) {
-    return complaint([&] { npt::find_correspondence(source, target, list); });
+    return scratch::error_of([&] { npt::find_correspondence(source, target, list); });
   };
   const auto count = static_cast<std::uint32_t>(source.vertex_count());
   CHECK(error({}).find("markers: found none") != std::string::npos);
@@ -144,7 +142,7 @@ TEST_CASE("bad meshes are registered, or the error says what is wrong") {
   CHECK(error({{0, count}}).find("of the target") != std::string::npos);
   CHECK(error({{count - 1, 0}}).find("in no face") != std::string::npos);
   CHECK(error({{3, 3}, {3, 4}}).find("second time") != std::string::npos);
-  CHECK(error({{3, 3}, {3, 3}, {4, 4}}) == "none");
+  CHECK(error({{3, 3}, {3, 3}, {4, 4}}) == "no error");
 }
 
 TEST_CASE("a source whose every point is a marker has nothing to solve") {
@@ -179,7 +177,7 @@ TEST_CASE("the best similarity is found again; what points leave open stays open
 
 TEST_CASE("a file of markers is read; what is none is an error with its line") {
   CHECK(npt::parse_markers("# head\n3 5\n\n  7\t9 # hand\r\n", "m") == std::vector<Marker>{{3, 5}, {7, 9}});
-  const auto error = [](const char* text) { return complaint([&] { npt::parse_markers(text, "m.txt"); }); };
+  const auto error = [](const char* text) { return scratch::error_of([&] { npt::parse_markers(text, "m.txt"); }); };
   CHECK(error("") == "m.txt: found no markers, expected lines of: source_vertex target_vertex");
   CHECK(error("1 2\n3") == "m.txt: line 2: found 1 word, expected source_vertex target_vertex");
   CHECK(error("1 2 3").find("3 words") != std::string::npos);

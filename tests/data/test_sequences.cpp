@@ -11,7 +11,7 @@
 
 namespace {
 
-std::shared_ptr<const npt::BodyModel> figure() {
+std::shared_ptr<const npt::BodyModel> walker() {
   static const auto body = std::make_shared<const npt::BodyModel>(stick_figure(2));
   return body;
 }
@@ -41,16 +41,16 @@ TEST_CASE("fewer than three frames have no jitter; frames of other counts are re
 }
 
 TEST_CASE("a sequence keeps identity, faces and orders, and goes from one pose to the next") {
-  const npt::SequenceSet set = npt::body_sequences(figure(), 2, 5, 3);
-  const auto parameters = npt::unseen_pose_pairs(figure()->shape_count());
+  const npt::SequenceSet set = npt::body_sequences(walker(), 2, 5, 3);
+  const auto parameters = npt::unseen_pose_pairs(walker()->shape_count());
   const npt::EvaluationPair first = set.pair(1, 0), last = set.pair(1, 4);
   CHECK(first.identity == last.identity);
   CHECK(first.identity_triangles == last.identity_triangles);
   CHECK(first.pose_triangles == last.pose_triangles);
-  CHECK(first.pose == npt::data::body_evaluation_pair(npt::data::PreparedBody(figure()), parameters[1], 3, 1).pose);
+  CHECK(first.pose == npt::data::body_evaluation_pair(npt::data::PreparedBody(walker()), parameters[1], 3, 1).pose);
   npt::BodyPair end = parameters[1];
   end.pose = parameters[2].pose;
-  const npt::EvaluationPair wanted = npt::data::body_evaluation_pair(npt::data::PreparedBody(figure()), end, 3, 1);
+  const npt::EvaluationPair wanted = npt::data::body_evaluation_pair(npt::data::PreparedBody(walker()), end, 3, 1);
   for (std::size_t i = 0; i < wanted.truth.size(); ++i) {
     REQUIRE(last.truth[i] == doctest::Approx(wanted.truth[i]).epsilon(1e-5));
     REQUIRE(last.pose[i] == doctest::Approx(wanted.pose[i]).epsilon(1e-5));
@@ -59,7 +59,7 @@ TEST_CASE("a sequence keeps identity, faces and orders, and goes from one pose t
 }
 
 TEST_CASE("the truth has the truth's jitter, and noise has more") {
-  const npt::SequenceSet set = npt::body_sequences(figure(), 1, 8);
+  const npt::SequenceSet set = npt::body_sequences(walker(), 1, 8);
   const auto give_centred_truth = [](const npt::EvaluationPair& pair, std::span<float> result) {
     npt::apply(npt::Frame{npt::internal::bounding_box_centre(pair.truth), 1}, pair.truth, result);
   };
@@ -82,8 +82,8 @@ TEST_CASE("the truth has the truth's jitter, and noise has more") {
 }
 
 TEST_CASE("sequences that can't be are refused") {
-  CHECK_THROWS_AS(npt::body_sequences(figure(), 0, 5), npt::Error);
-  CHECK_THROWS_AS(npt::body_sequences(figure(), 73, 5), npt::Error);
-  CHECK_THROWS_AS(npt::body_sequences(figure(), 1, 2), npt::Error);
+  CHECK_THROWS_AS(npt::body_sequences(walker(), 0, 5), npt::Error);
+  CHECK_THROWS_AS(npt::body_sequences(walker(), 73, 5), npt::Error);
+  CHECK_THROWS_AS(npt::body_sequences(walker(), 1, 2), npt::Error);
   CHECK_THROWS_AS(npt::body_sequences(nullptr, 1, 5), npt::Error);
 }

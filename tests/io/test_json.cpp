@@ -38,7 +38,7 @@ std::string events(std::string_view text) {
 /// The text between two of the given characters.
 std::string between(char quote, std::string_view text) { return std::string(1, quote).append(text).append(1, quote); }
 
-std::string quoted(std::string_view text) {
+std::string json_quoted(std::string_view text) {
   std::string out;
   return npt::internal::append_json_string(out, text) ? out : "no UTF-8" + out;
 }
@@ -67,11 +67,11 @@ TEST_CASE("JSON strings that are no UTF-8 are refused, read or written") {
   for (const char* bad : {"\xFF", "\x80", "\xC3", "\xC0\xAF", "\xE0\x80\x80", "\xED\xA0\x80", "\xF0\x8F\xBF\xBF",
                           "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xE2\x82", "\xF0\x9F\x98", "\xE2\x28\xA1"}) {
     CHECK(events(between('"', bad)) == "error at 1");
-    CHECK(quoted("abc" + std::string(bad)) == "no UTF-8");
+    CHECK(json_quoted("abc" + std::string(bad)) == "no UTF-8");
   }
   for (const char* good : {"\xC2\x80", "\xDF\xBF", "\xE0\xA0\x80", "\xED\x9F\xBF", "\xEE\x80\x80", "\xEF\xBF\xBF",
                            "\xF0\x90\x80\x80", "\xF4\x8F\xBF\xBF"})
-    CHECK(quoted(good) == between('"', good));
+    CHECK(json_quoted(good) == between('"', good));
 }
 
 TEST_CASE("what is no JSON is an error at its place") {
@@ -102,7 +102,7 @@ TEST_CASE("what is written as a JSON string is read as the same text") {
   std::string all;
   for (int c = 0; c < 0x80; ++c) all += static_cast<char>(c);
   all += "\u00e4\u20ac\U0001F600";
-  CHECK(events(quoted(all)) == between('\'', all));
-  CHECK(quoted("a\"b\\c\n\x01\x1f/") == R"("a\"b\\c\n\u0001\u001f/")");
-  CHECK(quoted("") == "\"\"");
+  CHECK(events(json_quoted(all)) == between('\'', all));
+  CHECK(json_quoted("a\"b\\c\n\x01\x1f/") == R"("a\"b\\c\n\u0001\u001f/")");
+  CHECK(json_quoted("") == "\"\"");
 }

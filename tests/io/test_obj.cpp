@@ -19,7 +19,7 @@ using Indices = std::vector<std::uint32_t>;
 
 Mesh parse(const std::string& text) { return npt::parse_obj(text, "f"); }
 
-std::string complaint(const std::string& text) {
+std::string obj_error(const std::string& text) {
   return error_of([&] { parse(text); });
 }
 
@@ -112,8 +112,8 @@ TEST_CASE("statements without a place in a mesh are passed over") {
   const Mesh mesh = parse(after_triangle("vp 0 1\nl 1 2\np 1\ncstype bezier\nmg 1 2\nlod 3\nvw 1 2 3\nf 1 2 3\n"));
   CHECK(mesh.face_count() == 1);
   CHECK(mesh.corners.size() == 3);
-  CHECK(complaint(after_triangle("l 1 4\nf 1 2 3\n")).find("vertex 4") != std::string::npos);
-  CHECK(complaint(after_triangle("p x\n")).find("'x'") != std::string::npos);
+  CHECK(obj_error(after_triangle("l 1 4\nf 1 2 3\n")).find("vertex 4") != std::string::npos);
+  CHECK(obj_error(after_triangle("p x\n")).find("'x'") != std::string::npos);
 }
 
 TEST_CASE("writing and reading gives back the same mesh and the same text") {
@@ -173,48 +173,48 @@ TEST_CASE("a tag that ends in a backslash doesn't continue") {
 }
 
 TEST_CASE("wrong numbers are errors with their line") {
-  CHECK(complaint("v 0 0 0\nv abc 0 0\n") ==
+  CHECK(obj_error("v 0 0 0\nv abc 0 0\n") ==
         "f: line 2: found 'abc', expected a finite number that fits into 32-bit floating point");
   for (const char* number : {"nan", "inf", "-inf", "1e39", "1e400", "0x10", "1,5", "1.2.3", "1e", "--1", "1d0"})
     CHECK_MESSAGE(
-        complaint(std::string("v 0 ") + number + " 0").starts_with("f: line 1: found '" + std::string(number)), number);
-  CHECK(complaint("v 0 0\n") == "f: line 1: found 2 numbers, expected 3 to 6");
-  CHECK(complaint("v\n") == "f: line 1: found 0 numbers, expected 3 to 6");
-  CHECK(complaint("v 1 2 3 4 5\n").starts_with("f: line 1: found 5 numbers"));
-  CHECK(complaint("v 1 2 3 4 5 6 7\n") == "f: line 1: found 7 numbers, expected 3 to 6");
-  CHECK(complaint("v 0 0 0\nvn 0 1\n") == "f: line 2: found 2 numbers, expected 3");
-  CHECK(complaint("v 0 0 0\nvt\n") == "f: line 2: found 0 numbers, expected 1 to 3");
-  CHECK(complaint("v 0 0 0\nvt 1 nan\n").starts_with("f: line 2: found 'nan'"));
-  CHECK(complaint("v 0 0 0 # 1\nv 0 0 # 0\n") == "f: line 2: found 2 numbers, expected 3 to 6");
-  CHECK(complaint("v 0 0 \\\n0\nv 0 0 x\n").starts_with("f: line 3: "));
-  CHECK(complaint(std::string("v 0 0 0\0", 8)).find("'0\\x00'") != std::string::npos);
+        obj_error(std::string("v 0 ") + number + " 0").starts_with("f: line 1: found '" + std::string(number)), number);
+  CHECK(obj_error("v 0 0\n") == "f: line 1: found 2 numbers, expected 3 to 6");
+  CHECK(obj_error("v\n") == "f: line 1: found 0 numbers, expected 3 to 6");
+  CHECK(obj_error("v 1 2 3 4 5\n").starts_with("f: line 1: found 5 numbers"));
+  CHECK(obj_error("v 1 2 3 4 5 6 7\n") == "f: line 1: found 7 numbers, expected 3 to 6");
+  CHECK(obj_error("v 0 0 0\nvn 0 1\n") == "f: line 2: found 2 numbers, expected 3");
+  CHECK(obj_error("v 0 0 0\nvt\n") == "f: line 2: found 0 numbers, expected 1 to 3");
+  CHECK(obj_error("v 0 0 0\nvt 1 nan\n").starts_with("f: line 2: found 'nan'"));
+  CHECK(obj_error("v 0 0 0 # 1\nv 0 0 # 0\n") == "f: line 2: found 2 numbers, expected 3 to 6");
+  CHECK(obj_error("v 0 0 \\\n0\nv 0 0 x\n").starts_with("f: line 3: "));
+  CHECK(obj_error(std::string("v 0 0 0\0", 8)).find("'0\\x00'") != std::string::npos);
 }
 
 TEST_CASE("wrong indices are errors with their line") {
-  CHECK(complaint(after_triangle("f 1 2 4\nf 1 2 99\nf 1 2 3\n")) ==
+  CHECK(obj_error(after_triangle("f 1 2 4\nf 1 2 99\nf 1 2 3\n")) ==
         "f: line 5: found vertex 99, expected at most 3, the number in the file");
-  CHECK(complaint(after_triangle("f -4 -2 -1\n")) ==
+  CHECK(obj_error(after_triangle("f -4 -2 -1\n")) ==
         "f: line 4: found vertex -4, expected at least -3, there are only so many before this line");
-  CHECK(complaint("f -1 -1 -1\n" + after_triangle("")).starts_with("f: line 1: found vertex -1"));
-  CHECK(complaint(after_triangle("f 0 1 2\n")) ==
+  CHECK(obj_error("f -1 -1 -1\n" + after_triangle("")).starts_with("f: line 1: found vertex -1"));
+  CHECK(obj_error(after_triangle("f 0 1 2\n")) ==
         "f: line 4: found '0', expected the number of a vertex, from 1, or negative to count backwards");
   for (const char* corner :
        {"99999999999", "-2147483648", "1.5", "x", "/1", "1/x", "1//x", "1/0", "1//0", "1/1/1/1", "1///"})
     CHECK_MESSAGE(
-        complaint(after_triangle(std::string("vt 0 0\nvn 0 0 1\nf 1 2 ") + corner)).starts_with("f: line 6: found '"),
+        obj_error(after_triangle(std::string("vt 0 0\nvn 0 0 1\nf 1 2 ") + corner)).starts_with("f: line 6: found '"),
         corner);
-  CHECK(complaint(after_triangle("vt 0 0\nf 1/2 2/1 3/1\n")) ==
+  CHECK(obj_error(after_triangle("vt 0 0\nf 1/2 2/1 3/1\n")) ==
         "f: line 5: found texture coordinate 2, expected at most 1, the number in the file");
-  CHECK(complaint(after_triangle("f 1//1 2//1 3//1\n")).find("normal 1, expected at most 0") != std::string::npos);
+  CHECK(obj_error(after_triangle("f 1//1 2//1 3//1\n")).find("normal 1, expected at most 0") != std::string::npos);
 }
 
 TEST_CASE("faces of fewer than three corners, and files that are no OBJ, are errors") {
-  CHECK(complaint(after_triangle("f 1 2\n")) == "f: line 4: found a face with 2 corners, expected at least 3");
-  CHECK(complaint(after_triangle("f\n")) == "f: line 4: found a face with 0 corners, expected at least 3");
-  CHECK(complaint("") == "f: found no vertices, expected v statements of an OBJ file");
-  CHECK(complaint("ply\nformat ascii 1.0\n") == "f: found no vertices, expected v statements of an OBJ file");
-  CHECK(complaint("1 2 3\n") == "f: line 1: found '1 2 3', expected an OBJ statement, such as v, vt, vn or f");
-  CHECK(complaint(std::string("\x7F"
+  CHECK(obj_error(after_triangle("f 1 2\n")) == "f: line 4: found a face with 2 corners, expected at least 3");
+  CHECK(obj_error(after_triangle("f\n")) == "f: line 4: found a face with 0 corners, expected at least 3");
+  CHECK(obj_error("") == "f: found no vertices, expected v statements of an OBJ file");
+  CHECK(obj_error("ply\nformat ascii 1.0\n") == "f: found no vertices, expected v statements of an OBJ file");
+  CHECK(obj_error("1 2 3\n") == "f: line 1: found '1 2 3', expected an OBJ statement, such as v, vt, vn or f");
+  CHECK(obj_error(std::string("\x7F"
                               "ELF\0",
                               5))
             .starts_with("f: line 1: found '\\x7fELF\\x00'"));
@@ -223,7 +223,7 @@ TEST_CASE("faces of fewer than three corners, and files that are no OBJ, are err
 TEST_CASE("numbers that tinyobjloader misreads are refused, not taken") {
   // Its powers of ten underflow: it reads 0 for 10.
   const std::string number = "0." + std::string(339, '0') + "1e341";
-  CHECK(complaint("v " + number + " 0 0\n") ==
+  CHECK(obj_error("v " + number + " 0 0\n") ==
         "f: vertex 1: found (0.000000, 0.000000, 0.000000) read by tinyobjloader, expected (10.000000, 0.000000, "
         "0.000000)");
 }
@@ -232,7 +232,7 @@ TEST_CASE("every truncation of a file gives a mesh or an error") {
   const std::string text = npt::format_obj(zoo::hard_cube(), "f");
   int meshes = 0;
   for (std::size_t size = 0; size < text.size(); ++size) {
-    const std::string message = complaint(text.substr(0, size));
+    const std::string message = obj_error(text.substr(0, size));
     CHECK((message == "no error" || message.starts_with("f: ")));
     meshes += message == "no error" ? 1 : 0;
   }

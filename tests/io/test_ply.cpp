@@ -15,7 +15,7 @@ using scratch::error_of;
 
 constexpr PlyFormat formats[] = {PlyFormat::ascii, PlyFormat::binary_little_endian, PlyFormat::binary_big_endian};
 
-std::string complaint(const std::string& text) {
+std::string ply_error(const std::string& text) {
   return error_of([&] { npt::parse_ply(text, "f"); });
 }
 
@@ -166,93 +166,93 @@ TEST_CASE("shared example meshes survive each format") {
 }
 
 TEST_CASE("wrong headers are errors with their line") {
-  CHECK(complaint("") == "f: line 1: found '', expected ply");
-  CHECK(complaint("v 0 0 0\n") == "f: line 1: found 'v 0 0 0', expected ply");
-  CHECK(complaint(std::string("\0\n", 2)) == "f: line 1: found '\\x00', expected ply");
-  CHECK(complaint("ply") == "f: line 1: found 'ply', expected ply");
-  CHECK(complaint("ply\nformat ascii 1.0\n") == "f: line 3: found the end of the file, expected end_header");
-  CHECK(complaint("ply\nend_header\n").starts_with("f: line 2: found a header without format"));
-  CHECK(complaint("ply\nformat ascii 2.0\n").starts_with("f: line 2: found 'format ascii 2.0'"));
-  CHECK(complaint("ply\nformat text 1.0\n").starts_with("f: line 2: "));
-  CHECK(complaint(header("format ascii 1.0\n")).starts_with("f: line 3: found 'format ascii 1.0'"));
-  CHECK(complaint(header("element vertex\n"))
+  CHECK(ply_error("") == "f: line 1: found '', expected ply");
+  CHECK(ply_error("v 0 0 0\n") == "f: line 1: found 'v 0 0 0', expected ply");
+  CHECK(ply_error(std::string("\0\n", 2)) == "f: line 1: found '\\x00', expected ply");
+  CHECK(ply_error("ply") == "f: line 1: found 'ply', expected ply");
+  CHECK(ply_error("ply\nformat ascii 1.0\n") == "f: line 3: found the end of the file, expected end_header");
+  CHECK(ply_error("ply\nend_header\n").starts_with("f: line 2: found a header without format"));
+  CHECK(ply_error("ply\nformat ascii 2.0\n").starts_with("f: line 2: found 'format ascii 2.0'"));
+  CHECK(ply_error("ply\nformat text 1.0\n").starts_with("f: line 2: "));
+  CHECK(ply_error(header("format ascii 1.0\n")).starts_with("f: line 3: found 'format ascii 1.0'"));
+  CHECK(ply_error(header("element vertex\n"))
             .starts_with("f: line 3: found 'element vertex', expected element NAME COUNT"));
-  CHECK(complaint(header("element vertex -3\n")).starts_with("f: line 3: "));
-  CHECK(complaint(header("element vertex 99999999999999999999\n")).starts_with("f: line 3: "));
-  CHECK(complaint(header("element vertex 1\nelement vertex 1\n"))
+  CHECK(ply_error(header("element vertex -3\n")).starts_with("f: line 3: "));
+  CHECK(ply_error(header("element vertex 99999999999999999999\n")).starts_with("f: line 3: "));
+  CHECK(ply_error(header("element vertex 1\nelement vertex 1\n"))
             .starts_with("f: line 4: found a second element 'vertex'"));
-  CHECK(complaint(header("property float x\n")).starts_with("f: line 3: "));
-  CHECK(complaint(header("element vertex 1\nproperty int64 x\n")).starts_with("f: line 4: found type 'int64'"));
-  CHECK(complaint(header("element vertex 1\nproperty float\n")).starts_with("f: line 4: "));
-  CHECK(complaint(header("element vertex 1\n" + xyz + "property int x\n")).find("a second property 'x'") !=
+  CHECK(ply_error(header("property float x\n")).starts_with("f: line 3: "));
+  CHECK(ply_error(header("element vertex 1\nproperty int64 x\n")).starts_with("f: line 4: found type 'int64'"));
+  CHECK(ply_error(header("element vertex 1\nproperty float\n")).starts_with("f: line 4: "));
+  CHECK(ply_error(header("element vertex 1\n" + xyz + "property int x\n")).find("a second property 'x'") !=
         std::string::npos);
-  CHECK(complaint(header("element vertex 1\nproperty list float int a\n")).find("a list's length") !=
+  CHECK(ply_error(header("element vertex 1\nproperty list float int a\n")).find("a list's length") !=
         std::string::npos);
-  CHECK(complaint(header("nonsense\n")).starts_with("f: line 3: found 'nonsense'"));
+  CHECK(ply_error(header("nonsense\n")).starts_with("f: line 3: found 'nonsense'"));
 }
 
 TEST_CASE("missing elements and properties are named") {
-  CHECK(complaint(header("")) == "f: header: found no vertices, expected element vertex, with a count of at least 1");
-  CHECK(complaint(header("element vertex 0\n" + xyz)).find("no vertices") != std::string::npos);
-  CHECK(complaint(header("element vertex 1\nproperty float x\nproperty float y\n") + "0 0\n")
+  CHECK(ply_error(header("")) == "f: header: found no vertices, expected element vertex, with a count of at least 1");
+  CHECK(ply_error(header("element vertex 0\n" + xyz)).find("no vertices") != std::string::npos);
+  CHECK(ply_error(header("element vertex 1\nproperty float x\nproperty float y\n") + "0 0\n")
             .find("vertices without z") != std::string::npos);
-  CHECK(complaint(header("element vertex 1\nproperty list uchar float x\nproperty float y\nproperty float z\n") +
+  CHECK(ply_error(header("element vertex 1\nproperty list uchar float x\nproperty float y\nproperty float z\n") +
                   "0 0 0\n")
             .find("vertices without x") != std::string::npos);
-  CHECK(complaint(header("element vertex 1\n" + xyz + "element face 1\nproperty int a\n") + "0 0 0\n1\n")
+  CHECK(ply_error(header("element vertex 1\n" + xyz + "element face 1\nproperty int a\n") + "0 0 0\n1\n")
             .find("faces without vertices") != std::string::npos);
-  CHECK(complaint(header("element vertex 1\n" + xyz + "element face 1\nproperty int vertex_indices\n") + "0 0 0\n1\n")
+  CHECK(ply_error(header("element vertex 1\n" + xyz + "element face 1\nproperty int vertex_indices\n") + "0 0 0\n1\n")
             .find("a list of whole numbers") != std::string::npos);
-  CHECK(complaint(header("element vertex 1\n" + xyz + "element tristrips 1\nproperty list int int vertex_indices\n") +
+  CHECK(ply_error(header("element vertex 1\n" + xyz + "element tristrips 1\nproperty list int int vertex_indices\n") +
                   "0 0 0\n3 0 0 0\n")
             .find("triangle strips") != std::string::npos);
 }
 
 TEST_CASE("wrong rows of text are errors with their line") {
-  CHECK(complaint(triangle("1", "3 0 1 2\n")) == "no error");
-  CHECK(complaint(triangle("1", "3 0 1 3\n")) == "f: line 13: found vertex 3 in face 0, expected a vertex from 0 to 2");
-  CHECK(complaint(triangle("1", "3 0 1 -1\n")) ==
+  CHECK(ply_error(triangle("1", "3 0 1 2\n")) == "no error");
+  CHECK(ply_error(triangle("1", "3 0 1 3\n")) == "f: line 13: found vertex 3 in face 0, expected a vertex from 0 to 2");
+  CHECK(ply_error(triangle("1", "3 0 1 -1\n")) ==
         "f: line 13: found vertex -1 in face 0, expected a vertex from 0 to 2");
-  CHECK(complaint(triangle("2", "3 0 1\n3 0 1 2\n")) ==
+  CHECK(ply_error(triangle("2", "3 0 1\n3 0 1 2\n")) ==
         "f: line 13: found the end of the line, expected another number, int");
-  CHECK(complaint(triangle("1", "3 0 1 2 2\n")) ==
+  CHECK(ply_error(triangle("1", "3 0 1 2 2\n")) ==
         "f: line 13: found '2' after the row's last number, expected the end of the line");
-  CHECK(complaint(triangle("1", "2 0 1\n")) == "f: line 13: found face 0 with 2 corners, expected at least 3");
-  CHECK(complaint(triangle("1", "-1 0 1 2\n")).find("'-1', expected a number of type uchar") != std::string::npos);
-  CHECK(complaint(triangle("1", "256 0 1 2\n")).find("'256', expected a number of type uchar") != std::string::npos);
-  CHECK(complaint(triangle("1", "200 0 1 2\n")).find("a list of 200 numbers") != std::string::npos);
-  CHECK(complaint(triangle("1", "3 0 1 1.5\n")).find("'1.5', expected a number of type int") != std::string::npos);
-  CHECK(complaint(triangle("1", "3 0 1 99999999999\n")).find("expected a number of type int") != std::string::npos);
-  CHECK(complaint(triangle("2", "3 0 1 2\n")).starts_with("f: line 13: found the end of the file"));
-  CHECK(complaint(triangle("1", "3 0 1 2\n3 0 1 2\n")) ==
+  CHECK(ply_error(triangle("1", "2 0 1\n")) == "f: line 13: found face 0 with 2 corners, expected at least 3");
+  CHECK(ply_error(triangle("1", "-1 0 1 2\n")).find("'-1', expected a number of type uchar") != std::string::npos);
+  CHECK(ply_error(triangle("1", "256 0 1 2\n")).find("'256', expected a number of type uchar") != std::string::npos);
+  CHECK(ply_error(triangle("1", "200 0 1 2\n")).find("a list of 200 numbers") != std::string::npos);
+  CHECK(ply_error(triangle("1", "3 0 1 1.5\n")).find("'1.5', expected a number of type int") != std::string::npos);
+  CHECK(ply_error(triangle("1", "3 0 1 99999999999\n")).find("expected a number of type int") != std::string::npos);
+  CHECK(ply_error(triangle("2", "3 0 1 2\n")).starts_with("f: line 13: found the end of the file"));
+  CHECK(ply_error(triangle("1", "3 0 1 2\n3 0 1 2\n")) ==
         "f: line 14: found '3 0 1 2' after the last element, expected the end of the file");
   const std::string one = header("element vertex 1\n" + xyz);
-  CHECK(complaint(one + "0 nan 0\n") ==
+  CHECK(ply_error(one + "0 nan 0\n") ==
         "f: line 8: found NaN, expected a finite number that fits into 32-bit floating point");
-  CHECK(complaint(one + "0 inf 0\n").find("infinity") != std::string::npos);
-  CHECK(complaint(one + "0 abc 0\n") == "f: line 8: found 'abc', expected a number of type float");
-  CHECK(complaint(one + "0 1e39 0\n") == "f: line 8: found '1e39', expected a number of type float");
-  CHECK(complaint(one + "0 1e999 0\n") == "f: line 8: found '1e999', expected a number of type float");
-  CHECK(complaint(one + "0 0,5 0\n").find("'0,5'") != std::string::npos);
+  CHECK(ply_error(one + "0 inf 0\n").find("infinity") != std::string::npos);
+  CHECK(ply_error(one + "0 abc 0\n") == "f: line 8: found 'abc', expected a number of type float");
+  CHECK(ply_error(one + "0 1e39 0\n") == "f: line 8: found '1e39', expected a number of type float");
+  CHECK(ply_error(one + "0 1e999 0\n") == "f: line 8: found '1e999', expected a number of type float");
+  CHECK(ply_error(one + "0 0,5 0\n").find("'0,5'") != std::string::npos);
 }
 
 TEST_CASE("counts that the file has no room for are errors before memory is taken") {
   for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"})
     for (const char* count : {"4000000000", "1000000000000000000"}) {
-      CHECK(complaint(header("element vertex " + std::string(count) + "\n" + xyz, format) + "0 0 0\n")
+      CHECK(ply_error(header("element vertex " + std::string(count) + "\n" + xyz, format) + "0 0 0\n")
                 .starts_with("f: header: "));
-      CHECK(complaint(header("element vertex 1\n" + xyz + "element face " + count +
+      CHECK(ply_error(header("element vertex 1\n" + xyz + "element face " + count +
                                  "\nproperty list uchar int vertex_indices\n",
                              format) +
                       std::string(24, '0'))
                 .starts_with("f: "));
-      CHECK(complaint(header("element x " + std::string(count) + "\nelement vertex 9\n" + xyz, format))
+      CHECK(ply_error(header("element x " + std::string(count) + "\nelement vertex 9\n" + xyz, format))
                 .starts_with("f: "));
     }
   // A list that announces four billion numbers.
   const std::string list = header(
       "element vertex 1\n" + xyz + "element face 1\nproperty list uint int vertex_indices\n", "binary_little_endian");
-  CHECK(complaint(list + std::string(12, '\0') + "\xFF\xFF\xFF\xFF" + std::string(12, '\0')) ==
+  CHECK(ply_error(list + std::string(12, '\0') + "\xFF\xFF\xFF\xFF" + std::string(12, '\0')) ==
         "f: byte " + std::to_string(list.size() + 12) +
             ": found a list of 4294967295 numbers, expected from 0 to 3, what the file has room for");
 }
@@ -263,11 +263,11 @@ TEST_CASE("wrong bytes are errors with their place") {
   const std::string good = begin + std::string(12, '\0') + std::string("\x03\0\0\0", 4);
   const auto at = [&](std::size_t byte) { return "f: byte " + std::to_string(begin.size() + byte) + ": "; };
   const auto with = [&](std::size_t byte, const std::string& bytes) {
-    return complaint(std::string(good).replace(begin.size() + byte, bytes.size(), bytes));
+    return ply_error(std::string(good).replace(begin.size() + byte, bytes.size(), bytes));
   };
-  CHECK(complaint(good) == "no error");
-  CHECK(complaint(good + "\n") == "no error");
-  CHECK(complaint(good + "x") == at(16) + "found 1 bytes after the last element, expected the end of the file");
+  CHECK(ply_error(good) == "no error");
+  CHECK(ply_error(good + "\n") == "no error");
+  CHECK(ply_error(good + "x") == at(16) + "found 1 bytes after the last element, expected the end of the file");
   CHECK(with(4, "\x7F\xC0").starts_with(at(4) + "found NaN"));
   CHECK(with(8, "\xFF\x80").starts_with(at(8) + "found infinity"));
   CHECK(with(12, "\xFF").starts_with(at(12) + "found a list of -1 numbers"));
@@ -282,7 +282,7 @@ TEST_CASE("every truncation is an error") {
     // Without its last line end, an ascii file is still complete; without its last digit it may be another valid file.
     const std::size_t least = format == PlyFormat::ascii ? 2 : 1;
     for (std::size_t size = 0; size + least <= whole.size(); ++size)
-      CHECK_MESSAGE(complaint(whole.substr(0, size)).starts_with("f: "), size);
+      CHECK_MESSAGE(ply_error(whole.substr(0, size)).starts_with("f: "), size);
   }
 }
 
@@ -291,11 +291,11 @@ TEST_CASE("texture coordinates that don't fit their face are errors") {
       header("element vertex 3\n" + xyz +
              "element face 1\nproperty list uchar float texcoord\nproperty list uchar int vertex_indices\n") +
       "0 0 0\n1 0 0\n0 1 0\n";
-  CHECK(complaint(begin + "6 0 0 1 0 0 1 3 0 1 2\n") == "no error");
-  CHECK(complaint(begin + "0 3 0 1 2\n") == "no error");
-  CHECK(complaint(begin + "4 0 0 1 0 3 0 1 2\n").find("4 texture coordinates in face 0, expected 6") !=
+  CHECK(ply_error(begin + "6 0 0 1 0 0 1 3 0 1 2\n") == "no error");
+  CHECK(ply_error(begin + "0 3 0 1 2\n") == "no error");
+  CHECK(ply_error(begin + "4 0 0 1 0 3 0 1 2\n").find("4 texture coordinates in face 0, expected 6") !=
         std::string::npos);
-  CHECK(complaint(begin + "6 0 0 nan 0 0 1 3 0 1 2\n").find("NaN") != std::string::npos);
+  CHECK(ply_error(begin + "6 0 0 nan 0 0 1 3 0 1 2\n").find("NaN") != std::string::npos);
 }
 
 TEST_CASE("what can't be written as PLY is refused") {

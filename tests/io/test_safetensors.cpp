@@ -41,7 +41,7 @@ std::string raw(std::initializer_list<T> values) {
   return bytes;
 }
 
-std::string complaint(const std::string& header, const std::string& data = {}) {
+std::string safetensors_error(const std::string& header, const std::string& data = {}) {
   return error_of([&] { SafetensorsFile::parse(file_of(header, data), "f"); });
 }
 
@@ -177,18 +177,21 @@ TEST_CASE("the frame of the file is checked") {
         }).ends_with("is it truncated?"));
   CHECK(
       error_of([] { SafetensorsFile::parse("PK\x03\x04 a zip file", "f"); }).ends_with("is this a safetensors file?"));
-  CHECK(complaint("") == "f: byte 8: found an empty header, expected '{'");
-  CHECK(complaint(" {}") == "f: byte 8: found ' ', expected '{'");
-  CHECK(complaint("{}   ") == "no error");
-  CHECK(complaint("{} x").starts_with("f: byte "));
-  CHECK(complaint("{").starts_with("f: byte "));
-  CHECK(complaint("{\"a\":}").starts_with("f: byte "));
-  CHECK(complaint("{\"\xFF\":1}").starts_with("f: byte "));
-  CHECK(complaint("{}", "x") == "f: byte 10: found 1 bytes that belong to no tensor, expected the end of the file");
+  CHECK(safetensors_error("") == "f: byte 8: found an empty header, expected '{'");
+  CHECK(safetensors_error(" {}") == "f: byte 8: found ' ', expected '{'");
+  CHECK(safetensors_error("{}   ") == "no error");
+  CHECK(safetensors_error("{} x").starts_with("f: byte "));
+  CHECK(safetensors_error("{").starts_with("f: byte "));
+  CHECK(safetensors_error("{\"a\":}").starts_with("f: byte "));
+  CHECK(safetensors_error("{\"\xFF\":1}").starts_with("f: byte "));
+  CHECK(safetensors_error("{}", "x") ==
+        "f: byte 10: found 1 bytes that belong to no tensor, expected the end of the file");
 }
 
 TEST_CASE("the header's structure is checked") {
-  const auto tensor = [](const std::string& inside) { return complaint("{\"t\":{" + inside + "}}", "12345678"); };
+  const auto tensor = [](const std::string& inside) {
+    return safetensors_error("{\"t\":{" + inside + "}}", "12345678");
+  };
   const std::string good = R"("dtype":"F32","shape":[2],"data_offsets":[0,8])";
   CHECK(tensor(good) == "no error");
   CHECK(tensor(R"("dtype":"F32","shape":[2])") ==
@@ -196,7 +199,7 @@ TEST_CASE("the header's structure is checked") {
   CHECK(tensor("").find("no dtype") != std::string::npos);
   CHECK(tensor(good + R"(,"x":1)").find("the entry 'x'") != std::string::npos);
   CHECK(tensor(good + R"(,"shape":[2])").find("a second entry 'shape'") != std::string::npos);
-  CHECK(complaint("{\"t\":{" + good + "},\"t\":{" + good + "}}", "12345678") ==
+  CHECK(safetensors_error("{\"t\":{" + good + "},\"t\":{" + good + "}}", "12345678") ==
         "f: header: found a second entry 't', expected each name once");
   CHECK(tensor(R"("dtype":"F33","shape":[2],"data_offsets":[0,8])").starts_with("f: tensor 't': found dtype 'F33'"));
   CHECK(tensor(R"("dtype":4)") == "f: tensor 't': found 4 for dtype, expected the name of a type");
@@ -208,28 +211,28 @@ TEST_CASE("the header's structure is checked") {
   CHECK(tensor(R"("shape":[[2]])").find("found a list in shape") != std::string::npos);
   CHECK(tensor(R"("shape":[null])").find("found null in shape") != std::string::npos);
   CHECK(tensor(R"("shape":{})").find("an object") != std::string::npos);
-  CHECK(complaint(R"({"t":1})") == "f: header: found 1 for 't', expected a tensor's description");
-  CHECK(complaint(R"({"t":[1]})").find("a list for 't'") != std::string::npos);
-  CHECK(complaint(R"({"__metadata__":{"a":1}})") == "f: __metadata__: found 1, expected a text for each name");
-  CHECK(complaint(R"({"__metadata__":{"a":{}}})").starts_with("f: __metadata__: found an object"));
-  CHECK(complaint(R"({"__metadata__":{"a":"1","a":"2"}})") ==
+  CHECK(safetensors_error(R"({"t":1})") == "f: header: found 1 for 't', expected a tensor's description");
+  CHECK(safetensors_error(R"({"t":[1]})").find("a list for 't'") != std::string::npos);
+  CHECK(safetensors_error(R"({"__metadata__":{"a":1}})") == "f: __metadata__: found 1, expected a text for each name");
+  CHECK(safetensors_error(R"({"__metadata__":{"a":{}}})").starts_with("f: __metadata__: found an object"));
+  CHECK(safetensors_error(R"({"__metadata__":{"a":"1","a":"2"}})") ==
         "f: __metadata__: found a second entry 'a', expected each name once");
-  CHECK(complaint(R"({"__metadata__":{}})") == "no error");
+  CHECK(safetensors_error(R"({"__metadata__":{}})") == "no error");
 }
 
 TEST_CASE("deep nesting is refused at its third level, however deep it goes") {
   std::string deep = "{\"t\":";
   for (int i = 0; i < 1000000; ++i) deep += '[';
-  CHECK(complaint(deep).find("a list for 't'") != std::string::npos);
+  CHECK(safetensors_error(deep).find("a list for 't'") != std::string::npos);
   deep = "{\"t\":";
   for (int i = 0; i < 100000; ++i) deep += "{\"shape\":";
-  CHECK(complaint(deep).find("an object") != std::string::npos);
+  CHECK(safetensors_error(deep).find("an object") != std::string::npos);
 }
 
 TEST_CASE("offsets and sizes must agree") {
   const auto with = [](const std::string& shape, const std::string& offsets, const std::string& dtype = "F32") {
-    return complaint("{\"t\":{\"dtype\":\"" + dtype + "\",\"shape\":" + shape + ",\"data_offsets\":" + offsets + "}}",
-                     "12345678");
+    return safetensors_error(
+        "{\"t\":{\"dtype\":\"" + dtype + "\",\"shape\":" + shape + ",\"data_offsets\":" + offsets + "}}", "12345678");
   };
   CHECK(with("[2]", "[0,8]") == "no error");
   CHECK(with("[]", "[0,8]", "F64") == "no error");
@@ -248,13 +251,13 @@ TEST_CASE("tensors lie one after another, in any order of the header") {
     const std::string begin = R"(:{"dtype":"U8","shape":[4],"data_offsets":)";
     return "{\"a\"" + begin + a + "},\"b\"" + begin + b + "}}";
   };
-  CHECK(complaint(two("[0,4]", "[4,8]"), "12345678") == "no error");
-  CHECK(complaint(two("[4,8]", "[0,4]"), "12345678") == "no error");
+  CHECK(safetensors_error(two("[0,4]", "[4,8]"), "12345678") == "no error");
+  CHECK(safetensors_error(two("[4,8]", "[0,4]"), "12345678") == "no error");
   CHECK(SafetensorsFile::parse(file_of(two("[4,8]", "[0,4]"), "12345678"), "f").tensors()[0].name == "b");
-  CHECK(complaint(two("[0,4]", "[3,7]"), "12345678") ==
+  CHECK(safetensors_error(two("[0,4]", "[3,7]"), "12345678") ==
         "f: tensor 'b': found data at 3, expected 4, where the tensor before it ends");
-  CHECK(complaint(two("[0,4]", "[5,9]"), "123456789").find("found data at 5") != std::string::npos);
-  CHECK(complaint(two("[0,4]", "[0,4]"), "1234").find("found data at 0, expected 4") != std::string::npos);
+  CHECK(safetensors_error(two("[0,4]", "[5,9]"), "123456789").find("found data at 5") != std::string::npos);
+  CHECK(safetensors_error(two("[0,4]", "[0,4]"), "1234").find("found data at 0, expected 4") != std::string::npos);
 }
 
 TEST_CASE("every truncation of a file is an error") {

@@ -27,7 +27,7 @@ double row_of(const render::Image& image, int x, render::Pixel colour) {
   return count == 0 ? -1 : sum / count;
 }
 
-const render::Colour red = render::from_hex(0xD00000);
+const render::Colour dark_red = render::from_hex(0xD00000);
 const render::Pixel red_pixel{0xD0, 0, 0, 255};
 
 }  // namespace
@@ -50,7 +50,7 @@ TEST_CASE("ticks are round numbers inside the axis") {
 }
 
 TEST_CASE("a power law is a straight line on logarithmic axes and none on linear ones") {
-  Series s{.name = "", .x = {}, .y = {}, .colour = red, .width = 3};
+  Series s{.name = "", .x = {}, .y = {}, .colour = dark_red, .width = 3};
   for (double x = 1; x < 1001; x *= 1.1) {
     s.x.push_back(x);
     s.y.push_back(40 * std::pow(x, -0.34));
@@ -73,7 +73,7 @@ TEST_CASE("a power law is a straight line on logarithmic axes and none on linear
 
 TEST_CASE("what can't be shown is left out, and a plot of nothing has axes") {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-  Series s{.name = "odd", .x = {0, 1, 2, 3, 4}, .y = {1, nan, -3, inf, 2}, .colour = red};
+  Series s{.name = "odd", .x = {0, 1, 2, 3, 4}, .y = {1, nan, -3, inf, 2}, .colour = dark_red};
   PlotOptions options{.title = "title", .x_label = "x", .y_label = "y"};
   options.log_x = options.log_y = true;
   CHECK(render::draw_plot({&s, 1}, options).height == options.height);
@@ -90,7 +90,7 @@ TEST_CASE("what can't be shown is left out, and a plot of nothing has axes") {
 }
 
 TEST_CASE("series and sizes without sense are refused") {
-  Series s{.name = "s", .x = {1, 2}, .y = {1}, .colour = red};
+  Series s{.name = "s", .x = {1, 2}, .y = {1}, .colour = dark_red};
   CHECK_THROWS_WITH(render::draw_plot({&s, 1}, {}), "plot: series s: found 1 values, expected 2, one for each place");
   PlotOptions options;
   options.width = 10;
