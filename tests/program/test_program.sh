@@ -382,6 +382,39 @@ test_deform() {
   missing c.ply
 }
 
+test_skeleton() {
+  make_meshes
+  expect 0 -- generate --out bodies --count 3 --seed 7
+  local id=bodies/body_0000.ply pose=bodies/body_0001.ply
+  # The first pose alone, and within a folder: the same file.
+  expect 0 --out "c.ply in" --out "bodies fitted to 0." -- skeleton --identity $id --pose $pose --out c.ply --fitted f.obj --render c.png
+  for file in c.ply f.obj c.png; do exists $file; done
+  expect 0 --out "vertices             6890" -- info c.ply
+  mkdir poses
+  cp $pose bodies/body_0002.ply poses
+  expect 0 --out "2 meshes in" -- skeleton --identity $id --pose poses --out results --threads 1
+  same c.ply results/body_0001.ply
+  different c.ply results/body_0002.ply
+  rm -rf c.* f.obj
+
+  expect 2 --err "--identity, --pose and --out, or --protocol" -- skeleton --identity $id
+  expect 2 --err "--protocol" -- skeleton --protocol --identity $id
+  expect 2 --err "--json" -- skeleton --identity $id --pose $pose --out c.ply --json
+  expect 1 --err "none.ply: found no such file" -- skeleton --identity none.ply --pose $pose --out c.ply
+  expect 1 --err "none.ply: found no such file" -- skeleton --identity $id --pose none.ply --out c.ply
+  expect 1 --err "none.safetensors" -- skeleton --identity $id --pose $pose --out c.ply --body none.safetensors
+  expect 1 --err "$id: found an output that is also an input" -- skeleton --identity $id --pose $pose --out $id
+  expect 1 --err "f.txt" -- skeleton --identity $id --pose $pose --out c.ply --fitted f.txt
+  printf 'v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n' > line.obj
+  expect 1 --err "line.obj: none of which has an area, expected a surface" -- skeleton --identity $id --pose line.obj --out c.ply
+  printf 'v 0 0 0\nv 100 0 0\nv 0 100 0\nf 1 2 3\n' > large.obj
+  expect 1 --err "large.obj: found a surface of 5000" -- skeleton --identity large.obj --pose $pose --out c.ply
+  # What is no body gets a result all the same, and a note.
+  expect 0 --err "the pose may be wrong" -- skeleton --identity a.obj --pose $pose --out c.obj
+  exists c.obj
+  missing c.ply
+}
+
 test_evaluate() {
   make_meshes
   # A transfer's own result as the truth: evaluation takes the way of transfer, whatever the vertex counts, to the last bit
@@ -531,6 +564,54 @@ test_train() {
   expect 0 --out "2 steps" -- train --out animals.safetensors --family family --held-out jump --bottleneck 64 --steps 2 --batch 2 \
     --vertices 30 --validation-pairs 1
   expect 0 --out "trained_on:  one, two" --out "normalisation:  sphere" -- info animals.safetensors
+}
+
+test_reproduce() {
+  expect 0 --out '"pairs":1' -- deform --protocol --first 1 --control-points 5 --json
+  # Weights of one step, so that only one network has to be trained. Drawing a mesh takes a third of a second at any size, so few are.
+  expect 0 -- train --out full.safetensors --bottleneck 64 --feature per-vertex --steps 1 --batch 1 --vertices 20 --validation-pairs 0
+  local common="--out run --bottleneck 64 --first 1 --budget 0.01 --panel-height 40"
+  expect 0 --out "npt skeleton --protocol --json --first 1" --out "| compact pose feature | " --out "| full model | " \
+    --out "figure 8, two vertex orders: drawn" --err "figure 14 is left out: it needs a family" \
+    -- reproduce --table 7 --figure 8,14 $common --weights full=full.safetensors --threads 2
+  for file in tables.md tables.json results/{skeleton,compact,full}.json weights/compact.safetensors figures/figure_08.{png,txt}; do
+    exists "run/$file"
+  done
+  missing run/figures/figure_14.png
+  missing run/weights/full.safetensors
+  # Again: nothing is trained, measured or drawn.
+  cp run/tables.md before.md
+  expect 0 --out "figure 8, two vertex orders: there" -- reproduce --table 7 --figure 8 $common --weights full=full.safetensors
+  ! grep -qE "^npt |drawn" out.txt || fail "something was made twice"
+  same run/tables.md before.md
+  # The command beside a picture draws it.
+  mv run/figures/figure_08.png before.png
+  (npt() { "$npt" "$@"; }; eval "$(cat run/figures/figure_08.txt)") > out.txt 2> err.txt || fail "the command beside figure 8 fails"
+  same run/figures/figure_08.png before.png
+  # Other weights are measured again.
+  expect 0 -- train --out other.safetensors --bottleneck 64 --feature per-vertex --steps 2 --batch 1 --vertices 20 --validation-pairs 0
+  cp other.safetensors full.safetensors
+  expect 0 --out "npt evaluate" -- reproduce --table 7 $common --weights full=full.safetensors
+  different run/tables.md before.md
+
+  expect 2 --err "--out" -- reproduce --table 1
+  expect 2 --err "--budget" -- reproduce --table 1 --out x --budget 0
+  expect 2 --err "--first" -- reproduce --table 1 --out x --first 0
+  expect 1 --err "--table: found 3, expected 1, 2 or 7" -- reproduce --table 3 --out x
+  expect 1 --err "--figure: found 21, expected 6 to 20" -- reproduce --figure 6..21 --out x
+  expect 1 --err "--figure: found 'six'" -- reproduce --figure six --out x
+  expect 1 --err "--weights: found 'full'" -- reproduce --table 1 --out x --weights full
+  expect 1 --err "system: found 'best'" -- reproduce --table 1 --out x --weights best=full.safetensors
+  expect 1 --err "none.safetensors: found no such file" -- reproduce --table 1 --out x --weights full=none.safetensors
+  expect 1 --err "none.safetensors: found no such file" -- reproduce --table 1 --out x --body none.safetensors
+  missing x
+  expect 1 --err "none.ply: found no such file" -- reproduce --figure 10 --out y --foreign-identities none.ply
+  expect 1 --err "nofamily" -- reproduce --figure 14 --out y --family nofamily
+  expect 1 --err "run/plan.json: found" --err "or another --out" -- reproduce --table 7 --out run --bottleneck 128
+  # A figure that can't be drawn is named.
+  printf 'no weights' > broken.safetensors
+  expect 1 --err "figure 8: npt transfer" --err "1 of 1 figures could not be drawn" \
+    -- reproduce --figure 8 --out run --bottleneck 64 --first 1 --weights full=broken.safetensors
 }
 
 test_bench() {
