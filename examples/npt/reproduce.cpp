@@ -66,6 +66,7 @@ class Reproduction {
         for (const std::string& system : figure.systems) need(system);
     }
     take_weights();
+    check_commands();
     if (options_.body != "mannequin" && !fs::is_regular_file(options_.body))
       throw npt::Error({.file = options_.body, .found = "no such file", .expected = "a body model, or mannequin"});
     for (const char* folder : {"weights", "results"}) fs::create_directories(options_.out / folder);
@@ -113,6 +114,18 @@ class Reproduction {
         throw npt::Error({.file = "--weights", .found = "'" + system.id + "'", .expected = "a network"});
       if (!fs::exists(file)) throw npt::Error({.file = file.string(), .found = "no such file", .expected = "weights"});
       given_[system.id] = fs::absolute(file);
+    }
+  }
+
+  /// Builds without Eigen or liblbfgs have no baselines.
+  void check_commands() const {
+    for (const System& system : reproduce::systems()) {
+      if (!needed(system) || system.kind == Kind::network) continue;
+      const std::string command = system.kind == Kind::deformation ? "deform" : "skeleton";
+      if (std::ranges::none_of(program::Subcommand::all(), [&](const auto* known) { return known->name == command; }))
+        throw npt::Error({.file = system.name,
+                          .found = "a program built without Eigen or liblbfgs, hence without npt " + command,
+                          .expected = "one with them, or other tables and figures"});
     }
   }
 

@@ -228,11 +228,12 @@ std::vector<MeshStore::FamilyFiles> MeshStore::family_pairs(std::size_t count) {
   for (std::size_t i = 0; i < std::min(count, set.count); ++i) {
     const npt::EvaluationPair pair = set.pair(i);
     const std::string row = name + "-" + std::to_string(i + 1);
-    FamilyFiles& files =
-        list.emplace_back(place(row + "-identity", {}), place(row + "-pose", {}), place(row + "-truth", {}), pair.name);
+    const FamilyFiles files{place(row + "-identity", {}), place(row + "-pose", {}), place(row + "-truth", {}),
+                            pair.name};
     npt::write_mesh(files.identity.path, mesh_of(pair.identity, pair.identity_triangles));
     npt::write_mesh(files.pose.path, mesh_of(pair.pose, pair.pose_triangles));
     npt::write_mesh(files.truth.path, mesh_of(pair.truth, pair.identity_triangles));
+    list.push_back(files);
   }
   return list;
 }
