@@ -44,7 +44,7 @@ struct Options {
   std::optional<fs::path> body, list, family;
   bool protocol = false, json = false;
   std::size_t pairs = 0, first = 0, worst = 0;
-  std::string shapes = "normal", held_out;
+  std::string shapes = "normal", poses = "paper", held_out;
   std::optional<std::string> normalise;
   double noise = 0;
   std::size_t sequences = 0, frames = 30;
@@ -71,9 +71,11 @@ Data body_data(const Options& o) {
   const std::string name = body_name(o);
   if (o.pairs == 0) return {"the paper's protocol on " + name, npt::protocol_sets(body, distribution)};
   const std::uint64_t seed = o.transfer.seed;
-  return {
-      "fresh pairs of " + name + ", seed " + std::to_string(seed),
-      {npt::body_pairs(body, npt::fresh_pairs(o.pairs, seed, body->shape_count(), distribution), "fresh pairs", seed)}};
+  const bool wide = o.poses == "wide";
+  const auto poses = wide ? npt::PoseDistribution::wide : npt::PoseDistribution::paper;
+  return {(wide ? "fresh pairs in wide poses of " : "fresh pairs of ") + name + ", seed " + std::to_string(seed),
+          {npt::body_pairs(body, npt::fresh_pairs(o.pairs, seed, body->shape_count(), distribution, poses),
+                           "fresh pairs", seed)}};
 }
 
 Data load_data(const Options& o) {
@@ -284,6 +286,11 @@ void add(CLI::App& command) {
       ->needs(sequences);
   command.add_option("--shapes", o->shapes, "Distribution of a body's shapes: normal, or uniform in [-4, 4]")
       ->check(CLI::IsMember({"normal", "uniform"}))
+      ->capture_default_str();
+  command
+      .add_option("--poses", o->poses,
+                  "Of --pairs: the paper's ranges (Table 6), or wide ones: running, sitting, reaching")
+      ->check(CLI::IsMember({"paper", "wide"}))
       ->capture_default_str();
   command.add_option("--seed", o->transfer.seed, "Of fresh pairs, noise, resampling, random weights")
       ->check(program::whole_number())

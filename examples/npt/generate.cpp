@@ -38,6 +38,8 @@ struct Options {
   bool shuffle = false, same_shape = false, same_pose = false;
 };
 
+bool is_random(const std::string& pose) { return pose == "random" || pose == "wide"; }
+
 /// Independent streams of one seed: mesh i draws its shape, pose and vertex order from streams of its own, so that it
 /// is the same mesh whatever else is made.
 enum class Draw : std::uint64_t { shape, pose, order };
@@ -57,8 +59,8 @@ class Generator {
                           std::to_string(given_shape_.size()) + " numbers",
                           "random, zero, or at most " + std::to_string(body_.shape_count()) + " numbers"});
     }
-    if (options_.pose != "random" && options_.pose != "rest") read_pose();
-    if (options_.pose == "random" && body_.joint_count() != npt::smpl_joint_count)
+    if (!is_random(options_.pose) && options_.pose != "rest") read_pose();
+    if (is_random(options_.pose) && body_.joint_count() != npt::smpl_joint_count)
       throw npt::Error({"--pose",
                         {},
                         "random poses for a body of " + std::to_string(body_.joint_count()) + " joints",
@@ -93,9 +95,10 @@ class Generator {
   }
   /// Empty: the rest pose.
   std::vector<float> pose(std::uint64_t seed, std::uint64_t index) const {
-    if (options_.pose != "random") return given_pose_;
+    if (!is_random(options_.pose)) return given_pose_;
     npt::Random random = random_for(seed, index, Draw::pose);
-    const auto angles = npt::sample_pose(random);
+    const auto ranges = options_.pose == "wide" ? npt::PoseDistribution::wide : npt::PoseDistribution::paper;
+    const auto angles = npt::sample_pose(random, ranges);
     return {angles.begin(), angles.end()};
   }
 
@@ -157,7 +160,9 @@ void add(CLI::App& command) {
   command.add_option("--body", o->body, "Body in SMPL's layout (.safetensors); without: the built-in mannequin");
   command.add_option("--shape", o->shape, "random, zero, or numbers \"b0,b1,...\"")->capture_default_str();
   command
-      .add_option("--pose", o->pose, "random (Table 6 of the paper), rest, or a file with an axis angle for each joint")
+      .add_option("--pose", o->pose,
+                  "random (Table 6 of the paper), wide (random in wider ranges), rest, or a file with an axis angle "
+                  "for each joint")
       ->capture_default_str();
   command.add_option("--seed", o->seed, "Of all that is random")->check(program::whole_number())->capture_default_str();
   command.add_option("--shape-seed", o->shape_seed, "Of the shapes and the vertex orders, instead of --seed")

@@ -125,7 +125,14 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
       ->capture_default_str()
       ->group("Data");
   command
+      .add_option("--wide-poses", a.wide_poses,
+                  "Part of a body's meshes in poses of wider ranges than the paper's: running, sitting, reaching")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->group("Data");
+  command
       .add_flag("--protocol", a.protocol, "The paper's 16 identities in 400 poses instead of fresh ones at every step")
+      ->excludes("--wide-poses")
       ->group("Data");
   command.add_flag("--mix-bodies", a.mix_bodies, "Identity and pose mesh may come from different bodies")
       ->group("Data");

@@ -26,7 +26,10 @@ struct TrainingArguments {
   std::vector<std::string> bodies;  ///< "mannequin" or a file, each with "=WEIGHT" or without
   std::optional<std::filesystem::path> family;
   std::vector<std::string> held_out;  ///< labels of a family
+  double blend = 0;
+  bool mirror = false;
   std::string shapes = "normal";
+  double wide_poses = 0;
   bool protocol = false, mix_bodies = false;
   double yaw = 0, noise = 0;
   std::string scale_range = "1,1";
@@ -52,8 +55,6 @@ struct TrainingArguments {
   double edge_weight = npt::paper_edge_weight;
   std::uint64_t seed = 0;
   // Run
-  double blend = 0;
-  bool mirror = false;
   int threads = 0;
   std::string precision = "fp32";
   std::filesystem::path out;

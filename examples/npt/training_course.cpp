@@ -56,6 +56,7 @@ npt::BodySamplerOptions sampler_options(const TrainingArguments& a, const StageA
   options.scale_high = static_cast<double>(range[1]);
   options.noise = a.noise;
   options.shapes = a.shapes == "normal" ? npt::ShapeDistribution::normal : npt::ShapeDistribution::uniform;
+  options.wide_poses = a.wide_poses;
   options.protocol = a.protocol;
   options.mix_bodies = a.mix_bodies;
   return options;
@@ -112,8 +113,9 @@ void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired)
 }
 
 void use_family(TrainingCourse& course, const TrainingArguments& a, bool paired) {
-  if (a.protocol || a.mix_bodies || a.shapes != "normal")
-    throw npt::Error({"--family", {}, "with an option for bodies", "no --protocol, --mix-bodies or --shapes"});
+  if (a.protocol || a.mix_bodies || a.wide_poses > 0 || a.shapes != "normal")
+    throw npt::Error(
+        {"--family", {}, "with an option for bodies", "no --protocol, --mix-bodies, --wide-poses or --shapes"});
   const auto family = std::make_shared<const npt::Family>(npt::load_family(*a.family));
   for (const npt::Species& species : family->species)
     course.trained_on += (course.trained_on.empty() ? "" : ", ") + species.name;

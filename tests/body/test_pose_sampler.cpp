@@ -6,14 +6,17 @@
 #include <cmath>
 #include <numbers>
 
-TEST_CASE("sampled poses fill Table 6's ranges and never leave them") {
+namespace {
+
+void expect_ranges_filled(npt::PoseDistribution distribution,
+                          const std::array<npt::JointRange, npt::smpl_joint_count>& ranges) {
   constexpr double degree = std::numbers::pi / 180.0;
   std::array<double, 72> low{}, high{};
   for (std::uint64_t i = 0; i < 2000; ++i) {
     npt::Random random(11, i);
-    const auto pose = npt::sample_pose(random);
+    const auto pose = npt::sample_pose(random, distribution);
     for (std::size_t k = 0; k < pose.size(); ++k) {
-      const npt::AngleRange range = npt::paper_pose_ranges[k / 3][k % 3];
+      const npt::AngleRange range = ranges[k / 3][k % 3];
       const double angle = static_cast<double>(pose[k]) / degree;
       REQUIRE(angle >= range.low - 1e-5);
       REQUIRE(angle <= range.high + 1e-5);
@@ -22,8 +25,34 @@ TEST_CASE("sampled poses fill Table 6's ranges and never leave them") {
     }
   }
   for (std::size_t k = 0; k < 72; ++k) {
-    const npt::AngleRange range = npt::paper_pose_ranges[k / 3][k % 3];
+    const npt::AngleRange range = ranges[k / 3][k % 3];
     CHECK(high[k] - low[k] >= 0.98 * (range.high - range.low));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("sampled poses fill their ranges and never leave them") {
+  expect_ranges_filled(npt::PoseDistribution::paper, npt::paper_pose_ranges);
+  expect_ranges_filled(npt::PoseDistribution::wide, npt::wide_pose_ranges);
+}
+
+TEST_CASE("wide ranges hold the paper's large ones, and left and right are mirror images") {
+  const auto &wide = npt::wide_pose_ranges, &paper = npt::paper_pose_ranges;
+  for (std::size_t j = 0; j < 24; ++j)
+    for (std::size_t k = 0; k < 3; ++k)
+      if (paper[j][k].high - paper[j][k].low > 20) {
+        CHECK(wide[j][k].low <= paper[j][k].low + 10);
+        CHECK(wide[j][k].high >= paper[j][k].high - 10);
+      }
+  for (const std::size_t left : {1, 4, 7, 10, 13, 16, 18, 20, 22}) {
+    const npt::JointRange &l = wide[left], &r = wide[left + 1];
+    CHECK(l[0].low == r[0].low);
+    CHECK(l[0].high == r[0].high);
+    for (const std::size_t k : {1, 2}) {
+      CHECK(l[k].low == -r[k].high);
+      CHECK(l[k].high == -r[k].low);
+    }
   }
 }
 

@@ -270,6 +270,30 @@ TEST_CASE("the paper's training set: 16 shapes, 400 poses, any two") {
   CHECK(poses.size() > 350);
 }
 
+TEST_CASE("a part of the meshes is in wide poses, and none unless asked for") {
+  const auto body = npt::borrowed(npt::mannequin());
+  const auto is_wide = [](const npt::PoseParameters& pose) {
+    // The paper's thighs don't twist.
+    return pose[3 * 1 + 1] != 0 || pose[3 * 2 + 1] != 0;
+  };
+  npt::BodySamplerOptions options;
+  options.wide_poses = 0.25;
+  const npt::BodySampler mixed(body, options), plain(body);
+  int wide_identities = 0, wide_poses = 0, wide_in_plain = 0;
+  for (std::uint64_t i = 0; i < 400; ++i) {
+    const auto choice = mixed.choose(3, i), before = plain.choose(3, i);
+    wide_identities += is_wide(choice.pair.identity_pose) ? 1 : 0;
+    wide_poses += is_wide(choice.pair.pose) ? 1 : 0;
+    wide_in_plain += is_wide(before.pair.identity_pose) || is_wide(before.pair.pose) ? 1 : 0;
+    CHECK(choice.pair.identity_shape == before.pair.identity_shape);
+  }
+  CHECK(wide_in_plain == 0);
+  for (const int count : {wide_identities, wide_poses}) {
+    CHECK(count > 70);
+    CHECK(count < 130);
+  }
+}
+
 TEST_CASE("a mixture draws bodies by weight, and pairs them across only when told") {
   const auto two = std::make_shared<const npt::BodyModel>(stick_figure(1));
   const auto three = std::make_shared<const npt::BodyModel>(stick_figure(2));
@@ -355,6 +379,7 @@ TEST_CASE("samplers refuse what can't be sampled") {
   refused([](Options& o) { o.scale_low = 0; }, "least scale");
   refused([](Options& o) { o.scale_high = 0.5; }, "largest scale");
   refused([](Options& o) { o.noise = -1; }, "noise");
+  refused([](Options& o) { o.wide_poses = 1.5; }, "wide_poses");
   CHECK_THROWS_AS(npt::BodySampler(std::vector<npt::WeightedBody>{}), npt::Error);
   CHECK_THROWS_AS(npt::BodySampler(std::vector<npt::WeightedBody>{{body, 0}}), npt::Error);
   CHECK_THROWS_AS(npt::BodySampler(std::shared_ptr<const npt::BodyModel>()), npt::Error);

@@ -1,4 +1,4 @@
-/// Random poses and shapes as the paper's data set draws them.
+/// Random poses and shapes: as the paper's data set draws them, and poses of wider ranges, for use outside of it.
 /// Numerics  a draw depends on the generator's seed, stream and position only: use one stream for each mesh of a set
 /// Source    Wang et al., "Neural Pose Transfer by Spatially Adaptive Instance Normalization", CVPR 2020, Table 6
 #pragma once
@@ -25,12 +25,19 @@ using JointRange = std::array<AngleRange, 3>;
 
 namespace body::internal {
 
-constexpr std::array<JointRange, smpl_joint_count> make_pose_ranges() {
+using PoseRanges = std::array<JointRange, smpl_joint_count>;
+
+/// The ranges of some joints, whose numbers are as the paper prints them, from 1.
+constexpr void set_ranges(PoseRanges& table, std::initializer_list<int> numbers, AngleRange x, AngleRange y,
+                          AngleRange z) {
+  for (const int n : numbers) table[static_cast<std::size_t>(n - 1)] = {x, y, z};
+}
+
+constexpr PoseRanges make_pose_ranges() {
   constexpr AngleRange zero{};
-  std::array<JointRange, smpl_joint_count> table{};
-  // Numbers of joints as the paper prints them, from 1.
+  PoseRanges table{};
   const auto set = [&table](std::initializer_list<int> numbers, AngleRange x, AngleRange y, AngleRange z) {
-    for (const int n : numbers) table[static_cast<std::size_t>(n - 1)] = {x, y, z};
+    set_ranges(table, numbers, x, y, z);
   };
   set({1}, {-2, 2}, {-2, 2}, {-2, 2});
   set({2}, {-90, 0}, zero, {0, 40});
@@ -48,16 +55,47 @@ constexpr std::array<JointRange, smpl_joint_count> make_pose_ranges() {
   return table;
 }
 
+constexpr PoseRanges make_wide_pose_ranges() {
+  PoseRanges table{};
+  /// A joint of the left side, and its mirror image with the next number.
+  const auto both = [&table](int left, AngleRange x, AngleRange y, AngleRange z) {
+    set_ranges(table, {left}, x, y, z);
+    set_ranges(table, {left + 1}, x, {-y.high, -y.low}, {-z.high, -z.low});
+  };
+  set_ranges(table, {1}, {-20, 35}, {-20, 20}, {-15, 15});
+  both(2, {-110, 35}, {-25, 25}, {-15, 45});                      // hips
+  both(5, {0, 130}, {-5, 5}, {-5, 5});                            // knees
+  both(8, {-35, 30}, {-20, 20}, {-10, 10});                       // ankles
+  both(11, {-30, 10}, {-2, 2}, {-2, 2});                          // feet
+  set_ranges(table, {4, 7, 10}, {-8, 20}, {-12, 12}, {-10, 10});  // spine
+  set_ranges(table, {13, 16}, {-20, 20}, {-25, 25}, {-12, 12});   // neck, head
+  both(14, {-5, 5}, {-20, 20}, {-25, 20});                        // collars
+  both(17, {-45, 45}, {-75, 40}, {-80, 50});                      // shoulders
+  both(19, {-20, 20}, {-135, 0}, {-10, 10});                      // elbows
+  both(21, {-30, 30}, {-20, 20}, {-30, 30});                      // wrists
+  both(23, {-5, 5}, {-10, 10}, {-20, 5});                         // hands
+  return table;
+}
+
 }  // namespace body::internal
 
 /// Table 6: [24] ranges in degrees, in SMPL's order of joints.
 inline constexpr std::array<JointRange, smpl_joint_count> paper_pose_ranges = body::internal::make_pose_ranges();
+/// About what healthy joints do: running, sitting, dancing, reaching. The trunk leans by up to 35 degrees. Not of the paper.
+inline constexpr std::array<JointRange, smpl_joint_count> wide_pose_ranges = body::internal::make_wide_pose_ranges();
 
-/// [24, 3] axis angles in radians, each uniform in its range of Table 6. Always takes 72 draws.
-inline std::array<float, 3 * smpl_joint_count> sample_pose(Random& random) {
+enum class PoseDistribution {
+  paper,  ///< uniform in Table 6
+  wide    ///< uniform in wide_pose_ranges
+};
+
+/// [24, 3] axis angles in radians, each uniform in its range. Always takes 72 draws.
+inline std::array<float, 3 * smpl_joint_count> sample_pose(Random& random,
+                                                           PoseDistribution distribution = PoseDistribution::paper) {
+  const auto& ranges = distribution == PoseDistribution::paper ? paper_pose_ranges : wide_pose_ranges;
   std::array<float, 3 * smpl_joint_count> pose{};
   for (std::size_t i = 0; i < pose.size(); ++i) {
-    const AngleRange range = paper_pose_ranges[i / 3][i % 3];
+    const AngleRange range = ranges[i / 3][i % 3];
     pose[i] = static_cast<float>(random.uniform(range.low, range.high) * (std::numbers::pi / 180.0));
   }
   return pose;

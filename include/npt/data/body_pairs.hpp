@@ -67,7 +67,8 @@ inline EvaluationSet body_pairs(std::shared_ptr<const BodyModel> body, std::vect
 
 /// Parameters of `count` pairs from a seed. Training never draws the same, whatever its seed.
 inline std::vector<BodyPair> fresh_pairs(std::size_t count, std::uint64_t seed, std::size_t shape_count,
-                                         ShapeDistribution distribution = ShapeDistribution::normal) {
+                                         ShapeDistribution distribution = ShapeDistribution::normal,
+                                         PoseDistribution poses = PoseDistribution::paper) {
   if (count >= data::max_index)
     throw Error(
         {.file = "pairs", .found = std::to_string(count), .expected = "fewer than " + std::to_string(data::max_index)});
@@ -76,8 +77,8 @@ inline std::vector<BodyPair> fresh_pairs(std::size_t count, std::uint64_t seed, 
     const auto random = [&](data::Part part) { return data::random_for(data::Purpose::evaluation, seed, 0, i, part); };
     Random identity_shape = random(data::Part::identity_shape), identity_pose = random(data::Part::identity_pose);
     Random pose_shape = random(data::Part::pose_shape), pose = random(data::Part::pose);
-    pairs[i] = {sample_shape(identity_shape, shape_count, distribution), sample_pose(identity_pose),
-                sample_shape(pose_shape, shape_count, distribution), sample_pose(pose)};
+    pairs[i] = {sample_shape(identity_shape, shape_count, distribution), sample_pose(identity_pose, poses),
+                sample_shape(pose_shape, shape_count, distribution), sample_pose(pose, poses)};
   }
   return pairs;
 }

@@ -39,6 +39,7 @@ struct WeightedBody {
 
 struct BodySamplerOptions : SampleOptions {
   ShapeDistribution shapes = ShapeDistribution::normal;
+  double wide_poses = 0;    ///< the part of meshes, of fresh ones, whose pose is drawn from wide_pose_ranges
   bool protocol = false;    ///< the paper's training set (protocol.hpp) instead of fresh shapes and poses
   bool mix_bodies = false;  ///< identity and pose mesh may come from different bodies of the mixture
   bool own_frame = false;   ///< a subset is in the frame of its own box instead of the whole mesh's
@@ -48,6 +49,8 @@ class BodySampler : public SampleSource {
  public:
   explicit BodySampler(const std::vector<WeightedBody>& bodies, BodySamplerOptions options = {}) : options_(options) {
     data::check_options(options_);
+    if (!(options_.wide_poses >= 0 && options_.wide_poses <= 1))
+      throw Error({.file = "wide_poses", .found = std::to_string(options_.wide_poses), .expected = "a part, 0 to 1"});
     if (bodies.empty()) throw Error({.file = "bodies", .found = "none", .expected = "at least one body"});
     double sum = 0;
     for (const WeightedBody& member : bodies) {
@@ -62,7 +65,7 @@ class BodySampler : public SampleSource {
       expect_vertices(options_.pose_vertices, body);
       if (options_.protocol) prepared.training.emplace_back(body.shape_count(), options_.shapes);
       if ((options_.vertices != 0 || options_.pose_vertices != 0) && !options_.own_frame)
-        prepared.extremes = data::extreme_vertices(body, options_.shapes, options_.yaw);
+        prepared.extremes = data::extreme_vertices(body, options_.shapes, options_.yaw, options_.wide_poses);
     }
   }
   explicit BodySampler(std::shared_ptr<const BodyModel> body, BodySamplerOptions options = {})
@@ -105,9 +108,13 @@ class BodySampler : public SampleSource {
     Random identity_shape = random(data::Part::identity_shape), pose_shape = random(data::Part::pose_shape);
     Random identity_pose = random(data::Part::identity_pose), pose_pose = random(data::Part::pose);
     choice.pair.identity_shape = sample_shape(identity_shape, identity.body.model->shape_count(), options_.shapes);
-    choice.pair.identity_pose = sample_pose(identity_pose);
+    const auto poses = [&] {
+      const bool wide = options_.wide_poses > 0 && pick.uniform() < options_.wide_poses;
+      return wide ? PoseDistribution::wide : PoseDistribution::paper;
+    };
+    choice.pair.identity_pose = sample_pose(identity_pose, poses());
     choice.pair.pose_shape = sample_shape(pose_shape, pose.body.model->shape_count(), options_.shapes);
-    choice.pair.pose = sample_pose(pose_pose);
+    choice.pair.pose = sample_pose(pose_pose, poses());
     return choice;
   }
 

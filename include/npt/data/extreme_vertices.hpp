@@ -54,16 +54,18 @@ inline void add_extremes(std::span<const float> xyz, double angle, std::set<std:
 }
 
 /// The extreme vertices of `trials` random meshes of the body, ascending. `yaw`: they are also turned, by up to this many
-/// degrees either way.
+/// degrees either way. `wide`: the part of them in wide poses.
 inline std::vector<std::uint32_t> extreme_vertices(const BodyModel& body, ShapeDistribution shapes, double yaw,
-                                                   std::size_t trials = 200) {
+                                                   double wide = 0, std::size_t trials = 200) {
   std::set<std::uint32_t> found;
   std::vector<float> xyz(3 * body.vertex_count());
   for (std::size_t i = 0; i < trials; ++i) {
     Random shape = random_for(Purpose::support, 0, 0, i, Part::identity_shape);
     Random pose = random_for(Purpose::support, 0, 0, i, Part::identity_pose);
     Random turn = random_for(Purpose::support, 0, 0, i, Part::augmentation);
-    body.posed(sample_shape(shape, body.shape_count(), shapes), sample_pose(pose), xyz);
+    const auto distribution =
+        static_cast<double>(i % 10) < 10 * wide ? PoseDistribution::wide : PoseDistribution::paper;
+    body.posed(sample_shape(shape, body.shape_count(), shapes), sample_pose(pose, distribution), xyz);
     add_extremes(xyz, turn.uniform(-yaw, yaw) * (std::numbers::pi / 180), found);
   }
   return {found.begin(), found.end()};
