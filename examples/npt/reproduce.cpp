@@ -251,7 +251,8 @@ class Reproduction {
     if (fs::exists(path))
       minutes = std::stod(npt::read_file(path));
     else
-      npt::write_file(path, std::to_string(minutes = std::max(minutes, least_minutes)) + "\n");
+      npt::write_file(
+          path, std::to_string(minutes = std::max({minutes, least_share * options_.budget, least_minutes})) + "\n");
     for (const System* system : missing) {
       std::vector<std::string> arguments = training_arguments(*system, minutes);
       const fs::path checkpoint = options_.out / "weights" / (system->id + ".checkpoint.safetensors");
@@ -327,7 +328,9 @@ class Reproduction {
     std::cout << text;
   }
 
-  static constexpr double least_minutes = 0.02;
+  /// What each network gets in any case, where baselines or the network's fellows take the whole budget. One that has learnt nothing
+  /// is of no use, and meshes torn to pieces take twenty times as long to draw.
+  static constexpr double least_share = 0.05, least_minutes = 0.02;
 
   Options options_;
   std::chrono::steady_clock::time_point start_;
