@@ -328,8 +328,8 @@ class Reproduction {
     std::cout << text;
   }
 
-  /// What each network gets in any case, where baselines or the network's fellows take the whole budget. One that has learnt nothing
-  /// is of no use, and meshes torn to pieces take twenty times as long to draw.
+  /// What each network gets in any case, as a share of the budget: one that has learnt nothing is of no use, and its torn
+  /// meshes take twenty times as long to draw. And minutes for any budget.
   static constexpr double least_share = 0.05, least_minutes = 0.02;
 
   Options options_;
