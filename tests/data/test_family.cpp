@@ -173,7 +173,7 @@ TEST_CASE("held-out labels are in no sample and in every pair of the evaluation"
 TEST_CASE("blended and mirrored samples: the same is done to both species") {
   const auto family = zoo();
   const npt::FamilySampler sampler(family, {}, untouched(), {.blend = 0.5, .mirror = true});
-  int blended = 0, mirrored = 0;
+  int blended = 0, mirrored = 0, identities = 0, one_movement = 0;
   for (std::uint64_t i = 0; i < 400; ++i) {
     const auto choice = sampler.choose(2, i);
     const npt::Sample sample = sampler.draw(2, i);
@@ -197,7 +197,17 @@ TEST_CASE("blended and mirrored samples: the same is done to both species") {
           }
       return worst;
     };
-    REQUIRE(expect(identity, choice.meshes.identity_label, 0, 0, sample.identity) < 1e-6);
+    const std::string& own = identity.labels[choice.meshes.identity_label];
+    if (choice.identity_share > 0) {
+      const std::string& second = identity.labels[choice.second_identity_label];
+      CHECK(own.substr(0, own.find('_')) == second.substr(0, second.find('_')));
+      identities += own == second ? 0 : 1;
+    }
+    const std::string first_pose = npt::data::lower_case(pose.labels[choice.meshes.pose_label]);
+    const std::string second_pose = npt::data::lower_case(pose.labels[choice.second_pose_label]);
+    one_movement += choice.second_share > 0 && first_pose.substr(0, 3) == second_pose.substr(0, 3) ? 1 : 0;
+    REQUIRE(expect(identity, choice.meshes.identity_label, choice.second_identity_label, choice.identity_share,
+                   sample.identity) < 1e-6);
     REQUIRE(expect(identity, choice.meshes.truth_label, choice.second_truth_label, choice.second_share, sample.truth) <
             1e-6);
   }
@@ -205,6 +215,9 @@ TEST_CASE("blended and mirrored samples: the same is done to both species") {
   CHECK(blended < 250);
   CHECK(mirrored > 150);
   CHECK(mirrored < 250);
+  CHECK(identities > 20);
+  CHECK(one_movement > blended / 2);
+  CHECK(one_movement < blended);
   CHECK_THROWS_AS(npt::FamilySampler(family, {}, untouched(), {.blend = 2}), npt::Error);
 }
 

@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <memory>
 #include <numeric>
+#include <ranges>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,7 +27,9 @@ namespace npt::inline NPT_ABI {
 
 /// What makes more of a family's few poses. Both keep what a pose is: the same is done to the meshes of either species.
 struct FamilyOptions {
-  double blend = 0;     ///< part of the samples whose pose lies between those of two labels, vertex by vertex
+  /// Part of the samples whose pose lies between those of two labels, vertex by vertex: half of them between two of one
+  /// movement ("Run_00" and "Run_03"), half between any two. The same part of identity meshes is between two of one movement.
+  double blend = 0;
   bool mirror = false;  ///< every other sample is its own mirror image, left for right (x for -x)
 };
 
@@ -45,6 +48,7 @@ class FamilySampler : public SampleSource {
       throw Error({.file = index_.name(),
                    .found = "no label that two species share and that is not held out",
                    .expected = "at least one"});
+    for (const Species& species : index_.species()) movements_.push_back(movements_of(species));
     for (const Species& species : index_.species())
       if (std::max(options_.vertices, options_.pose_vertices) > species.vertex_count())
         throw Error(
@@ -71,6 +75,8 @@ class FamilySampler : public SampleSource {
     data::FamilyPair meshes;
     std::size_t second_pose_label = 0, second_truth_label = 0;
     float second_share = 0;  ///< of the second label's mesh in pose and truth
+    std::size_t second_identity_label = 0;
+    float identity_share = 0;  ///< of the second label's mesh in the identity
     bool mirrored = false;
   };
 
@@ -83,13 +89,24 @@ class FamilySampler : public SampleSource {
     Choice choice{{shared.identity, labels[data::pick(random, labels.size())], shared.pose, other, own}};
     // Each draws its numbers whether they are used or not: one option leaves the other's samples as they are.
     const bool mirrored = random.uniform() < 0.5, blended = random.uniform() < more_.blend;
-    const auto second = shared.training[data::pick(random, shared.training.size())];
+    auto second = shared.training[data::pick(random, shared.training.size())];
     const double share = random.uniform();
+    const bool one_movement = random.uniform() < 0.5, identity_blended = random.uniform() < more_.blend;
+    const double within = random.uniform(), identity_share = random.uniform(), within_identity = random.uniform();
     choice.mirrored = more_.mirror && mirrored;
+    const auto movement = [&](std::size_t label) { return movements_[shared.identity][label]; };
     if (blended) {
+      if (one_movement)
+        second = one_of_movement(
+            shared.training, [&](const auto& l) { return movement(l.in_identity); }, movement(own), within);
       choice.second_truth_label = second.in_identity;
       choice.second_pose_label = second.in_pose;
       choice.second_share = static_cast<float>(0.5 * share);
+    }
+    if (identity_blended) {
+      choice.second_identity_label =
+          one_of_movement(labels, movement, movement(choice.meshes.identity_label), within_identity);
+      choice.identity_share = static_cast<float>(0.5 * identity_share);
     }
     return choice;
   }
@@ -101,19 +118,21 @@ class FamilySampler : public SampleSource {
     data::Scratch& scratch = data::Scratch::of_thread();
     Random augmentation = random_for(step, index, data::Part::augmentation);
     const data::Placements placements = data::draw_placements(options_, augmentation);
-    const auto make = [&choice](const std::vector<float>& mesh, const std::vector<float>* second,
+    const auto make = [&choice](const std::vector<float>& mesh, const std::vector<float>& second, float share,
                                 const data::Placement& placement, std::vector<float>& xyz) {
       xyz = mesh;
-      if (second != nullptr && choice.second_share > 0)
-        for (std::size_t k = 0; k < xyz.size(); ++k) xyz[k] += choice.second_share * ((*second)[k] - xyz[k]);
+      if (share > 0)
+        for (std::size_t k = 0; k < xyz.size(); ++k) xyz[k] += share * (second[k] - xyz[k]);
       if (choice.mirrored)
         for (std::size_t k = 0; k < xyz.size(); k += 3) xyz[k] = -xyz[k];
       placement.apply(xyz);
     };
-    make(identity.meshes[pair.identity_label], nullptr, placements.identity, scratch.identity);
-    make(identity.meshes[pair.truth_label], &identity.meshes[choice.second_truth_label], placements.truth,
-         scratch.truth);
-    make(pose.meshes[pair.pose_label], &pose.meshes[choice.second_pose_label], placements.pose, scratch.pose);
+    make(identity.meshes[pair.identity_label], identity.meshes[choice.second_identity_label], choice.identity_share,
+         placements.identity, scratch.identity);
+    make(identity.meshes[pair.truth_label], identity.meshes[choice.second_truth_label], choice.second_share,
+         placements.truth, scratch.truth);
+    make(pose.meshes[pair.pose_label], pose.meshes[choice.second_pose_label], choice.second_share, placements.pose,
+         scratch.pose);
     if (options_.noise > 0) {
       Random noise = random_for(step, index, data::Part::noise);
       const double sigma = noise.uniform(0, options_.noise);
@@ -133,6 +152,29 @@ class FamilySampler : public SampleSource {
   }
 
  private:
+  /// One of the labels that belong to `movement`, of which there is at least one. `draw`: from 0 to 1.
+  template <class Labels, class MovementOf>
+  static std::ranges::range_value_t<Labels> one_of_movement(const Labels& labels, const MovementOf& movement_of,
+                                                            std::size_t movement, double draw) {
+    const auto belongs = [&](const auto& label) { return movement_of(label) == movement; };
+    const auto count = static_cast<double>(std::ranges::count_if(labels, belongs));
+    auto wanted = static_cast<std::size_t>(draw * count);
+    for (const auto& label : labels)
+      if (belongs(label) && wanted-- == 0) return label;
+    throw Error({.file = "movement", .found = "no label", .expected = "at least the one that it was taken from"});
+  }
+  /// The number of each label's movement: of the first label with the same text before the last '_'.
+  static std::vector<std::size_t> movements_of(const Species& species) {
+    const auto movement = [](const std::string& label) { return data::lower_case(label.substr(0, label.rfind('_'))); };
+    std::vector<std::size_t> result;
+    for (const std::string& label : species.labels) {
+      const auto first = std::ranges::find_if(
+          species.labels, [&](const std::string& other) { return movement(other) == movement(label); });
+      result.push_back(static_cast<std::size_t>(first - species.labels.begin()));
+    }
+    return result;
+  }
+
   Random random_for(std::uint64_t step, std::uint64_t index, data::Part part) const {
     return data::random_for(data::Purpose::training, options_.seed, step, index, part);
   }
@@ -157,7 +199,8 @@ class FamilySampler : public SampleSource {
   SampleOptions options_;
   FamilyOptions more_;
   data::FamilyIndex index_;
-  std::vector<std::size_t> usable_;  ///< of index_.shared(): those with labels to train with
+  std::vector<std::vector<std::size_t>> movements_;  ///< [species][label]
+  std::vector<std::size_t> usable_;                  ///< of index_.shared(): those with labels to train with
 };
 
 }  // namespace npt::inline NPT_ABI
