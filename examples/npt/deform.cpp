@@ -1,15 +1,13 @@
 /// npt deform: deformation transfer (Sumner and Popovic 2004), with markers instead of a network. A target in rest gets the poses of
 /// a source whose rest mesh is known. Or, with --protocol, its error on the paper's pairs.
 #include "arguments.hpp"
-#include "evaluation_report.hpp"
+#include "baseline_arguments.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
 #include "status_line.hpp"
+#include "stopwatch.hpp"
 #include "subcommand.hpp"
 #include "transfer_jobs.hpp"
-
-#include <render/png.hpp>
-#include <render/render.hpp>
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/mannequin.hpp>
@@ -24,11 +22,9 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -45,22 +41,11 @@ struct Options {
   std::optional<fs::path> source, pose, target, out, markers, source_body, target_body, registered, picture, body;
   std::optional<std::string> format;
   std::vector<std::size_t> control_points;
-  bool align = false, open_seams = false, protocol = false, json = false;
-  std::string shapes = "normal", third = "rest";
-  std::size_t first = 0, worst = 0;
+  bool align = false, open_seams = false;
+  program::ProtocolArguments protocol;
+  std::string third = "rest";
   int threads = 0;
 };
-
-class Stopwatch {
- public:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-/// The most poses that a picture shows, one in a row.
-constexpr std::size_t most_rows = 16;
 
 npt::BodyModel body_of(const std::optional<fs::path>& file) {
   return file ? npt::load_body(file->string()) : npt::make_mannequin();
@@ -68,7 +53,10 @@ npt::BodyModel body_of(const std::optional<fs::path>& file) {
 
 class Deform {
  public:
-  explicit Deform(const Options& options) : options_(options), executor_(options.threads), jobs_(list_jobs()) {
+  explicit Deform(const Options& options)
+      : options_(options),
+        executor_(options.threads),
+        jobs_(program::pose_jobs(*options.target, *options.pose, *options.out, options.format, folder_)) {
     program::check_outputs_apart(jobs_);
     for (const TransferJob& job : jobs_) {
       program::check_job(job);
@@ -83,7 +71,7 @@ class Deform {
     target_ = npt::read_mesh(*options_.target);
     const npt::DeformationTransfer transfer = prepare();
     program::Progress progress("poses", jobs_.size());
-    const Stopwatch watch;
+    const program::Stopwatch watch;
     for (const TransferJob& job : jobs_) {
       program::stop_if_interrupted();
       npt::Mesh pose = npt::read_mesh(job.pose);
@@ -108,28 +96,10 @@ class Deform {
   }
 
  private:
-  std::vector<TransferJob> list_jobs() {
-    if (!fs::is_directory(*options_.pose)) {
-      if (options_.format) throw npt::Error({"--format", {}, "one output file", "a folder of poses"});
-      return {{*options_.target, *options_.pose, *options_.out, {}}};
-    }
-    folder_.emplace(*options_.out);
-    const std::string extension = options_.format ? "." + *options_.format : program::extension_of(*options_.target);
-    return program::folder_jobs(*options_.target, *options_.pose, *options_.out, extension);
-  }
-
   void check_other_outputs() const {
     std::vector<fs::path> files{*options_.source};
     for (const TransferJob& job : jobs_) files.insert(files.end(), {job.identity, job.pose, job.out});
-    if (options_.picture) {
-      if (jobs_.size() > most_rows)
-        throw npt::Error(
-            {"--render", {}, std::to_string(jobs_.size()) + " poses", "at most " + std::to_string(most_rows)});
-      static constexpr std::array<std::string_view, 1> png{".png"};
-      program::expect_extension(*options_.picture, png);
-      program::check_output(*options_.picture, files);
-      files.push_back(*options_.picture);
-    }
+    if (options_.picture) program::check_picture(*options_.picture, jobs_.size(), files);
     if (options_.registered) {
       program::expect_extension(*options_.registered, program::mesh_extensions);
       program::check_output(*options_.registered, files);
@@ -168,7 +138,7 @@ class Deform {
     } else {
       throw npt::Error({"--markers", {}, "none, and meshes of different faces", "markers, or --control-points"});
     }
-    const Stopwatch watch;
+    const program::Stopwatch watch;
     npt::DeformationTransfer transfer(source_, target_, pairs, options);
     std::printf("prepared in %.2f s\n", watch.seconds());
     return transfer;
@@ -178,7 +148,7 @@ class Deform {
     npt::CorrespondenceOptions options;
     options.weld = !options_.open_seams;
     program::StatusLine status;
-    const Stopwatch watch;
+    const program::Stopwatch watch;
     double distance = 0;
     npt::Correspondence found = npt::find_correspondence(
         source_, target_, list, options,
@@ -203,20 +173,13 @@ class Deform {
   }
 
   void draw_picture() const {
-    std::vector<render::Panel> panels;
-    for (const auto& [pose, result] : rows_) {
-      const bool last = &pose == &rows_.back().first;
-      const auto add = [&](const npt::Mesh& mesh, const char* caption, const char* colour) {
-        panels.push_back({&mesh, last ? caption : "", {render::parse_colour(colour, "picture")}});
-      };
-      add(source_, "source", "sand");
-      add(pose, "deformed source", "sand");
-      add(target_, "target", "blue");
-      add(result, "deformed target", "blue");
-    }
-    render::FigureOptions figure;
-    figure.columns = 4;
-    render::write_png(*options_.picture, render::draw_figure(panels, figure));
+    std::vector<std::vector<program::PictureCell>> rows;
+    for (const auto& [pose, result] : rows_)
+      rows.push_back({{&source_, "source", "sand"},
+                      {&pose, "deformed source", "sand"},
+                      {&target_, "target", "blue"},
+                      {&result, "deformed target", "blue"}});
+    program::draw_rows(*options_.picture, rows);
   }
 
   const Options& options_;
@@ -230,24 +193,24 @@ class Deform {
 /// The rows of Table 1: each number of control points on seen and on unseen poses.
 void run_protocol(const Options& o) {
   const npt::BodyModel body = body_of(o.body);
-  const auto distribution = o.shapes == "uniform" ? npt::ShapeDistribution::uniform : npt::ShapeDistribution::normal;
   const npt::ThirdMesh third = o.third == "rest" ? npt::ThirdMesh::rest : npt::ThirdMesh::identity_pose;
   struct Set {
     const char* name;
     std::vector<npt::BodyPair> pairs;
     std::uint64_t seed;
   };
-  std::array<Set, 2> sets{
-      Set{"seen poses", npt::seen_pose_pairs(body.shape_count(), distribution), npt::protocol::seen_pair_seed},
-      Set{"unseen poses", npt::unseen_pose_pairs(body.shape_count(), distribution), npt::protocol::unseen_pair_seed}};
-  if (o.first > 0)
-    for (Set& set : sets) set.pairs.resize(std::min(set.pairs.size(), o.first));
+  std::array<Set, 2> sets{Set{"seen poses", npt::seen_pose_pairs(body.shape_count(), o.protocol.distribution()),
+                              npt::protocol::seen_pair_seed},
+                          Set{"unseen poses", npt::unseen_pose_pairs(body.shape_count(), o.protocol.distribution()),
+                              npt::protocol::unseen_pair_seed}};
+  if (o.protocol.first > 0)
+    for (Set& set : sets) set.pairs.resize(std::min(set.pairs.size(), o.protocol.first));
   const std::vector<std::size_t> counts = o.control_points.empty() ? std::vector<std::size_t>{5, 13} : o.control_points;
   const npt::TbbExecutor executor(o.threads);
   program::catch_interrupts();
   program::Progress progress("pairs", counts.size() * (sets[0].pairs.size() + sets[1].pairs.size()));
   std::mutex mutex;
-  const Stopwatch watch;
+  const program::Stopwatch watch;
   std::vector<npt::Evaluation> evaluations;
   for (const std::size_t count : counts)
     for (const Set& set : sets)
@@ -259,23 +222,16 @@ void run_protocol(const Options& o) {
           }));
   progress.clear();
   const std::string name = o.body ? o.body->filename().string() : "mannequin";
-  if (o.json) {
-    program::Report report{
-        {"system", "deformation transfer"}, {"data", "the paper's protocol on " + name}, {"third_mesh", o.third}};
-    for (const npt::Evaluation& e : evaluations) report["sets"].push_back(program::report_of(e, o.worst));
-    report["seconds"] = watch.seconds();
-    std::cout << report.dump(-1, ' ', false, program::Report::error_handler_t::replace) << '\n';
-    return;
-  }
-  std::printf("deformation transfer on the paper's protocol on %s, third mesh in %s\n", name.c_str(),
-              o.third == "rest" ? "rest" : "the identity's pose");
-  program::print_table(evaluations, o.worst, false);
-  std::printf("%.1f s\n", watch.seconds());
-  std::fflush(stdout);
+  program::print_protocol(
+      o.protocol, evaluations,
+      {{"system", "deformation transfer"}, {"data", "the paper's protocol on " + name}, {"third_mesh", o.third}},
+      "deformation transfer on the paper's protocol on " + name + ", third mesh in " +
+          (o.third == "rest" ? "rest" : "the identity's pose"),
+      watch.seconds());
 }
 
 void run(const Options& options) {
-  if (options.protocol) return run_protocol(options);
+  if (options.protocol.asked_for) return run_protocol(options);
   if (!(options.source && options.pose && options.target && options.out))
     throw CLI::RequiredError("--source, --pose, --target and --out, or --protocol");
   if (options.control_points.size() > 1)
@@ -310,9 +266,7 @@ void add(CLI::App& command) {
   command.add_option("--threads", o->threads, "Threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
-  CLI::Option* protocol =
-      command.add_flag("--protocol", o->protocol, "Instead: the error on the paper's 72 seen and 72 unseen poses")
-          ->excludes(source);
+  CLI::Option* protocol = program::add_protocol_options(command, o->protocol, source);
   command.add_option("--body", o->body, "The protocol's body (.safetensors); without: the mannequin")->needs(protocol);
   command
       .add_option("--third-mesh", o->third,
@@ -320,17 +274,6 @@ void add(CLI::App& command) {
       ->check(CLI::IsMember({"rest", "identity-pose"}))
       ->capture_default_str()
       ->needs(protocol);
-  command.add_option("--shapes", o->shapes, "Distribution of the protocol's shapes: normal, or uniform in [-4, 4]")
-      ->check(CLI::IsMember({"normal", "uniform"}))
-      ->capture_default_str()
-      ->needs(protocol);
-  command.add_option("--first", o->first, "The first so many pairs of each set of the protocol only")
-      ->check(CLI::Range(1, 72))
-      ->needs(protocol);
-  command.add_option("--worst", o->worst, "Also list the protocol's so many worst pairs")
-      ->check(CLI::Range(0, 1000000))
-      ->needs(protocol);
-  command.add_flag("--json", o->json, "The protocol's errors as one line of JSON")->needs(protocol);
   command.footer(
       "Without markers both meshes must have the same faces; they are paired one to one. Source and target should "
       "stand in\n"

@@ -7,6 +7,7 @@
 #include "quality_arguments.hpp"
 #include "report.hpp"
 #include "sequence_evaluation.hpp"
+#include "stopwatch.hpp"
 #include "subcommand.hpp"
 #include "transfer_backend.hpp"
 
@@ -20,7 +21,6 @@
 #include <npt/parallel/tbb_executor.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -187,13 +187,12 @@ void run_sequences(Options o) {
   if (!backend->notice().empty()) std::cerr << "npt: note: " << backend->notice() << '\n';
   program::catch_interrupts();
   program::Progress progress("frames", set.count * set.frames);
-  const auto start = std::chrono::steady_clock::now();
+  const program::Stopwatch watch;
   const std::vector<npt::SequenceErrors> sequences = program::evaluate_sequences(set, *backend, [&progress] {
     progress.advance();
     program::stop_if_interrupted();
   });
   progress.clear();
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   const program::SequenceMeans means = program::means_of(sequences);
   const std::string data = std::to_string(set.count) + " sequences of " + body_name(o);
   if (o.json) {
@@ -207,7 +206,7 @@ void run_sequences(Options o) {
                                  {"edge_error", means.edge_error},
                                  {"jitter_mm", 1000 * means.jitter},
                                  {"true_jitter_mm", 1000 * means.true_jitter},
-                                 {"seconds", seconds.count()}};
+                                 {"seconds", watch.seconds()}};
     std::cout << report.dump(-1, ' ', false, program::Report::error_handler_t::replace) << '\n';
     return;
   }
@@ -215,7 +214,7 @@ void run_sequences(Options o) {
   std::printf("%-18s %11s %9s %11s %10s %13s\n", "", "PMD x 1e-4", "root mm", "edge error", "jitter mm", "truth's mm");
   std::printf("%-18s %11.3f %9.2f %11.4f %10.3f %13.3f\n", set.name.c_str(), 1e4 * means.pmd,
               npt::root_pmd_mm(means.pmd), means.edge_error, 1000 * means.jitter, 1000 * means.true_jitter);
-  std::printf("%.1f s\n", seconds.count());
+  std::printf("%.1f s\n", watch.seconds());
   std::fflush(stdout);
 }
 
@@ -225,19 +224,18 @@ void run(Options o) {
   if (o.sequences > 0) return run_sequences(std::move(o));
   const Data data = load_data(o);
   std::string network;
-  const auto start = std::chrono::steady_clock::now();
+  const program::Stopwatch watch;
   const std::vector<npt::Evaluation> evaluations = evaluate(data, o.transfer, network);
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   if (o.json) {
     program::Report report{{"network", network}, {"data", data.name}, {"noise", o.noise}};
     for (const npt::Evaluation& e : evaluations) report["sets"].push_back(report_of(e, o.worst));
-    report["seconds"] = seconds.count();
+    report["seconds"] = watch.seconds();
     std::cout << report.dump(-1, ' ', false, program::Report::error_handler_t::replace) << '\n';
     return;
   }
   std::printf("%s on %s\n", network.c_str(), data.name.c_str());
   print_table(evaluations, o.worst);
-  std::printf("%.1f s\n", seconds.count());
+  std::printf("%.1f s\n", watch.seconds());
   std::fflush(stdout);
 }
 

@@ -1,14 +1,12 @@
 /// npt skeleton: pose transfer through a fitted body's skeleton, without a network. An identity mesh gets the joint angles of one or
 /// many pose meshes. Or, with --protocol, its error on the paper's pairs.
 #include "arguments.hpp"
-#include "evaluation_report.hpp"
+#include "baseline_arguments.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
+#include "stopwatch.hpp"
 #include "subcommand.hpp"
 #include "transfer_jobs.hpp"
-
-#include <render/png.hpp>
-#include <render/render.hpp>
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/mannequin.hpp>
@@ -20,7 +18,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
@@ -40,22 +37,9 @@ using program::TransferJob;
 struct Options {
   std::optional<fs::path> identity, pose, out, body, fitted, picture;
   std::optional<std::string> format;
-  std::string shapes = "normal";
-  bool protocol = false, json = false;
-  std::size_t first = 0, worst = 0;
+  program::ProtocolArguments protocol;
   int threads = 0;
 };
-
-class Stopwatch {
- public:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-/// The most poses that a picture shows, one in a row.
-constexpr std::size_t most_rows = 16;
 
 /// Metres; a body that is farther from a mesh than this has not found its pose, or the mesh is no such body.
 constexpr double poor_fit = 0.015;
@@ -66,7 +50,10 @@ std::shared_ptr<const npt::BodyModel> body_of(const Options& o) {
 
 class Skeleton {
  public:
-  explicit Skeleton(const Options& options) : options_(options), executor_(options.threads), jobs_(list_jobs()) {
+  explicit Skeleton(const Options& options)
+      : options_(options),
+        executor_(options.threads),
+        jobs_(program::pose_jobs(*options.identity, *options.pose, *options.out, options.format, folder_)) {
     program::check_outputs_apart(jobs_);
     for (const TransferJob& job : jobs_) program::check_job(job);
     check_other_outputs();
@@ -75,7 +62,7 @@ class Skeleton {
 
   void run() {
     program::catch_interrupts();
-    const Stopwatch watch;
+    const program::Stopwatch watch;
     fitter_ = std::make_shared<const npt::BodyFitter>(body_of(options_));
     program::Progress progress("poses", jobs_.size());
     prepare();
@@ -95,28 +82,10 @@ class Skeleton {
   }
 
  private:
-  std::vector<TransferJob> list_jobs() {
-    if (!fs::is_directory(*options_.pose)) {
-      if (options_.format) throw npt::Error({"--format", {}, "one output file", "a folder of poses"});
-      return {{*options_.identity, *options_.pose, *options_.out, {}}};
-    }
-    folder_.emplace(*options_.out);
-    const std::string extension = options_.format ? "." + *options_.format : program::extension_of(*options_.identity);
-    return program::folder_jobs(*options_.identity, *options_.pose, *options_.out, extension);
-  }
-
   void check_other_outputs() const {
     std::vector<fs::path> files;
     for (const TransferJob& job : jobs_) files.insert(files.end(), {job.identity, job.pose, job.out});
-    if (options_.picture) {
-      if (jobs_.size() > most_rows)
-        throw npt::Error(
-            {"--render", {}, std::to_string(jobs_.size()) + " poses", "at most " + std::to_string(most_rows)});
-      static constexpr std::array<std::string_view, 1> png{".png"};
-      program::expect_extension(*options_.picture, png);
-      program::check_output(*options_.picture, files);
-      files.push_back(*options_.picture);
-    }
+    if (options_.picture) program::check_picture(*options_.picture, jobs_.size(), files);
     if (options_.fitted) {
       program::expect_extension(*options_.fitted, program::mesh_extensions);
       program::check_output(*options_.fitted, files);
@@ -170,19 +139,10 @@ class Skeleton {
   }
 
   void draw_picture() const {
-    std::vector<render::Panel> panels;
-    for (const auto& [pose, result] : rows_) {
-      const bool last = &pose == &rows_.back().first;
-      const auto add = [&](const npt::Mesh& mesh, const char* caption, const char* colour) {
-        panels.push_back({&mesh, last ? caption : "", {render::parse_colour(colour, "picture")}});
-      };
-      add(identity_, "identity", "blue");
-      add(pose, "pose", "sand");
-      add(result, "result", "blue");
-    }
-    render::FigureOptions figure;
-    figure.columns = 3;
-    render::write_png(*options_.picture, render::draw_figure(panels, figure));
+    std::vector<std::vector<program::PictureCell>> rows;
+    for (const auto& [pose, result] : rows_)
+      rows.push_back({{&identity_, "identity", "blue"}, {&pose, "pose", "sand"}, {&result, "result", "blue"}});
+    program::draw_rows(*options_.picture, rows);
   }
 
   const Options& options_;
@@ -201,16 +161,15 @@ class Skeleton {
 /// The row of Table 7, on seen and on unseen poses.
 void run_protocol(const Options& o) {
   const std::shared_ptr<const npt::BodyModel> body = body_of(o);
-  const auto distribution = o.shapes == "uniform" ? npt::ShapeDistribution::uniform : npt::ShapeDistribution::normal;
-  std::vector<npt::EvaluationSet> sets = npt::protocol_sets(body, distribution);
-  if (o.first > 0)
-    for (npt::EvaluationSet& set : sets) set.count = std::min(set.count, o.first);
+  std::vector<npt::EvaluationSet> sets = npt::protocol_sets(body, o.protocol.distribution());
+  if (o.protocol.first > 0)
+    for (npt::EvaluationSet& set : sets) set.count = std::min(set.count, o.protocol.first);
   const auto fitter = std::make_shared<const npt::BodyFitter>(body);
   const npt::TbbExecutor executor(o.threads);
   program::catch_interrupts();
   program::Progress progress("pairs", sets[0].count + sets[1].count);
   std::mutex mutex;
-  const Stopwatch watch;
+  const program::Stopwatch watch;
   std::vector<npt::Evaluation> evaluations;
   for (const npt::EvaluationSet& set : sets)
     evaluations.push_back(npt::evaluate(set, npt::skeleton_system(fitter), executor, [&] {
@@ -220,21 +179,13 @@ void run_protocol(const Options& o) {
     }));
   progress.clear();
   const std::string name = o.body ? o.body->filename().string() : "mannequin";
-  if (o.json) {
-    program::Report report{{"system", "skeleton-driven transfer"}, {"data", "the paper's protocol on " + name}};
-    for (const npt::Evaluation& e : evaluations) report["sets"].push_back(program::report_of(e, o.worst));
-    report["seconds"] = watch.seconds();
-    std::cout << report.dump(-1, ' ', false, program::Report::error_handler_t::replace) << '\n';
-    return;
-  }
-  std::printf("skeleton-driven transfer on the paper's protocol on %s\n", name.c_str());
-  program::print_table(evaluations, o.worst, false);
-  std::printf("%.1f s\n", watch.seconds());
-  std::fflush(stdout);
+  program::print_protocol(o.protocol, evaluations,
+                          {{"system", "skeleton-driven transfer"}, {"data", "the paper's protocol on " + name}},
+                          "skeleton-driven transfer on the paper's protocol on " + name, watch.seconds());
 }
 
 void run(const Options& options) {
-  if (options.protocol) return run_protocol(options);
+  if (options.protocol.asked_for) return run_protocol(options);
   if (!(options.identity && options.pose && options.out))
     throw CLI::RequiredError("--identity, --pose and --out, or --protocol");
   Skeleton(options).run();
@@ -253,20 +204,7 @@ void add(CLI::App& command) {
   command.add_option("--threads", o->threads, "Threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
-  CLI::Option* protocol =
-      command.add_flag("--protocol", o->protocol, "Instead: the error on the paper's 72 seen and 72 unseen poses")
-          ->excludes(identity);
-  command.add_option("--shapes", o->shapes, "Distribution of the protocol's shapes: normal, or uniform in [-4, 4]")
-      ->check(CLI::IsMember({"normal", "uniform"}))
-      ->capture_default_str()
-      ->needs(protocol);
-  command.add_option("--first", o->first, "The first so many pairs of each set of the protocol only")
-      ->check(CLI::Range(1, 72))
-      ->needs(protocol);
-  command.add_option("--worst", o->worst, "Also list the protocol's so many worst pairs")
-      ->check(CLI::Range(0, 1000000))
-      ->needs(protocol);
-  command.add_flag("--json", o->json, "The protocol's errors as one line of JSON")->needs(protocol);
+  program::add_protocol_options(command, o->protocol, identity);
   command.footer(
       "Meshes need faces and the body model's unit, metres; vertex counts and orders are free, and no markers are "
       "needed.\n"

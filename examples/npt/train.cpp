@@ -4,6 +4,7 @@
 #include "precision_option.hpp"
 #include "progress.hpp"
 #include "status_line.hpp"
+#include "stopwatch.hpp"
 #include "subcommand.hpp"
 #include "training_arguments.hpp"
 #include "training_course.hpp"
@@ -18,7 +19,6 @@
 #include <npt/train/trainer.hpp>
 
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -48,14 +48,6 @@ struct Files {
     log = stem.string() + ".log.csv";
     plot = stem.string() + ".log.png";
   }
-};
-
-class Stopwatch {
- public:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 /// Means over the steps between two rows of the log.
@@ -228,7 +220,7 @@ class Training {
     row.step = trainer_->steps();
     row.progress = progress;
     if (validate) {
-      const Stopwatch watch;
+      const program::Stopwatch watch;
       row.validation_pmd = last_pmd_ = measure(validation_);
       best_ = std::min(best_, *row.validation_pmd);
       trainer_->spend(watch.seconds());
@@ -336,7 +328,7 @@ class Training {
   program::StatusLine status_;
   std::size_t validations_ = 0;
   double best_ = std::numeric_limits<double>::infinity(), last_pmd_ = best_;
-  Stopwatch since_checkpoint_;
+  program::Stopwatch since_checkpoint_;
 };
 
 void run(TrainingArguments& arguments, CLI::App& command) {

@@ -4,6 +4,7 @@
 #include "network_arguments.hpp"
 #include "progress.hpp"
 #include "quality_arguments.hpp"
+#include "stopwatch.hpp"
 #include "subcommand.hpp"
 #include "transfer_backend.hpp"
 #include "transfer_jobs.hpp"
@@ -14,7 +15,6 @@
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/validate.hpp>
 
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -122,7 +122,7 @@ class Transfer {
     if (!backend->notice().empty()) std::cerr << "npt: note: " << backend->notice() << '\n';
     program::catch_interrupts();
     progress_.emplace("pairs", jobs_.size());
-    const auto start = std::chrono::steady_clock::now();
+    const program::Stopwatch watch;
     std::size_t done = 0;
     for (const TransferJob& job : jobs_) {
       program::stop_if_interrupted();
@@ -130,10 +130,9 @@ class Transfer {
       progress_->advance();
     }
     progress_.reset();
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     if (!rows_.empty()) draw_picture();
     char time[32];
-    std::snprintf(time, sizeof time, "%.2f s", seconds.count());
+    std::snprintf(time, sizeof time, "%.2f s", watch.seconds());
     if (done > 0)
       std::cout << (done == 1 ? jobs_.front().out.string() : std::to_string(done) + " meshes") << " in " << time << " ("
                 << backend->description() << ")\n";
