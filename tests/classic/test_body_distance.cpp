@@ -96,7 +96,6 @@ TEST_CASE("the distance's gradient agrees with differences") {
 }
 
 TEST_CASE("the distance of a body from itself is nothing, and hints of earlier calls don't change a value") {
-  npt::Random random(1);
   const npt::BodyModel& model = npt::mannequin();
   const npt::Mesh mesh = npt::to_mesh(model);
   std::vector<Vec3d> points;

@@ -68,7 +68,7 @@ const npt::BodyFitter& mannequin_fitter() {
 }  // namespace
 
 TEST_CASE("bodies made by the model come back from shuffled vertices to 5 mm RMS") {
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const Sample s = sample(npt::mannequin(), seed);
     const npt::BodyFit fit = mannequin_fitter().fit(s.points, s.triangles);
     CAPTURE(seed);
@@ -87,7 +87,7 @@ TEST_CASE("so do bodies of a model made elsewhere") {
   }
   const auto model = std::make_shared<const npt::BodyModel>(npt::load_body(file));
   const npt::BodyFitter fitter(model);
-  for (const std::uint64_t seed : {11, 12}) {
+  for (const std::uint64_t seed : {11U, 12U}) {
     const Sample s = sample(*model, seed);
     CHECK(error(*model, fitter.fit(s.points, s.triangles), s.truth) < 0.003);
   }

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 const std::vector<npt::NamedParameter>& parameters() { return support::LinearCore::parameters(); }
-constexpr std::size_t size = support::LinearCore::size;
+constexpr std::size_t buffer_size = support::LinearCore::size;
 
 /// A folder of this test's own, gone at its end.
 struct Folder {
@@ -35,7 +35,7 @@ npt::Checkpoint<float> example(bool average = true) {
   npt::Random random(4);
   for (auto* buffer : {&c.parameters, &c.mean, &c.square, &c.average}) {
     if (buffer == &c.average && !average) continue;
-    *buffer = npt::AlignedBuffer<float>(size);
+    *buffer = npt::AlignedBuffer<float>(buffer_size);
     for (const npt::NamedParameter& p : parameters())
       for (int i = 0; i < p.parameter.size(); ++i)
         (*buffer)[static_cast<std::size_t>(p.parameter.offset + i)] =
@@ -56,7 +56,7 @@ std::string error_of(const fs::path& file, std::size_t drop = 0) {
   auto list = parameters();
   list.resize(list.size() - drop);
   try {
-    npt::load_checkpoint<float>(file, list, size);
+    npt::load_checkpoint<float>(file, list, buffer_size);
   } catch (const npt::Error& e) {
     const std::string text = e.what();
     CHECK(text.find(file.string()) == 0);
@@ -83,7 +83,7 @@ TEST_CASE("a checkpoint comes back bit for bit") {
   for (const bool average : {true, false}) {
     const auto c = example(average);
     npt::save_checkpoint<float>(folder.file(), parameters(), c);
-    const auto d = npt::load_checkpoint<float>(folder.file(), parameters(), size);
+    const auto d = npt::load_checkpoint<float>(folder.file(), parameters(), buffer_size);
     CHECK(same(c.parameters, d.parameters));
     CHECK(same(c.average, d.average));
     for (const npt::Slice& s : npt::learned_slices(parameters()))
@@ -105,7 +105,7 @@ TEST_CASE("no validation yet is no best, and the same state is the same file") {
   c.best_pmd = std::numeric_limits<double>::infinity();
   npt::save_checkpoint<float>(folder.file(), parameters(), c);
   const std::string bytes = npt::read_file(folder.file());
-  const auto d = npt::load_checkpoint<float>(folder.file(), parameters(), size);
+  const auto d = npt::load_checkpoint<float>(folder.file(), parameters(), buffer_size);
   CHECK(std::isinf(d.best_pmd));
   npt::save_checkpoint<float>(folder.file(), parameters(), d);
   CHECK(npt::read_file(folder.file()) == bytes);

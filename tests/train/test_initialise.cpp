@@ -11,7 +11,7 @@
 
 namespace {
 
-using Net = npt::PoseTransferNet<61>;
+using SmallNet = npt::PoseTransferNet<61>;
 
 struct Moments {
   double mean = 0, deviation = 0, largest = 0;
@@ -20,7 +20,7 @@ struct Moments {
 
 /// Moments of each tensor.
 std::map<std::string, Moments> moments(npt::Initialisation kind, std::uint64_t seed = 5) {
-  npt::Model<Net> model;
+  npt::Model<SmallNet> model;
   npt::initialise<float>(model.parameters(), model.buffer(), kind, seed);
   std::map<std::string, Moments> result;
   model.for_each_tensor([&](const std::string& name, const npt::Parameter&, std::span<const float> values) {
@@ -41,7 +41,9 @@ std::map<std::string, Moments> moments(npt::Initialisation kind, std::uint64_t s
 }  // namespace
 
 TEST_CASE("small weights: N(0, 0.02), biases N(0, 0.1)") {
-  for (const auto& [name, m] : moments(npt::Initialisation::small)) {
+  for (const auto& entry : moments(npt::Initialisation::small)) {
+    const std::string& name = entry.first;
+    const auto& m = entry.second;
     CAPTURE(name);
     const bool weight = name.ends_with(".weight");
     const double expected = weight ? 0.02 : 0.1, tolerance = 4 * expected / std::sqrt(static_cast<double>(m.count));
@@ -74,7 +76,7 @@ TEST_CASE("He's weights by the inputs; SPAdaIN starts near instance norm") {
 
 TEST_CASE("the seed decides") {
   const auto values = [](std::uint64_t seed) {
-    npt::Model<Net> model;
+    npt::Model<SmallNet> model;
     npt::initialise<float>(model.parameters(), model.buffer(), npt::Initialisation::small, seed);
     return std::vector<float>(model.buffer().begin(), model.buffer().end());
   };

@@ -20,11 +20,11 @@ using support::LinearCore;
 using support::LinearSource;
 using Buffer = npt::AlignedBuffer<float>;
 
-const LinearSource few(6), many(40);
+const LinearSource few_vertices(6), many_vertices(40);
 
 npt::TrainerOptions options(std::uint64_t steps) {
   npt::TrainerOptions o;
-  o.stages = {{.begin = 0, .batch = 8, .source = &few}, {.begin = 0.7, .batch = 2, .source = &many}};
+  o.stages = {{.begin = 0, .batch = 8, .source = &few_vertices}, {.begin = 0.7, .batch = 2, .source = &many_vertices}};
   o.steps = steps;
   o.rate = npt::CosineRate{.rate = 0.05};
   o.average = 0.9;
