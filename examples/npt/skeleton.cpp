@@ -171,6 +171,7 @@ void run_protocol(const Options& o) {
   std::mutex mutex;
   const program::Stopwatch watch;
   std::vector<npt::Evaluation> evaluations;
+  evaluations.reserve(sets.size());
   for (const npt::EvaluationSet& set : sets)
     evaluations.push_back(npt::evaluate(set, npt::skeleton_system(fitter), executor, [&] {
       program::stop_if_interrupted();

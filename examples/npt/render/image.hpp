@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -44,10 +45,10 @@ struct Image {
         const double a = over.a / 255.0, b = under.a / 255.0 * (1 - a), sum = a + b;
         if (!(sum > 0)) continue;
         const auto mixed = [&](std::uint8_t o, std::uint8_t u) {
-          return static_cast<std::uint8_t>((o * a + u * b) / sum + 0.5);
+          return static_cast<std::uint8_t>(std::lround((o * a + u * b) / sum));
         };
         under = {mixed(over.r, under.r), mixed(over.g, under.g), mixed(over.b, under.b),
-                 static_cast<std::uint8_t>(sum * 255 + 0.5)};
+                 static_cast<std::uint8_t>(std::lround(sum * 255))};
       }
   }
 

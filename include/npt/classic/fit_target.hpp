@@ -155,6 +155,7 @@ class FitTarget {
     }
     const std::vector<std::uint32_t> order = random_permutation(static_cast<std::uint32_t>(count), random);
     std::vector<Sample> shuffled;
+    shuffled.reserve(count);
     for (const std::uint32_t k : order) shuffled.push_back(samples_[k]);
     samples_ = std::move(shuffled);
     spread_first(256);

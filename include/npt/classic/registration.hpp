@@ -94,7 +94,7 @@ inline std::vector<Vec3d> point_normals(const Surface& surface, std::span<const 
 struct Side {
   Edge edge;
   std::uint32_t triangle = 0;
-  friend auto operator<=>(const Side&, const Side&) = default;
+  friend auto operator<=>(const Side&, const Side&) = default;  // NOLINT(modernize-use-nullptr)
 };
 
 /// The sides of triangles that are not flat, sorted: those of one edge stand together.

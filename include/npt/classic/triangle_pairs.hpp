@@ -25,7 +25,8 @@ namespace npt::inline NPT_ABI {
 /// A triangle of the source and one of the target that belong together, by their numbers in triangulate().
 struct TrianglePair {
   std::uint32_t source = 0, target = 0;
-  friend auto operator<=>(const TrianglePair&, const TrianglePair&) = default;
+  friend auto operator<=>(const TrianglePair&,
+                          const TrianglePair&) = default;  // NOLINT(modernize-use-nullptr)
 };
 
 namespace classic {
