@@ -1,13 +1,14 @@
 /// npt deform: deformation transfer (Sumner and Popovic 2004), with markers instead of a network. A target in rest gets the poses of
 /// a source whose rest mesh is known. Or, with --protocol, its error on the paper's pairs.
 #include "arguments.hpp"
-#include "baseline_arguments.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
+#include "protocol_arguments.hpp"
 #include "status_line.hpp"
 #include "stopwatch.hpp"
 #include "subcommand.hpp"
 #include "transfer_jobs.hpp"
+#include "transfer_picture.hpp"
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/mannequin.hpp>
@@ -98,8 +99,11 @@ class Deform {
  private:
   void check_other_outputs() const {
     std::vector<fs::path> files{*options_.source};
+    if (options_.picture) {
+      program::check_picture(*options_.picture, jobs_, "poses", files);
+      files.push_back(*options_.picture);
+    }
     for (const TransferJob& job : jobs_) files.insert(files.end(), {job.identity, job.pose, job.out});
-    if (options_.picture) program::check_picture(*options_.picture, jobs_.size(), files);
     if (options_.registered) {
       program::expect_extension(*options_.registered, program::mesh_extensions);
       program::check_output(*options_.registered, files);

@@ -6,6 +6,7 @@
 #include "precision_option.hpp"
 #include "progress.hpp"
 #include "report.hpp"
+#include "stopwatch.hpp"
 #include "subcommand.hpp"
 
 #include <reproduce/child.hpp>
@@ -17,7 +18,6 @@
 #include <npt/io/file.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
@@ -56,7 +56,7 @@ constexpr double share_of_training = 0.9;
 
 class Reproduction {
  public:
-  explicit Reproduction(Options options) : options_(std::move(options)), start_(std::chrono::steady_clock::now()) {
+  explicit Reproduction(Options options) : options_(std::move(options)) {
     for (const int number : options_.tables)
       for (const reproduce::Row& row : reproduce::table_of(number).rows) need(row.system);
     options_.sources.body = options_.body;
@@ -84,17 +84,17 @@ class Reproduction {
     // What needs no training comes first: the networks share what it leaves of the budget.
     for (const System& system : reproduce::systems())
       if (needed(system) && system.kind != Kind::network && measures(system)) measure(system);
-    const double measured = elapsed();
+    const double measured = watch_.seconds();
     train();
-    const double trained = elapsed();
+    const double trained = watch_.seconds();
     for (const System& system : reproduce::systems())
       if (needed(system) && system.kind == Kind::network && measures(system)) measure(system);
     write_tables();
     const std::size_t failures = draw_figures();
     std::printf("%s in %s: baselines %s, training %s, the rest %s\n", options_.out.string().c_str(),
-                program::duration_text(elapsed()).c_str(), program::duration_text(measured).c_str(),
+                program::duration_text(watch_.seconds()).c_str(), program::duration_text(measured).c_str(),
                 program::duration_text(trained - measured).c_str(),
-                program::duration_text(elapsed() - trained).c_str());
+                program::duration_text(watch_.seconds() - trained).c_str());
     std::fflush(stdout);
     if (failures > 0)
       throw npt::Error({.file = std::to_string(failures) + " of " + std::to_string(options_.figures.size()) +
@@ -128,8 +128,6 @@ class Reproduction {
                           .expected = "one with them, or other tables and figures"});
     }
   }
-
-  double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
 
   void need(const std::string& id) {
     if (std::ranges::find(needed_, id) == needed_.end()) needed_.push_back(id);
@@ -247,7 +245,8 @@ class Reproduction {
     if (missing.empty()) return;
     // All networks of a folder train equally long, also those of a later run.
     const fs::path path = options_.out / "minutes";
-    double minutes = (share_of_training * options_.budget - elapsed() / 60) / static_cast<double>(missing.size());
+    double minutes =
+        (share_of_training * options_.budget - watch_.seconds() / 60) / static_cast<double>(missing.size());
     if (fs::exists(path))
       minutes = std::stod(npt::read_file(path));
     else
@@ -333,7 +332,7 @@ class Reproduction {
   static constexpr double least_share = 0.05, least_minutes = 0.02;
 
   Options options_;
-  std::chrono::steady_clock::time_point start_;
+  program::Stopwatch watch_;
   std::vector<std::string> needed_;
   std::map<std::string, fs::path> given_;
   reproduce::Results results_;

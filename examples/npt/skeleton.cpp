@@ -1,12 +1,13 @@
 /// npt skeleton: pose transfer through a fitted body's skeleton, without a network. An identity mesh gets the joint angles of one or
 /// many pose meshes. Or, with --protocol, its error on the paper's pairs.
 #include "arguments.hpp"
-#include "baseline_arguments.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
+#include "protocol_arguments.hpp"
 #include "stopwatch.hpp"
 #include "subcommand.hpp"
 #include "transfer_jobs.hpp"
+#include "transfer_picture.hpp"
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/mannequin.hpp>
@@ -84,8 +85,11 @@ class Skeleton {
  private:
   void check_other_outputs() const {
     std::vector<fs::path> files;
+    if (options_.picture) {
+      program::check_picture(*options_.picture, jobs_, "poses", files);
+      files.push_back(*options_.picture);
+    }
     for (const TransferJob& job : jobs_) files.insert(files.end(), {job.identity, job.pose, job.out});
-    if (options_.picture) program::check_picture(*options_.picture, jobs_.size(), files);
     if (options_.fitted) {
       program::expect_extension(*options_.fitted, program::mesh_extensions);
       program::check_output(*options_.fitted, files);

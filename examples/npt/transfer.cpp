@@ -8,9 +8,7 @@
 #include "subcommand.hpp"
 #include "transfer_backend.hpp"
 #include "transfer_jobs.hpp"
-
-#include <render/png.hpp>
-#include <render/render.hpp>
+#include "transfer_picture.hpp"
 
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/validate.hpp>
@@ -60,14 +58,11 @@ class MeshSlot {
   program::LoadedMesh loaded_;
 };
 
-/// The most pairs that a picture shows, one in a row.
-constexpr std::size_t most_rows = 16;
-
 class Transfer {
  public:
   explicit Transfer(const Options& options) : options_(options), jobs_(list_jobs()) {
     program::check_outputs_apart(jobs_);
-    if (options_.picture) check_picture();
+    if (options_.picture) program::check_picture(*options_.picture, jobs_, "pairs");
     std::erase_if(jobs_, [this](const TransferJob& job) { return !attempt(job, [&job] { program::check_job(job); }); });
   }
 
@@ -81,24 +76,7 @@ class Transfer {
  private:
   std::vector<TransferJob> list_jobs() {
     if (options_.pairs) return program::read_pairs(*options_.pairs);
-    if (!fs::is_directory(*options_.pose)) {
-      if (options_.format) throw npt::Error({"--format", {}, "one output file", "a folder of poses"});
-      return {{*options_.identity, *options_.pose, *options_.out, {}}};
-    }
-    folder_.emplace(*options_.out);
-    const std::string extension = options_.format ? "." + *options_.format : program::extension_of(*options_.identity);
-    return program::folder_jobs(*options_.identity, *options_.pose, *options_.out, extension);
-  }
-
-  void check_picture() const {
-    if (jobs_.size() > most_rows)
-      throw npt::Error(
-          {"--render", {}, std::to_string(jobs_.size()) + " pairs", "at most " + std::to_string(most_rows)});
-    static constexpr std::array<std::string_view, 1> png{".png"};
-    program::expect_extension(*options_.picture, png);
-    std::vector<fs::path> files;
-    for (const TransferJob& job : jobs_) files.insert(files.end(), {job.identity, job.pose, job.out});
-    program::check_output(*options_.picture, files);
+    return program::pose_jobs(*options_.identity, *options_.pose, *options_.out, options_.format, folder_);
   }
 
   /// Runs `step` of a job. With --keep-going an error is printed and counted; otherwise it goes on to main.
@@ -149,16 +127,11 @@ class Transfer {
   }
 
   void draw_picture() const {
-    std::vector<render::Panel> panels;
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      static const std::array<const char*, 3> captions{"identity", "pose", "result"};
-      static const std::array<const char*, 3> colours{"blue", "sand", "blue"};
-      const bool last_row = i + 3 >= rows_.size();
-      panels.push_back({&rows_[i], last_row ? captions[i % 3] : "", {render::parse_colour(colours[i % 3], "picture")}});
-    }
-    render::FigureOptions figure;
-    figure.columns = 3;
-    render::write_png(*options_.picture, render::draw_figure(panels, figure));
+    std::vector<std::vector<program::PictureCell>> rows;
+    for (std::size_t i = 0; i + 2 < rows_.size(); i += 3)
+      rows.push_back(
+          {{&rows_[i], "identity", "blue"}, {&rows_[i + 1], "pose", "sand"}, {&rows_[i + 2], "result", "blue"}});
+    program::draw_rows(*options_.picture, rows);
   }
 
   const Options& options_;

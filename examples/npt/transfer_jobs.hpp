@@ -1,4 +1,4 @@
-/// What `npt transfer` has to do: a list of identity, pose and output, from the arguments, a folder or a file of pairs.
+/// What a command that transfers poses has to do: a list of identity, pose and output, from the arguments, a folder or a file of pairs.
 #pragma once
 
 #include "arguments.hpp"
@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -62,6 +63,19 @@ inline std::vector<TransferJob> folder_jobs(const std::filesystem::path& identit
   if (jobs.empty()) throw npt::Error({poses.string(), {}, "a folder without meshes", ".ply or .obj files"});
   std::ranges::sort(jobs, {}, &TransferJob::pose);
   return jobs;
+}
+
+/// A job for the pose mesh, or one for each of the folder `pose`, which makes the folder `out`. `format`: of the results in a folder;
+/// without: as the identity.
+inline std::vector<TransferJob> pose_jobs(const std::filesystem::path& identity, const std::filesystem::path& pose,
+                                          const std::filesystem::path& out, const std::optional<std::string>& format,
+                                          std::optional<OutputFolder>& folder) {
+  if (!std::filesystem::is_directory(pose)) {
+    if (format) throw npt::Error({"--format", {}, "one output file", "a folder of poses"});
+    return {{identity, pose, out, {}}};
+  }
+  folder.emplace(out);
+  return folder_jobs(identity, pose, out, format ? "." + *format : extension_of(identity));
 }
 
 /// Throws npt::Error unless the job's inputs are there and its output can be written.

@@ -27,6 +27,20 @@ inline Mesh mesh_of(const std::vector<Vec3d>& points, const std::vector<Triangle
   return mesh;
 }
 
+/// Points and triangles in double, to put together.
+struct Surface {
+  std::vector<Vec3d> points;
+  std::vector<Triangle> triangles;
+
+  /// The number of the other's first point.
+  std::uint32_t add(const Surface& other) {
+    const auto first = static_cast<std::uint32_t>(points.size());
+    points.insert(points.end(), other.points.begin(), other.points.end());
+    for (const Triangle& t : other.triangles) triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    return first;
+  }
+};
+
 /// A closed figure with four blunt limbs: a sphere of rings x sectors, pulled out. `stretch` makes another body of it.
 inline Mesh starfish(std::uint32_t rings, std::uint32_t sectors, double stretch = 0) {
   std::vector<Vec3d> points{{0, 0, 1}};

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <classic/shapes.hpp>
 #include <npt/classic/bone_heat.hpp>
 #include <npt/core/error.hpp>
 
@@ -15,17 +16,7 @@ using npt::Bone;
 using npt::SparseMatrix;
 using npt::Triangle;
 using npt::Vec3d;
-
-struct Surface {
-  std::vector<Vec3d> points;
-  std::vector<Triangle> triangles;
-
-  void add(const Surface& other) {
-    const auto first = static_cast<std::uint32_t>(points.size());
-    points.insert(points.end(), other.points.begin(), other.points.end());
-    for (const Triangle& t : other.triangles) triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  }
-};
+using shapes::Surface;
 
 /// A tube along x from -1 to 1, of radius 0.2, closed by fans.
 Surface tube(std::uint32_t rings, std::uint32_t sectors, Vec3d centre = {}) {

@@ -17,36 +17,25 @@ namespace {
 using npt::FitTarget;
 using npt::Triangle;
 using npt::Vec3d;
-
-struct Shell {
-  std::vector<Vec3d> points;
-  std::vector<Triangle> triangles;
-
-  std::uint32_t add(const Shell& other) {
-    const auto first = static_cast<std::uint32_t>(points.size());
-    points.insert(points.end(), other.points.begin(), other.points.end());
-    for (const Triangle& t : other.triangles) triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-    return first;
-  }
-};
+using shapes::Surface;
 
 /// A closed figure around `centre`.
-Shell figure(Vec3d centre = {}) {
+Surface figure(Vec3d centre = {}) {
   const npt::Mesh mesh = shapes::starfish(12, 16);
-  Shell result{shapes::points_of(mesh.coordinates()), npt::triangulate(mesh)};
+  Surface result{shapes::points_of(mesh.coordinates()), npt::triangulate(mesh)};
   for (Vec3d& p : result.points) p += centre;
   return result;
 }
 
-Shell turned_inside_out(Shell surface) {
+Surface turned_inside_out(Surface surface) {
   for (Triangle& t : surface.triangles) std::swap(t[1], t[2]);
   return surface;
 }
 
-FitTarget target_of(const Shell& s, std::size_t samples = 300) { return FitTarget(s.points, s.triangles, samples); }
+FitTarget target_of(const Surface& s, std::size_t samples = 300) { return FitTarget(s.points, s.triangles, samples); }
 
 /// The share of triangles whose normal is known, and of these the share that looks away from `centre`.
-std::pair<double, double> oriented(const FitTarget& target, const Shell& s, Vec3d centre) {
+std::pair<double, double> oriented(const FitTarget& target, const Surface& s, Vec3d centre) {
   double known = 0, outward = 0;
   for (std::uint32_t t = 0; t < target.triangles().size(); ++t) {
     if (!target.oriented(t)) continue;
@@ -60,7 +49,7 @@ std::pair<double, double> oriented(const FitTarget& target, const Shell& s, Vec3
 
 TEST_CASE("normals look outwards, however the faces turn") {
   for (const bool inside_out : {false, true}) {
-    const Shell s = inside_out ? turned_inside_out(figure()) : figure();
+    const Surface s = inside_out ? turned_inside_out(figure()) : figure();
     const auto [known, outward] = oriented(target_of(s), s, {});
     CHECK(known == 1);
     CHECK(outward > 0.95);  // limbs have sides that look back at the centre
@@ -68,11 +57,11 @@ TEST_CASE("normals look outwards, however the faces turn") {
 }
 
 TEST_CASE("each piece is turned by itself, and one without an inside has no normals") {
-  Shell s = figure();
+  Surface s = figure();
   s.add(turned_inside_out(figure({5, 0, 0})));
   // A flat patch, and a closed figure whose every second face is turned.
   s.add({{{0, 5, 0}, {1, 5, 0}, {1, 6, 0}, {0, 6, 0}}, {{0, 1, 2}, {0, 2, 3}}});
-  Shell mixed = figure({0, 0, 5});
+  Surface mixed = figure({0, 0, 5});
   for (std::size_t t = 0; t < mixed.triangles.size(); t += 2) std::swap(mixed.triangles[t][1], mixed.triangles[t][2]);
   const std::size_t figures = s.triangles.size() - 2;
   s.add(mixed);
@@ -86,8 +75,8 @@ TEST_CASE("each piece is turned by itself, and one without an inside has no norm
 }
 
 TEST_CASE("triangles without area and unused vertices count for nothing") {
-  const Shell good = figure();
-  Shell bad = good;
+  const Surface good = figure();
+  Surface bad = good;
   bad.points.push_back({100, 100, 100});
   bad.triangles.push_back({0, 0, 5});
   bad.triangles.push_back({3, 3, 3});
@@ -111,7 +100,7 @@ TEST_CASE("a mesh without any area is an error that names it") {
 }
 
 TEST_CASE("samples lie on the surface, are spread by area, and the first ones far from each other") {
-  const Shell s = figure();
+  const Surface s = figure();
   const FitTarget target = target_of(s, 2000);
   REQUIRE(target.samples().size() == 2000);
   double upper = 0;

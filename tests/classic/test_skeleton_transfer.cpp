@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <classic/shapes.hpp>
 #include <npt/body/mannequin.hpp>
 #include <npt/classic/skeleton_pose.hpp>
 #include <npt/classic/skeleton_transfer.hpp>
@@ -26,12 +27,7 @@ std::shared_ptr<const npt::BodyFitter> fitter() {
 }
 
 npt::Mesh mesh_of(const std::vector<float>& xyz, const std::vector<npt::Triangle>& triangles) {
-  npt::Mesh mesh;
-  mesh.positions.resize(xyz.size() / 3);
-  std::ranges::copy(xyz, mesh.coordinates().begin());
-  for (std::size_t t = 0; t <= triangles.size(); ++t) mesh.face_start.push_back(3 * t);
-  for (const npt::Triangle& t : triangles) mesh.corners.insert(mesh.corners.end(), t.begin(), t.end());
-  return mesh;
+  return shapes::mesh_of(shapes::points_of(xyz), triangles);
 }
 
 const npt::EvaluationPair& pair() {
