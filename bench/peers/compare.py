@@ -59,7 +59,8 @@ class Comparison:
         a = self.arguments
         if a.bench == "train":
             return run([self.bin / "npt", "bench", "train", "--vertices", a.vertices, "--bottleneck", a.bottleneck, "--batch",
-                        a.batch, "--threads", a.threads, "--repeats", a.repeats, "--seed", a.seed, "--json"])
+                        a.batch, "--threads", a.threads, "--precision", a.precision, "--repeats", a.repeats, "--seed", a.seed,
+                        "--json"])
         return run([self.bin / "npt", "bench", "forward", "--vertices", a.vertices, "--bottleneck", a.bottleneck, "--threads",
                     a.threads, "--precision", a.precision, "--repeats", a.repeats, "--seed", a.seed, "--json"])
 
@@ -114,7 +115,8 @@ def main():
     parser.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--vertices", type=int, default=6890)
     parser.add_argument("--bottleneck", type=int, choices=(1024, 256, 128), default=1024)
-    parser.add_argument("--precision", choices=("fp32", "bf16"), default="fp32", help="npt's; the peers are fp32")
+    parser.add_argument("--precision", choices=("auto", "fp32", "bf16"), default="auto",
+                        help="npt's (auto: fp32's error by the fastest unit); the peers are fp32")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--peer", action="append", choices=("onednn", "torch", "torch-eager"),
                         help="default: onednn and torch")
@@ -126,8 +128,8 @@ def main():
             parser.error(f"--{name} must be at least 1")
     training = arguments.bench == "train"
     peers = arguments.peer or (["torch"] if training else ["onednn", "torch"])
-    if training and (peers != ["torch"] or arguments.precision != "fp32"):
-        parser.error("--bench train has one peer, torch, and one precision, fp32")
+    if training and (peers != ["torch"] or arguments.precision == "bf16"):
+        parser.error("--bench train has one peer, torch, and no precision bf16")
     needed = ["npt"] + ([] if training else ["bench_make_case"]) + (["bench_peer_onednn"] if "onednn" in peers else [])
     missing = [n for n in needed if not (arguments.build / "bin" / n).exists()]
     if missing:

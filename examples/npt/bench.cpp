@@ -31,7 +31,7 @@ namespace bench_command {
 struct Options {
   int vertices = 6890, bottleneck = 1024, threads = 0, batch = 1, repeats = 9;
   int rows = 1027, columns = 1027;
-  std::string order = "conv_relu", feature = "per-vertex", precision = "fp32";
+  std::string order = "conv_relu", feature = "per-vertex", precision = "auto";
   std::optional<std::uint64_t> seed;
   bool json = false;
 };
@@ -39,6 +39,7 @@ struct Options {
 /// What a benchmark reports.
 struct Result {
   std::string name;
+  std::string products;                ///< what they were computed in: the precision, or what `auto` chose
   std::vector<double> seconds, peaks;  ///< of each repeat
   double operations = 0;               ///< of one repeat, by the plain algorithm's count
   double error = 0;                    ///< norm of the difference over norm of the double reference
@@ -56,16 +57,17 @@ struct Result {
     if (o.json) {
       std::printf(
           "{\"bench\": \"%s\", \"isa\": \"%s\", \"threads\": %d, \"vertices\": %d, \"batch\": %d, \"precision\": "
-          "\"%s\", "
+          "\"%s\", \"products\": \"%s\", "
           "\"seed\": %llu, \"seconds_min\": %.6g, \"seconds_median\": %.6g, \"gflops\": %.5g, \"peak_gflops\": %.5g, "
           "\"share\": %.4g, \"error\": %.3g, \"peak_memory_mb\": %.1f}\n",
-          name.c_str(), npt::compiled_isa(), o.threads, o.vertices, o.batch, o.precision.c_str(),
+          name.c_str(), npt::compiled_isa(), o.threads, o.vertices, o.batch, o.precision.c_str(), products.c_str(),
           static_cast<unsigned long long>(seed), least, median(seconds), gflops(), peak, gflops() / peak, error,
           memory_mb);
       return;
     }
     std::printf("%s, %d vertices, batch %d, %s, %d thread%s, %s\n", name.c_str(), o.vertices, o.batch,
-                o.precision.c_str(), o.threads, o.threads == 1 ? "" : "s", npt::compiled_isa());
+                program::precision_text(o.precision, products).c_str(), o.threads, o.threads == 1 ? "" : "s",
+                npt::compiled_isa());
     std::printf("error          %.2e relative to the double reference (seed %llu)\n", error,
                 static_cast<unsigned long long>(seed));
     std::printf("seconds        %.4f min, %.4f median of %zu\n", least, median(seconds), seconds.size());
@@ -115,9 +117,12 @@ double child_memory(const std::function<void()>& work) {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-/// Of the unit that multiplies, divided by the products that a precision takes for one.
+/// Of the unit that multiplies, divided by the products that a precision takes for one; for `auto`, which promises fp32's
+/// error, of fp32's unit.
 double peak_of(const Options& o) {
-  const int parts = npt::parts_of(program::precision_from(o.precision));
+  const npt::Precision precision = program::precision_from(o.precision);
+  if (precision == npt::Precision::automatic) return bench::measure_peak<float>(o.threads);
+  const int parts = npt::parts_of(precision);
   if (parts == 0) return bench::measure_peak<float>(o.threads);
   if (!npt::simd::has_matrix_registers()) return bench::measure_peak<float, true>(o.threads);
   return bench::measure_matrix_peak(o.threads) / (parts * (parts + 1) / 2);
@@ -138,7 +143,7 @@ void bench_forward(const program::Network& network, const Options& o, std::uint6
   const npt::Precision precision = program::precision_from(o.precision);
   const std::vector<float> pose = random_points<float>(o.vertices, seed, 1001);
   const std::vector<float> identity = random_points<float>(o.vertices, seed, 1002);
-  Result result{.name = "forward, " + network.variant.text(), .seconds = {}, .peaks = {}};
+  Result result{.name = "forward, " + network.variant.text(), .products = {}, .seconds = {}, .peaks = {}};
   result.memory_mb = child_memory([&] {
     const auto engine = network.from_seed(seed, o.threads, precision);
     std::vector<float> out(identity.size());
@@ -146,6 +151,7 @@ void bench_forward(const program::Network& network, const Options& o, std::uint6
   });
 
   const auto engine = network.from_seed(seed, o.threads, precision);
+  result.products = program::products_text(engine.precision());
   const auto batch = static_cast<std::size_t>(o.batch);
   std::vector<std::vector<float>> poses, identities, results(batch, std::vector<float>(identity.size()));
   std::vector<npt::TransferPair<float>> pairs;
@@ -170,7 +176,8 @@ void bench_forward(const program::Network& network, const Options& o, std::uint6
 }
 
 /// One convolution's matrix product, rows x columns weights on packed tiles, without prologue or epilogue.
-void bench_gemm(const Options& o, std::uint64_t seed) {
+void bench_gemm(Options o, std::uint64_t seed) {
+  o.precision = "fp32";
   namespace kernel = npt::kernel;
   npt::Random random(seed, 5);
   const auto size = static_cast<std::size_t>(o.rows) * static_cast<std::size_t>(o.columns);
@@ -205,8 +212,10 @@ void bench_gemm(const Options& o, std::uint64_t seed) {
     });
   };
   run();
-  Result result{
-      .name = "gemm " + std::to_string(o.rows) + " x " + std::to_string(o.columns), .seconds = {}, .peaks = {}};
+  Result result{.name = "gemm " + std::to_string(o.rows) + " x " + std::to_string(o.columns),
+                .products = "fp32",
+                .seconds = {},
+                .peaks = {}};
   std::vector<float> found;
   std::vector<double> expected;
   for (int i = 0; i < 2000; ++i) {  // entries drawn at random

@@ -34,7 +34,7 @@ struct Options {
   std::size_t vertices = 6890, batch = 8;
   int threads = 0, repeats = 5;
   program::Variant variant;
-  std::string precision = "fp32", optimiser = "adam";
+  std::string precision = "auto", optimiser = "adam";
   std::optional<std::uint64_t> seed;
   bool json = false;
 };
@@ -171,7 +171,8 @@ void run(Options o) {
   options.steps = 1'000'000;
   options.rate = npt::ConstantRate{npt::paper_learning_rate};
   if (o.optimiser == "muon") options.matrix_rate = 3;
-  options.muon.parts = std::min(1, npt::parts_of(gradients.precision()));
+  options.muon.parts = npt::parts_of(gradients.precision());
+  const std::string products = program::products_text(gradients.precision());
   npt::Trainer trainer(gradients, network.list(), std::span(weights), options);
   trainer.step();  // warm
   std::vector<double> seconds, data, forward, losses, backward, optimise, peaks;
@@ -194,21 +195,23 @@ void run(Options o) {
   const double memory = static_cast<double>(usage.ru_maxrss) / 1024;
   if (o.json) {
     std::printf(
-        "{\"bench\": \"train, %s\", \"isa\": \"%s\", \"precision\": \"%s\", \"optimiser\": \"%s\", "
+        "{\"bench\": \"train, %s\", \"isa\": \"%s\", \"precision\": \"%s\", \"products\": \"%s\", \"optimiser\": "
+        "\"%s\", "
         "\"threads\": %d, \"vertices\": %zu, \"batch\": %zu, \"seed\": "
         "%llu, \"seconds_min\": %.6g, \"seconds_median\": %.6g, \"gflops\": %.5g, \"peak_gflops\": %.5g, \"share\": "
         "%.4g, \"data_seconds\": %.4g, \"data_share\": %.4g, \"forward_seconds\": %.4g, \"loss_seconds\": %.4g, "
         "\"backward_seconds\": %.4g, \"optimise_seconds\": %.4g, \"gradient_error\": %.3g, "
         "\"finite_difference_error\": %.3g, \"engine_mb\": %.1f, \"peak_memory_mb\": %.1f}\n",
-        o.variant.text().c_str(), npt::compiled_isa(), o.precision.c_str(), o.optimiser.c_str(), o.threads, o.vertices,
-        o.batch, static_cast<unsigned long long>(seed), least, typical, gflops, peak, gflops / peak, median(data),
-        median(data) / typical, median(forward), median(losses), median(backward), median(optimise), errors.gradient,
-        errors.finite_difference, static_cast<double>(gradients.bytes()) * 1e-6, memory);
+        o.variant.text().c_str(), npt::compiled_isa(), o.precision.c_str(), products.c_str(), o.optimiser.c_str(),
+        o.threads, o.vertices, o.batch, static_cast<unsigned long long>(seed), least, typical, gflops, peak,
+        gflops / peak, median(data), median(data) / typical, median(forward), median(losses), median(backward),
+        median(optimise), errors.gradient, errors.finite_difference, static_cast<double>(gradients.bytes()) * 1e-6,
+        memory);
     return;
   }
   std::printf("training step, %s, %s, %s, %zu vertices, batch %zu, %d thread%s, %s\n", o.variant.text().c_str(),
-              o.precision.c_str(), o.optimiser.c_str(), o.vertices, o.batch, o.threads, o.threads == 1 ? "" : "s",
-              npt::compiled_isa());
+              program::precision_text(o.precision, products).c_str(), o.optimiser.c_str(), o.vertices, o.batch,
+              o.threads, o.threads == 1 ? "" : "s", npt::compiled_isa());
   std::printf("gradient       %.2e from double's, whose slope is %.2e from finite differences (seed %llu)\n",
               errors.gradient, errors.finite_difference, static_cast<unsigned long long>(seed));
   std::printf("seconds        %.4f min, %.4f median of %zu\n", least, typical, seconds.size());

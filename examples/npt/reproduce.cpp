@@ -43,7 +43,7 @@ struct Options {
   std::vector<int> tables, figures;
   double budget = 60;
   fs::path out;
-  std::string body = "mannequin", precision = "fp32";
+  std::string body = "mannequin", precision = "auto";
   int bottleneck = 128, threads = 0;
   std::size_t first = 0;  ///< of each set's pairs; 0: all
   reproduce::FigureSources sources;

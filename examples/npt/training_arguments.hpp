@@ -56,7 +56,7 @@ struct TrainingArguments {
   std::uint64_t seed = 0;
   // Run
   int threads = 0;
-  std::string precision = "fp32";
+  std::string precision = "auto";
   std::filesystem::path out;
   bool resume = false, overwrite = false;
   std::uint64_t checkpoint_every = 0, validate_every = 0, log_every = 100;

@@ -200,6 +200,18 @@ TEST_CASE("a warm call allocates nothing") {
 #endif
 }
 
+TEST_CASE("a call holds two feature maps of the paper's network, not three") {
+  using Net = npt::PoseTransferNet<128>;
+  const npt::Engine<Net> engine(random_model<Net>(), 1);
+  const auto pose = random_points<float>(960, 1), identity = random_points<float>(960, 2);
+  std::vector<float> result(identity.size());
+  npt::Workspace<float> workspace;
+  engine(workspace, pose, identity, result);
+  constexpr std::size_t map = 131 * 960 * sizeof(float);  // bottleneck and coordinates, ten whole groups of vertices
+  CHECK(workspace.bytes() > 2 * map);
+  CHECK(workspace.bytes() < 5 * map / 2);
+}
+
 TEST_CASE("NaN in gives NaN out, never a wrong mesh") {
   const auto nan = std::numeric_limits<float>::quiet_NaN();
   const auto check = [&](const auto& engine) {

@@ -15,7 +15,7 @@ namespace {
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Largest error of a product of random matrices, each relative to the sum of its terms' sizes.
-double product_error(int rows, int columns, int parts) {
+double product_error(int rows, int columns, int parts, bool biased = true) {
   constexpr int width = kernel::panel_width<float>;
   npt::Random random(3);
   const auto fill = [&](std::size_t n) {
@@ -24,10 +24,10 @@ double product_error(int rows, int columns, int parts) {
     return buffer;
   };
   const auto weights = fill(index(rows) * index(columns)), operand = fill(index(columns) * width),
-             bias = fill(index(rows));
+             drawn = fill(index(rows));
+  const auto bias = [&](int r) { return biased ? drawn[index(r)] : 0.0F; };
   const kernel::AmxWeights packed(
-      rows, columns, parts, [&](int r, int c) { return weights[index(r) * index(columns) + index(c)]; },
-      [&](int r) { return bias[index(r)]; });
+      rows, columns, parts, [&](int r, int c) { return weights[index(r) * index(columns) + index(c)]; }, bias);
   npt::AlignedBuffer<kernel::Word> words(packed.operand_words(1));
   for (kernel::Word& w : words.span()) w = 0x7FC07FC0;  // NaN where nothing is written
   const int used = kernel::split_channels(operand.data(), columns, parts, words.data(), packed.part_words());
@@ -36,12 +36,12 @@ double product_error(int rows, int columns, int parts) {
   const npt::simd::MatrixRegisters registers;
   double worst = 0;
   for (int b = 0; b < packed.block_count(); ++b) {
-    kernel::amx_kernel_for(parts, packed.row_registers(b))(packed.depth(), packed.block(b), words.data(),
-                                                           packed.bias() + packed.first_row(b), tile.data());
+    kernel::amx_kernel_for(parts, packed.row_registers(b))(
+        packed.depth(), packed.block(b), words.data(), packed.bias_at(packed.bias(), packed.first_row(b)), tile.data());
     for (int r = 0; r < packed.rows(b); ++r)
       for (int v = 0; v < width; ++v) {
         const std::size_t row = index(packed.first_row(b) + r);
-        double expected = static_cast<double>(bias[row]), size = std::abs(expected);
+        double expected = static_cast<double>(bias(static_cast<int>(row))), size = std::abs(expected);
         for (int k = 0; k < columns; ++k) {
           const double term = static_cast<double>(weights[row * index(columns) + index(k)]) *
                               static_cast<double>(operand[index(k * width + v)]);
@@ -71,6 +71,7 @@ TEST_CASE("products on matrix registers are as exact as their parts") {
       CHECK(product_error(rows, columns, 3) < 3e-7);
     }
   CHECK(product_error(64, 1027, 3) < 3e-7);
+  CHECK(product_error(49, 64, 3, false) < 3e-7);
 }
 
 TEST_CASE("matrix registers keep NaN and infinity where they are") {

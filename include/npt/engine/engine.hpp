@@ -25,8 +25,8 @@ namespace npt::inline NPT_ABI {
 /// allocates nothing. Numerics       within 1e-5 relative of a double reference in fp32; the same bits for any number
 /// of threads, any batch, and for
 ///                encode + decode. NaN in gives NaN out.
-/// Precision      bf16 where the processor multiplies it: about 1e-2 relative; with matrix registers (AMX) also bf16x3, which has
-///                the error of fp32 (docs/performance.md)
+/// Precision      fp32's error by the fastest unit unless told otherwise; bf16 where the processor multiplies it: about 1e-2 relative
+///                (docs/performance.md)
 /// Errors         npt::Error on sizes that are not three a vertex, empty meshes, and unequal vertex counts where the
 /// network
 ///                pairs vertices (every feature but the pooled one).
@@ -36,11 +36,11 @@ class Engine : public engine::Core<T, Exec> {
   using Network = Net;
 
   /// `threads` 0: as many as the process may use; without oneTBB the default executor is serial and takes 0 or 1.
-  explicit Engine(const Model<Net, T>& model, int threads = 0, Precision precision = Precision::native)
+  explicit Engine(const Model<Net, T>& model, int threads = 0, Precision precision = Precision::automatic)
       : Engine(model, Exec(threads), precision) {}
-  Engine(const Model<Net, T>& model, Exec executor, Precision precision = Precision::native)
-      : engine::Core<T, Exec>(program_for(precision), model.buffer(), precision, transforms_for(precision),
-                              std::move(executor)) {}
+  Engine(const Model<Net, T>& model, Exec executor, Precision precision = Precision::automatic)
+      : engine::Core<T, Exec>(program_for(precision), model.buffer(), engine::resolve<T>(precision, program()),
+                              transforms_for(precision), std::move(executor)) {}
 
   /// The program that runs: the network's, lowered.
   static constexpr const graph::Program& program() { return graph::program_of<Net>; }
@@ -51,6 +51,7 @@ class Engine : public engine::Core<T, Exec> {
   static bool supports(Precision precision) {
     switch (precision) {
       case Precision::native:
+      case Precision::automatic:
         return true;
       case Precision::bf16:
         return pairs_compiled;
@@ -91,10 +92,10 @@ class Engine : public engine::Core<T, Exec> {
 };
 
 template <class Net, class T>
-Engine(const Model<Net, T>&, int, Precision = Precision::native) -> Engine<Net, T, DefaultExecutor>;
+Engine(const Model<Net, T>&, int, Precision = Precision::automatic) -> Engine<Net, T, DefaultExecutor>;
 template <class Net, class T>
 Engine(const Model<Net, T>&) -> Engine<Net, T, DefaultExecutor>;
 template <class Net, class T, Executor Exec>
-Engine(const Model<Net, T>&, Exec, Precision = Precision::native) -> Engine<Net, T, Exec>;
+Engine(const Model<Net, T>&, Exec, Precision = Precision::automatic) -> Engine<Net, T, Exec>;
 
 }  // namespace npt::inline NPT_ABI

@@ -72,16 +72,16 @@ class Forward {
   /// The feature map that the decoder overwrites must have the wider of both strides.
   std::size_t code_stride(const Tensor& t) const {
     int channels = t.channels;
-    if (program_.code_alias >= 0 && program_.buffer_channels[index(program_.code_alias)] > channels)
-      channels = program_.buffer_channels[index(program_.code_alias)];
+    if (program_.code_alias >= 0)
+      channels = std::max(channels, program_.buffer_channels[1][index(program_.code_alias)]);
     return kernel::tile_size(channels);
   }
-  std::size_t buffer_stride(int b) const {
-    if (b == program_.code_alias) {
+  std::size_t buffer_stride(int b, bool over_pose) const {
+    if (!over_pose && b == program_.code_alias) {
       for (const Tensor& t : program_.tensors)
         if (t.storage == Storage::code && t.place == 0) return code_stride(t);
     }
-    return kernel::tile_size(program_.buffer_channels[index(b)]);
+    return kernel::tile_size(program_.buffer_channels[over_pose ? 0 : 1][index(b)]);
   }
 
   template <Executor E>
@@ -95,7 +95,7 @@ class Forward {
   void prepare(const Side<T>& side, bool over_pose, int slots) {
     for (int b = 0; b < program_.buffer_count; ++b) {
       const bool spend = !over_pose && own_code_ != nullptr && b == program_.code_alias;
-      buffer_stride_[index(b)] = buffer_stride(b);
+      buffer_stride_[index(b)] = buffer_stride(b, over_pose);
       if (!spend) memory_.buffers[index(b)].grow_to(side.items.size() * buffer_stride_[index(b)]);
       buffer_[index(b)] = spend ? own_code_->tiles[0].data() : memory_.buffers[index(b)].data();
     }
@@ -193,22 +193,24 @@ class Forward {
     for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i) {
       if (packed_.stage(i).pooled_columns == 0) continue;
       bias_offset_[index(i)] = total;
-      total += side.instances.size() * index(program_.stage(i).rows);
+      total += side.instances.size() * bias_stride(i);
     }
-    memory_.bias.grow_to(total + index(simd::matrix_rows));  // matrix registers read whole
+    memory_.bias.grow_to(total + kernel::bias_slack);
     for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i)
       if (packed_.stage(i).pooled_columns != 0)
         for (int m = 0; m < static_cast<int>(side.instances.size()); ++m) add_pooled_sources(i, sweep, m);
   }
 
+  /// Elements of a mesh's biases that hold pooled sources' products.
+  std::size_t bias_stride(int i) const {
+    return index(program_.stage(i).rows) * (packed_.parts() > 0 ? index(kernel::AmxWeights::bias_width) : 1);
+  }
+
   void add_pooled_sources(int i, const graph::Sweep& sweep, int mesh) {
     const Stage& stage = program_.stage(i);
     const PackedStage<T>& packed = packed_.stage(i);
-    T* NPT_RESTRICT bias = memory_.bias.data() + bias_offset_[index(i)] + index(mesh) * index(stage.rows);
-    const T* own_bias = packed.weights.bias();
-    if constexpr (std::is_same_v<T, float>)
-      if (packed_.parts() > 0) own_bias = packed.amx_weights.bias();
-    for (int r = 0; r < stage.rows; ++r) bias[r] = own_bias[r];
+    T* NPT_RESTRICT bias = memory_.bias.data() + bias_offset_[index(i)] + index(mesh) * bias_stride(i);
+    for (int r = 0; r < stage.rows; ++r) bias[r] = packed.own_bias(r);
     const T* NPT_RESTRICT weights = packed.pooled_weights.data();
     for (int s = 0; s < stage.source_count; ++s) {
       const graph::Source& source = stage.sources[index(s)];
@@ -220,6 +222,8 @@ class Forward {
         for (int r = 0; r < stage.rows; ++r) bias[r] += weights[r] * x;
       }
     }
+    if constexpr (std::is_same_v<T, float>)
+      if (packed_.parts() > 0) kernel::spread_biases(bias, stage.rows);
   }
 
   /// Room for what each group contributes to moments and maxima.
@@ -370,7 +374,7 @@ class Forward {
     const std::size_t out_stride = kernel::panel_stride<T>(stage.rows);
     const T* bias = packed_.stage(i).pooled_columns == 0
                         ? own_bias
-                        : memory_.bias.data() + bias_offset_[index(i)] + index(item.instance) * index(stage.rows);
+                        : memory_.bias.data() + bias_offset_[index(i)] + index(item.instance) * bias_stride(i);
     const kernel::RowTransform<T> transform = transforms_.epilogue[index(stage.epilogue.signature)];
     alignas(simd_alignment) T raw[index(Weights::tallest_block) * kernel::panel_width<T>];
 
@@ -381,7 +385,7 @@ class Forward {
       T* out_rows = out + index(row) * kernel::panel_width<T>;
       for (int p = 0; p < panels; ++p) {
         T* to = out_rows + out_stride * index(p);
-        product(b, p, bias + row, in_place ? to : raw);
+        product(b, p, Weights::bias_at(bias, row), in_place ? to : raw);
         if (!in_place)
           transform({.from = raw,
                      .to = to,

@@ -374,7 +374,7 @@ class TapeBackward : TapeView<T> {
       const int row = product.first_row(b), rows = product.rows(b);
       if (!any_wants(stage, row, rows)) continue;
       const std::size_t raw_stride = kernel::panel_stride<T>(rows);
-      for (int p = 0; p < panels; ++p) product(b, p, product.bias() + row, raw + raw_stride * index(p));
+      for (int p = 0; p < panels; ++p) product(b, p, product.bias_at(product.bias(), row), raw + raw_stride * index(p));
       take_along_routes(stage, item, number, row, rows, raw, raw_stride, layout, sums);
     }
   }

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <type_traits>
 
 namespace npt::inline NPT_ABI::engine {
 
@@ -107,9 +108,11 @@ class TapeForward : TapeView<T> {
     has_pooled_ = stage.operand_rows != stage.columns;
     if (!has_pooled_) return;
     const std::size_t meshes = this->side_of(stage.from_pose).instances.size();
-    memory_.bias.grow_to(meshes * index(stage.rows) + index(simd::matrix_rows));  // matrix registers read whole
+    bias_stride_ = index(stage.rows);
+    if (memory_.parts > 0) bias_stride_ *= index(kernel::AmxWeights::bias_width);
+    memory_.bias.grow_to(meshes * bias_stride_ + kernel::bias_slack);
     executor.for_each(static_cast<int>(meshes), [&](int mesh, int) {
-      T* bias = memory_.bias.data() + index(mesh) * index(stage.rows);
+      T* bias = memory_.bias.data() + index(mesh) * bias_stride_;
       for (int row = 0; row < stage.rows; ++row) {
         T sum = memory_.parameters[index(stage.bias + row)];
         for (int r = 0; r < stage.route_count; ++r) {
@@ -121,6 +124,8 @@ class TapeForward : TapeView<T> {
         }
         bias[row] = sum;
       }
+      if constexpr (std::is_same_v<T, float>)
+        if (memory_.parts > 0) kernel::spread_biases(bias, stage.rows);
     });
   }
 
@@ -150,11 +155,11 @@ class TapeForward : TapeView<T> {
 
   void multiply(const Stage& stage, const Item& item, std::size_t number, const TapeProduct<T>& product, T* out) {
     const std::size_t out_stride = kernel::panel_stride<T>(stage.rows);
-    const T* bias = has_pooled_ ? memory_.bias.data() + index(item.instance) * index(stage.rows) : product.bias();
+    const T* bias = has_pooled_ ? memory_.bias.data() + index(item.instance) * bias_stride_ : product.bias();
     for (int b = 0; b < product.block_count(); ++b) {
       const int row = product.first_row(b);
       for (int p = 0; p < kernel::used_panels<T>(item.valid); ++p)
-        product(b, p, bias + row, out + out_stride * index(p) + index(row) * kernel::panel_width<T>);
+        product(b, p, product.bias_at(bias, row), out + out_stride * index(p) + index(row) * kernel::panel_width<T>);
       gather(stage, item, number, row, product.rows(b), out);
     }
   }
@@ -245,7 +250,8 @@ class TapeForward : TapeView<T> {
                .args = args.data()});
   }
 
-  bool has_pooled_ = false;  ///< the running stage reads a pooled tensor
+  bool has_pooled_ = false;      ///< the running stage reads a pooled tensor
+  std::size_t bias_stride_ = 0;  ///< its biases of a mesh
   // Offsets in memory.partial of parts [items][channels]:
   std::array<std::size_t, graph::max_ports> partial_{};              ///< by port: of its means; squares stand behind
   std::array<std::size_t, graph::max_tape_tensors> pool_partial_{};  ///< by pooled tensor: of its maxima

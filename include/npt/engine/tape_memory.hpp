@@ -63,6 +63,12 @@ class TapeProduct {
       if (amx_ != nullptr) return amx_->bias();
     return plain_->bias();
   }
+  /// Of a row, in biases like these.
+  const T* bias_at(const T* biases, int row) const {
+    if constexpr (std::is_same_v<T, float>)
+      if (amx_ != nullptr) return kernel::AmxWeights::bias_at(biases, row);
+    return kernel::PackedWeights<T>::bias_at(biases, row);
+  }
   /// A block's rows of a panel, [rows(block)][panel_width]. `bias`: of the first of them; matrix registers read 16 at a time.
   void operator()(int block, int panel, const T* bias, T* to) const {
     const int height = rows(block);

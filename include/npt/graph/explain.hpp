@@ -7,6 +7,7 @@
 #include <npt/graph/lower.hpp>
 #include <npt/kernel/panel.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdio>
 #include <string>
@@ -38,7 +39,8 @@ class Explanation {
     line("%s", program_.paired ? "Pose and identity vertices meet pairwise: equal counts are needed."
                                : "The pose reaches the identity through a pooled feature: any vertex counts.");
     std::size_t channels = 0;
-    for (int b = 0; b < program_.buffer_count; ++b) channels += width(program_.buffer_channels, b);
+    for (int b = 0; b < program_.buffer_count; ++b)
+      channels += std::max(width(program_.buffer_channels[0], b), width(program_.buffer_channels[1], b));
     for (const Tensor& t : program_.tensors)
       if (t.storage == Storage::code && program_.code_alias < 0) channels += static_cast<std::size_t>(t.channels);
     line("Feature maps kept between sweeps: %zu floats a vertex. Scratch of a task: %d tiles.", channels,

@@ -459,7 +459,7 @@ class Lowering {
       } else {
         out.storage = Storage::buffer;
         out.place = buffers.take(life, max_buffers);
-        widen(program_.buffer_channels[index(out.place)], out.channels);
+        widen(program_.buffer_channels[out.from_pose ? 0 : 1][index(out.place)], out.channels);
       }
     }
     program_.buffer_count = buffers.places;

@@ -124,7 +124,8 @@ struct Program {
   int signature_count = 0;
   int output = -1;  ///< tensor
 
-  std::array<int, max_buffers> buffer_channels{};  ///< widest tenant of each buffer: its tiles' stride
+  /// By side (pose 0, identity 1): widest tenant of each buffer, its tiles' stride; 0: the side doesn't use it.
+  std::array<std::array<int, max_buffers>, 2> buffer_channels{};
   int buffer_count = 0;
   int code_count = 0;
   int code_alias = -1;  ///< buffer that may be the first code tensor's memory when nobody needs the code afterwards

@@ -9,6 +9,7 @@
 /// Layouts, in 32-bit words of two bfloat16 values:
 ///   weights  [block of 32 rows][32 columns][part][16 rows][16 words], words along the columns, zero behind rows and columns
 ///   operand  [panel][part][words][panel_width], the words along the channels, zero behind them up to a multiple of 16
+///   bias     [rows][16], each value 16 times
 /// The result is a tile as everywhere (panel.hpp).
 #pragma once
 
@@ -39,6 +40,7 @@ constexpr int amx_depth(int columns) { return (columns + amx_columns - 1) / amx_
 
 /// tile[32 or fewer rows][panel_width] = bias + weights * operand for one block and one panel.
 ///   depth     products of matrix registers along the columns
+///   bias      of the block's rows; nullptr: none
 ///   tile      rows are written in whole registers of 16
 using AmxKernel = void (*)(int depth, const Word* weights, const Word* operand, const float* bias, float* tile);
 
@@ -53,34 +55,40 @@ NPT_NOINLINE void amx_kernel(int depth, const Word* NPT_RESTRICT weights, const 
   constexpr std::size_t matrix = std::size_t{simd::matrix_rows} * simd::matrix_words;
   constexpr std::size_t lower = std::size_t{simd::matrix_rows} * panel_width<float>;
   const std::size_t part = static_cast<std::size_t>(depth) * lower;
-  // The sums begin with the biases, by way of memory that is in the first-level cache; the tile often isn't.
-  alignas(simd_alignment) float first[RowRegisters * matrix];
-  for (int r = 0; r < RowRegisters * simd::matrix_rows; ++r)
-    simd::store(first + r * simd::matrix_words, simd::broadcast(bias[r]));
   asm volatile("" ::: "memory");  // g++ doesn't know that loading a matrix register reads memory
-  _tile_loadd(0, first, row_stride);
-  _tile_loadd(1, first, row_stride);
-  if constexpr (RowRegisters == 2) {
-    _tile_loadd(2, first + matrix, row_stride);
-    _tile_loadd(3, first + matrix, row_stride);
+  // Biases lie spread out: writing them here, just before they are loaded, took 40 % of the kernel's time in training at bottleneck 128.
+  if (bias != nullptr) {
+    _tile_loadd(0, bias, row_stride);
+    _tile_loadd(1, bias, row_stride);
+    if constexpr (RowRegisters == 2) {
+      _tile_loadd(2, bias + matrix, row_stride);
+      _tile_loadd(3, bias + matrix, row_stride);
+    }
+  } else {
+    _tile_zero(0);
+    _tile_zero(1);
+    if constexpr (RowRegisters == 2) {
+      _tile_zero(2);
+      _tile_zero(3);
+    }
   }
   for (int k = 0; k < depth; ++k) {
-    for (int i = 0; i < Parts; ++i) {
+    simd::unroll<Parts>([&](auto i) NPT_LAMBDA_INLINE {
       _tile_loadd(4, weights, row_stride);
-      for (int j = 0; j < Parts - i; ++j) {
+      if constexpr (RowRegisters == 2) _tile_loadd(5, weights + matrix, row_stride);
+      simd::unroll<Parts - i>([&](auto j) NPT_LAMBDA_INLINE {
         const Word* x = operand + static_cast<std::size_t>(j) * part;
         _tile_loadd(6, x, stride);
         _tile_dpbf16ps(0, 4, 6);
         _tile_loadd(7, x + simd::matrix_words, stride);
         _tile_dpbf16ps(1, 4, 7);
         if constexpr (RowRegisters == 2) {
-          if (j == 0) _tile_loadd(5, weights + matrix, row_stride);
           _tile_dpbf16ps(2, 5, 6);
           _tile_dpbf16ps(3, 5, 7);
         }
-      }
+      });
       weights += RowRegisters * matrix;
-    }
+    });
     operand += lower;
   }
   _tile_stored(0, tile, stride);
@@ -106,6 +114,17 @@ inline AmxKernel amx_kernel_for(int parts, int row_registers) {
 inline AmxKernel amx_kernel_for(int, int) { return nullptr; }
 
 #endif
+
+/// Elements behind the last of several meshes' biases that the kernel may read: it takes 16 rows at a time.
+inline constexpr std::size_t bias_slack = std::size_t{simd::matrix_rows} * simd::matrix_words;
+
+/// Spreads biases [rows] in place to [rows][16], as the kernel takes them.
+inline void spread_biases(float* biases, int rows) {
+  for (int r = rows - 1; r >= 0; --r) {
+    const float bias = biases[r];
+    std::fill_n(biases + static_cast<std::size_t>(r) * simd::matrix_words, simd::matrix_words, bias);
+  }
+}
 
 /// Weights of a product on matrix registers, with biases.
 class AmxWeights {
@@ -141,13 +160,19 @@ class AmxWeights {
   int depth() const { return depth_; }
   static constexpr int tallest_block = amx_block_rows;
   static constexpr int rows_written = simd::matrix_rows;  ///< whose multiples the kernel writes
+  static constexpr int bias_width = simd::matrix_words;   ///< values of a row's bias
   int block_count() const { return (rows_ + amx_block_rows - 1) / amx_block_rows; }
   int first_row(int block) const { return block * amx_block_rows; }
   int rows(int block) const { return std::min(amx_block_rows, rows_ - first_row(block)); }
   /// Matrix registers below each other that a block takes.
   int row_registers(int block) const { return rows(block) > simd::matrix_rows ? 2 : 1; }
   const Word* block(int b) const { return words_.data() + block_offset(b); }
-  const float* bias() const { return bias_.data(); }
+  /// [rows][bias_width]; nullptr: all are zero.
+  const float* bias() const { return biased_ ? bias_.data() : nullptr; }
+  /// Of a row, in biases like these.
+  static const float* bias_at(const float* biases, int row) {
+    return biases == nullptr ? nullptr : biases + index(row) * bias_width;
+  }
   std::size_t bytes() const { return words_.size() * sizeof(Word) + bias_.size() * sizeof(float); }
   /// Words of an operand for `panels` panels.
   std::size_t operand_words(int panels) const { return panel_words() * index(panels); }
@@ -166,8 +191,13 @@ class AmxWeights {
     parts_ = parts;
     const int padded = (rows + simd::matrix_rows - 1) / simd::matrix_rows * simd::matrix_rows;
     words_.grow_to(index(padded) * index(depth_ * parts_) * simd::matrix_words);
-    bias_.grow_to(index(padded));
-    for (int r = 0; r < padded; ++r) bias_[index(r)] = r < rows ? bias(r) : 0.0F;
+    bias_.grow_to(index(padded) * bias_width);
+    biased_ = false;
+    for (int r = 0; r < padded; ++r) {
+      bias_[index(r)] = r < rows ? bias(r) : 0.0F;
+      biased_ = biased_ || bias_[index(r)] != 0;
+    }
+    spread_biases(bias_.data(), padded);
     alignas(simd_alignment) float values[amx_columns] = {};
     for (int k = 0; k < depth_; ++k) {
       const int first = k * amx_columns, count = std::min(amx_columns, columns - first);
@@ -198,6 +228,7 @@ class AmxWeights {
   }
 
   int rows_ = 0, depth_ = 0, parts_ = 0;
+  bool biased_ = false;
   AlignedBuffer<Word> words_;
   AlignedBuffer<float> bias_;
 };

@@ -41,7 +41,7 @@ class MatrixProduct {
           }
           amx_kernel_for(parts_, amx_weights_.row_registers(block))(
               amx_weights_.depth(), amx_weights_.block(block), words_.data(),
-              amx_weights_.bias() + amx_weights_.first_row(block), tile);
+              AmxWeights::bias_at(amx_weights_.bias(), amx_weights_.first_row(block)), tile);
         });
         return;
       }

@@ -19,12 +19,53 @@ namespace npt::inline NPT_ABI::kernel {
 /// eps of instance normalisation (the paper's network uses PyTorch's default).
 inline constexpr double norm_epsilon = 1e-5;
 
+namespace internal {
+
+/// gather_moments for Rows rows of a whole group. The rows are independent: one waits for its sums while others add.
+template <int Rows, class T>
+NPT_ALWAYS_INLINE void gather_whole(const T* rows_begin, std::size_t stride, T* mean, T* squares) {
+  constexpr int lanes = simd::lanes<T>;
+  const auto value = [&](auto r, auto i) NPT_LAMBDA_INLINE {
+    return simd::load(rows_begin + r * panel_width<T> + stride * static_cast<std::size_t>(i / panel_registers) +
+                      i % panel_registers * lanes);
+  };
+  simd::Batch<T> sum[Rows];
+  T centre[Rows];
+  simd::unroll<Rows>([&](auto r) NPT_LAMBDA_INLINE { sum[r] = simd::broadcast(T(0)); });
+  simd::unroll<group_width / lanes>(
+      [&](auto i) NPT_LAMBDA_INLINE { simd::unroll<Rows>([&](auto r) NPT_LAMBDA_INLINE { sum[r] += value(r, i); }); });
+  simd::unroll<Rows>([&](auto r) NPT_LAMBDA_INLINE {
+    centre[r] = mean[r] = simd::reduce_add(sum[r]) / static_cast<T>(group_width);
+    sum[r] = simd::broadcast(T(0));
+  });
+  simd::unroll<group_width / lanes>([&](auto i) NPT_LAMBDA_INLINE {
+    simd::unroll<Rows>([&](auto r) NPT_LAMBDA_INLINE {
+      const simd::Batch<T> d = value(r, i) - simd::broadcast(centre[r]);
+      sum[r] = simd::fma(d, d, sum[r]);
+    });
+  });
+  simd::unroll<Rows>([&](auto r) NPT_LAMBDA_INLINE { squares[r] = simd::reduce_add(sum[r]); });
+}
+
+}  // namespace internal
+
 /// The rows' values in one group: `valid` vertices in `panels` panels, `stride` elements apart.
 /// Writes mean[r] and squares[r] = sum of (x - mean)^2 for r < rows.
 template <class T>
 void gather_moments(const T* rows_begin, std::size_t stride, int valid, int rows, T* mean, T* squares) {
   constexpr int lanes = simd::lanes<T>;
   using B = simd::Batch<T>;
+  if (valid == group_width) {
+    constexpr int together = 4;
+    int r = 0;
+    for (; r + together <= rows; r += together)
+      internal::gather_whole<together>(rows_begin + static_cast<std::size_t>(r) * panel_width<T>, stride, mean + r,
+                                       squares + r);
+    for (; r < rows; ++r)
+      internal::gather_whole<1>(rows_begin + static_cast<std::size_t>(r) * panel_width<T>, stride, mean + r,
+                                squares + r);
+    return;
+  }
   const B zero = simd::broadcast(T(0));
   const int full = valid / lanes;
   const int rest = valid % lanes;

@@ -61,6 +61,7 @@ class PackedWeights {
   const RowBlocks& blocks() const { return blocks_; }
   static constexpr int tallest_block = max_tile_rows;
   static constexpr int rows_written = 1;  ///< whose multiples the kernel writes
+  static constexpr int bias_width = 1;    ///< values of a row's bias
   int block_count() const { return blocks_.count; }
   int first_row(int block) const { return blocks_.first_row(block); }
   int rows(int block) const { return blocks_.rows(block); }
@@ -68,6 +69,8 @@ class PackedWeights {
     return weights_.data() + static_cast<std::size_t>(blocks_.first_row(b)) * static_cast<std::size_t>(k_count_);
   }
   const T* bias() const { return bias_.data(); }
+  /// Of a row, in biases like these.
+  static const T* bias_at(const T* biases, int row) { return biases + row; }
   std::size_t bytes() const { return (weights_.size() + bias_.size()) * sizeof(T); }
 
  private:

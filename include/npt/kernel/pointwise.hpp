@@ -105,9 +105,12 @@ namespace internal {
 template <class T, class... Ops, class Body>
 NPT_ALWAYS_INLINE void for_each_row(const RowRange<T>& range, Body&& body) {
   [&]<std::size_t... I>(std::index_sequence<I...>) NPT_LAMBDA_INLINE {
+    // Copies, which stores to tiles can't change: else they are read again for every row.
+    const std::array<PointwiseArgs<T>, sizeof...(Ops)> args{range.args[I]...};
+    const int first_channel = range.first_channel;
     for (int p = 0; p < range.panels; ++p) {
       const auto columns = [&]([[maybe_unused]] int part) NPT_LAMBDA_INLINE {
-        return std::tuple{Ops::template column<T>(range.args[I], Position{range.first_panel + p, part})...};
+        return std::tuple{Ops::template column<T>(args[I], Position{range.first_panel + p, part})...};
       };
       [[maybe_unused]] const std::array column{columns(0), columns(1)};
       // The values of row c in register q, through the chain.
@@ -117,7 +120,7 @@ NPT_ALWAYS_INLINE void for_each_row(const RowRange<T>& range, Body&& body) {
         return x;
       };
       const auto row_of = [&]([[maybe_unused]] int c) NPT_LAMBDA_INLINE {
-        return std::tuple{Ops::template row<T>(range.args[I], range.first_channel + c)...};
+        return std::tuple{Ops::template row<T>(args[I], first_channel + c)...};
       };
       body(range.from + range.from_stride * static_cast<std::size_t>(p),
            range.to + range.to_stride * static_cast<std::size_t>(p), row_of, value);
@@ -133,7 +136,8 @@ template <class T, class... Ops>
 NPT_NOINLINE void transform_rows(const RowRange<T>& range) {
   internal::for_each_row<T, Ops...>(
       range, [&](const T* from, T* to, const auto& row_of, const auto& value) NPT_LAMBDA_INLINE {
-        for (int c = 0; c < range.rows; ++c, from += panel_width<T>, to += panel_width<T>) {
+        const int rows = range.rows;
+        for (int c = 0; c < rows; ++c, from += panel_width<T>, to += panel_width<T>) {
           [[maybe_unused]] const auto row = row_of(c);
           simd::unroll<panel_registers>(
               [&](auto q) NPT_LAMBDA_INLINE { simd::store(to + q * simd::lanes<T>, value(from, row, q)); });

@@ -118,7 +118,19 @@ NPT_ALWAYS_INLINE Batch<T> sqrt(const Batch<T>& x) {
 /// Sum over the lanes, in an order fixed by the instruction set.
 template <class T>
 NPT_ALWAYS_INLINE T reduce_add(const Batch<T>& x) {
+#if defined(__AVX512F__)
+  // The sum of the halves first, as xsimd does, but by an intrinsic without an undefined register: where g++ doesn't inline xsimd's function, its
+  // warning (above) can't be switched off from here.
+  using Half = xsimd::batch<T, xsimd::avx2>;
+  if constexpr (std::is_same_v<T, float>) {
+    const __m256d upper = _mm512_maskz_extractf64x4_pd(0xFF, _mm512_castps_pd(x), 1);
+    return xsimd::hadd(Half(_mm256_add_ps(_mm512_castps512_ps256(x), _mm256_castpd_ps(upper))));
+  } else {
+    return xsimd::hadd(Half(_mm256_add_pd(_mm512_castpd512_pd256(x), _mm512_maskz_extractf64x4_pd(0xFF, x, 1))));
+  }
+#else
   return xsimd::hadd(x);
+#endif
 }
 
 /// x where lane + first < count, else `other`.
