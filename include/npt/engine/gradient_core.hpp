@@ -46,7 +46,7 @@ class GradientCore {
   /// What products are computed in, from the next load() on. Everything else, sums and stored values too, stays T.
   /// Errors  npt::Error where this build or machine has no matrix registers for bfloat16
   void set_precision(Precision precision) {
-    precision = resolve<T>(precision, *tape_, rows_for_bf16x3_in_training);
+    precision = resolve<T>(precision, *tape_);
     if (precision != Precision::native && !(std::is_same_v<T, float> && simd::has_matrix_registers()))
       throw Error({.file = "precision",
                    .found = std::string(name_of(precision)) + " in gradients compiled for " NPT_ISA_NAME,

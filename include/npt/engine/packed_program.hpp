@@ -42,19 +42,18 @@ constexpr int parts_of(Precision precision) {
 
 namespace npt::inline NPT_ABI::engine {
 
-/// From this many rows of its widest convolution on, a network is faster with bf16x3 than in fp32. On a Xeon with AMX, two threads: the
-/// forward pass at 6890 vertices 1.44 times with 1027 rows, equal with 259, 0.9 times with 131; a training step 1.53 times with 1027 rows, 1.14
-/// to 1.19 times with 259, equal with 131.
-inline constexpr int rows_for_bf16x3 = 512, rows_for_bf16x3_in_training = 256;
+/// From this many rows of its widest convolution on, a network is faster with bf16x3 than in fp32. On a Xeon with AMX, two threads, with
+/// 1027, 259 and 131 rows: the forward pass at 6890 vertices 1.44, 1.12 and 0.95 times, a training step 1.53, 1.14 to 1.19 and 0.97 times.
+inline constexpr int rows_for_bf16x3 = 256;
 
 /// What `precision` stands for in a program or tape: itself, unless it is `automatic`.
 template <class T, class Program>
-Precision resolve(Precision precision, const Program& program, int least_rows = rows_for_bf16x3) {
+Precision resolve(Precision precision, const Program& program) {
   if (precision != Precision::automatic) return precision;
   int widest = 0;
   for (int i = 0; i < program.stage_count; ++i) widest = std::max(widest, program.stage(i).rows);
-  return std::is_same_v<T, float> && simd::has_matrix_registers() && widest >= least_rows ? Precision::bf16x3
-                                                                                          : Precision::native;
+  return std::is_same_v<T, float> && simd::has_matrix_registers() && widest >= rows_for_bf16x3 ? Precision::bf16x3
+                                                                                               : Precision::native;
 }
 
 /// One stage's weights. Columns that meet a pooled source are kept apart: their product is the same at every vertex and
