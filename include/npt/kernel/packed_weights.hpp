@@ -61,7 +61,6 @@ class PackedWeights {
   const RowBlocks& blocks() const { return blocks_; }
   static constexpr int tallest_block = max_tile_rows;
   static constexpr int rows_written = 1;  ///< whose multiples the kernel writes
-  static constexpr int bias_width = 1;    ///< values of a row's bias
   int block_count() const { return blocks_.count; }
   int first_row(int block) const { return blocks_.first_row(block); }
   int rows(int block) const { return blocks_.rows(block); }
