@@ -171,7 +171,7 @@ void run(Options o) {
   options.steps = 1'000'000;
   options.rate = npt::ConstantRate{npt::paper_learning_rate};
   if (o.optimiser == "muon") options.matrix_rate = 3;
-  options.muon.parts = npt::parts_of(gradients.precision());
+  options.muon.parts = std::min(1, npt::parts_of(gradients.precision()));
   const std::string products = program::products_text(gradients.precision());
   npt::Trainer trainer(gradients, network.list(), std::span(weights), options);
   trainer.step();  // warm

@@ -18,6 +18,7 @@
 #include <npt/train/initialise.hpp>
 #include <npt/train/trainer.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -178,7 +179,7 @@ class Training {
     o.adam = {.beta1 = a.beta1, .beta2 = a.beta2, .epsilon = a.epsilon};
     if (a.optimiser == "muon") o.matrix_rate = a.matrix_rate / rate;
     o.muon.momentum = a.matrix_momentum;
-    o.muon.parts = npt::parts_of(gradients_->precision());
+    o.muon.parts = std::min(1, npt::parts_of(gradients_->precision()));
     o.loss = {.scaling = a.loss_scaling == "sum" ? npt::LossScaling::sum : npt::LossScaling::mean,
               .edge = a.edge_loss == "length"     ? npt::EdgeLoss::length
                       : a.edge_loss == "relative" ? npt::EdgeLoss::relative

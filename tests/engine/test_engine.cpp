@@ -202,7 +202,7 @@ TEST_CASE("a warm call allocates nothing") {
 
 TEST_CASE("a call holds two feature maps of the paper's network, not three") {
   using Net = npt::PoseTransferNet<128>;
-  const npt::Engine<Net> engine(random_model<Net>(), 1);
+  const npt::Engine<Net> engine(random_model<Net>(), 1, npt::Precision::native);
   const auto pose = random_points<float>(960, 1), identity = random_points<float>(960, 2);
   std::vector<float> result(identity.size());
   npt::Workspace<float> workspace;

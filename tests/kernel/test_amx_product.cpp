@@ -12,11 +12,12 @@ namespace kernel = npt::kernel;
 
 namespace {
 
+constexpr int width = kernel::panel_width<float>;
+
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Largest error of a product of random matrices, each relative to the sum of its terms' sizes.
-double product_error(int rows, int columns, int parts, bool biased = true) {
-  constexpr int width = kernel::panel_width<float>;
+double product_error(int rows, int columns, int parts, bool biased = true, int valid = width) {
   npt::Random random(3);
   const auto fill = [&](std::size_t n) {
     npt::AlignedBuffer<float> buffer(n);
@@ -30,16 +31,14 @@ double product_error(int rows, int columns, int parts, bool biased = true) {
       rows, columns, parts, [&](int r, int c) { return weights[index(r) * index(columns) + index(c)]; }, bias);
   npt::AlignedBuffer<kernel::Word> words(packed.operand_words(1));
   for (kernel::Word& w : words.span()) w = 0x7FC07FC0;  // NaN where nothing is written
-  const int used = kernel::split_channels(operand.data(), columns, parts, words.data(), packed.part_words());
-  kernel::end_channels(words.data(), used, parts, packed.part_words());
+  const kernel::AmxOperand panel = kernel::split_panel(packed, operand.data(), valid, words.data());
   npt::AlignedBuffer<float> tile(kernel::amx_block_rows * width);
   const npt::simd::MatrixRegisters registers;
   double worst = 0;
   for (int b = 0; b < packed.block_count(); ++b) {
-    kernel::amx_kernel_for(parts, packed.row_registers(b))(
-        packed.depth(), packed.block(b), words.data(), packed.bias_at(packed.bias(), packed.first_row(b)), tile.data());
+    packed.multiply(b, panel, kernel::AmxWeights::bias_at(packed.bias(), packed.first_row(b)), tile.data());
     for (int r = 0; r < packed.rows(b); ++r)
-      for (int v = 0; v < width; ++v) {
+      for (int v = 0; v < valid; ++v) {
         const std::size_t row = index(packed.first_row(b) + r);
         double expected = static_cast<double>(bias(static_cast<int>(row))), size = std::abs(expected);
         for (int k = 0; k < columns; ++k) {
@@ -72,11 +71,13 @@ TEST_CASE("products on matrix registers are as exact as their parts") {
     }
   CHECK(product_error(64, 1027, 3) < 3e-7);
   CHECK(product_error(49, 64, 3, false) < 3e-7);
+  CHECK(product_error(49, 65, 3, true, 16) < 3e-7);
+  CHECK(product_error(64, 64, 2, false, 1) < 0x1p-14);
 }
 
 TEST_CASE("matrix registers keep NaN and infinity where they are") {
   if (!npt::simd::has_matrix_registers()) return;
-  constexpr int width = kernel::panel_width<float>, channels = 5;
+  constexpr int channels = 5;
   for (int parts = 1; parts <= kernel::max_parts; ++parts) {
     const kernel::AmxWeights packed(
         16, channels, parts, [](int, int) { return 0.5F; }, [](int) { return 1.0F; });
@@ -85,12 +86,11 @@ TEST_CASE("matrix registers keep NaN and infinity where they are") {
     operand[index(2 * width + 7)] = std::nanf("");
     operand[index(4 * width + 9)] = -INFINITY;
     npt::AlignedBuffer<kernel::Word> words(packed.operand_words(1));
-    const int used = kernel::split_channels(operand.data(), channels, parts, words.data(), packed.part_words());
-    kernel::end_channels(words.data(), used, parts, packed.part_words());
+    const kernel::AmxOperand panel = kernel::split_panel(packed, operand.data(), width, words.data());
     npt::AlignedBuffer<float> tile(16 * width);
     {
       const npt::simd::MatrixRegisters registers;
-      kernel::amx_kernel_for(parts, 1)(packed.depth(), packed.block(0), words.data(), packed.bias(), tile.data());
+      packed.multiply(0, panel, packed.bias(), tile.data());
     }
     for (int v = 0; v < width; ++v) {
       const float x = tile[index(3 * width + v)];

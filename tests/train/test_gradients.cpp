@@ -29,7 +29,8 @@ double difference(std::span<const T> values, const std::vector<double>& expected
 }
 
 template <class Net, class T>
-void check_golden(const std::string& name, double tolerance, npt::Precision precision = npt::Precision::native) {
+void check_golden(const std::string& name, double tolerance, npt::Precision precision = npt::Precision::native,
+                  double floor = 1e-3) {
   CAPTURE(name);
   CAPTURE(std::string(npt::name_of(precision)));
   npt::Model<Net, T> model;
@@ -63,14 +64,14 @@ void check_golden(const std::string& name, double tolerance, npt::Precision prec
     gradients.backward(
         {.result = result_gradients, .parameters = gradient.buffer(), .pose = to_pose, .identity = to_identity});
   }
-  // Gradients that are exactly zero come out of PyTorch as rounding: they are compared with the largest of all.
+  // Gradients that are exactly zero come out of PyTorch as rounding: they are compared with a part of the largest of all.
   double largest = 0;
   for (const auto& p : model.parameters())
     if (!p.parameter.attribute)
       for (const double g : npt::to_double(golden.at("grad." + p.name))) largest = std::max(largest, std::abs(g));
   gradient.for_each_tensor([&](const std::string& tensor, const npt::Parameter&, std::span<const T> values) {
     CAPTURE(tensor);
-    CHECK(difference(values, npt::to_double(golden.at("grad." + tensor)), 1e-3 * largest) < tolerance);
+    CHECK(difference(values, npt::to_double(golden.at("grad." + tensor)), floor * largest) < tolerance);
   });
   for (std::size_t n = 0; n < meshes; ++n) {
     CHECK(support::relative_error(results[n], support::to_map(support::mesh_of<double>(golden.at("output"), n))) <
@@ -94,7 +95,7 @@ void check_both(const std::string& name) {
   }
   check_golden<Net, float>(name, 1e-4, npt::Precision::bf16x3);
   check_golden<Net, float>(name, 1e-2, npt::Precision::bf16x2);
-  check_golden<Net, float>(name, 0.8, npt::Precision::bf16);
+  check_golden<Net, float>(name, 0.6, npt::Precision::bf16, 0.1);
   CHECK_THROWS_AS((npt::Gradients<Net, double>(1).set_precision(npt::Precision::bf16x3)), npt::Error);
 }
 

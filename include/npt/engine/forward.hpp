@@ -65,6 +65,12 @@ class Forward {
     std::size_t mean = 0, squares = 0, maximum = 0;  ///< offsets in memory_.partial of [items][rows]
   };
 
+  /// Memory of a slot for operands on matrix registers.
+  struct Operands {
+    kernel::Word* words;
+    T* values;
+  };
+
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
   // ---- memory ----
@@ -105,7 +111,8 @@ class Forward {
       scratch_stride_ += kernel::tile_size(program_.slot_channels[index(s)]);
     }
     memory_.scratch.grow_to(scratch_stride_ * index(slots));
-    memory_.operands.grow_to(packed_.operand_words() * index(slots));
+    memory_.words.grow_to(packed_.operand_words() * index(slots));
+    memory_.operands.grow_to(packed_.operand_values() * index(slots));
     int widest = 0;
     for (int t = 0; t < program_.tensor_count; ++t) {
       const Tensor& tensor = program_.tensor(t);
@@ -182,7 +189,8 @@ class Forward {
       T* scratch = memory_.scratch.data() + index(slot) * scratch_stride_;
       for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i)
         run_stage(i, sweep, side, index(number), scratch,
-                  memory_.operands.data() + index(slot) * packed_.operand_words());
+                  {memory_.words.data() + index(slot) * packed_.operand_words(),
+                   memory_.operands.data() + index(slot) * packed_.operand_values()});
     });
     for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i) merge(i, sweep, side);
   }
@@ -294,61 +302,66 @@ class Forward {
     return packed;
   }
 
-  /// The operand in bfloat16 parts for matrix registers.
-  void split_operand(int i, const Item& item, std::size_t number, bool over_pose, T* scratch, kernel::Word* to) {
+  /// Panel p of the operand for matrix registers, in the memory of panel `place`.
+  kernel::AmxOperand split_operand(int i, const Item& item, std::size_t number, bool over_pose, T* scratch,
+                                   const Operands& memory, int p, int place) {
     const Stage& stage = program_.stage(i);
     const kernel::AmxWeights& weights = packed_.stage(i).amx_weights;
-    const int panels = kernel::used_panels<T>(item.valid);
-    int word = 0;
+    kernel::Word* words = memory.words + weights.panel_words() * index(place);
+    const int valid = item.valid - p * kernel::panel_width<T>;
+    if (stage.direct) {
+      const T* source = tile(stage.sources[0].tensor, item, number, over_pose, scratch);
+      return kernel::split_panel(weights, source + kernel::panel_stride<T>(weights.columns()) * index(p), valid, words);
+    }
+    T* values = memory.values + kernel::panel_stride<T>(weights.value_rows()) * index(place);
+    const auto row = [&](int column) { return values + index(weights.value_row(column)) * kernel::panel_width<T>; };
+    int column = 0;
     for (int s = 0; s < stage.source_count; ++s) {
       const graph::Source& source = stage.sources[index(s)];
       if (program_.tensor(source.tensor).storage == Storage::pooled) continue;
+      if (column % 2 != 0) std::fill_n(row(column++), kernel::panel_width<T>, T(0));  // words hold pairs of one source
       const Args args = arguments(source.chain, source.tensor, item, number, over_pose, scratch);
-      const T* from = tile(source.tensor, item, number, over_pose, scratch);
-      for (int p = 0; p < panels; ++p) {
-        const T* panel = from + kernel::panel_stride<T>(source.channels) * index(p);
-        kernel::Word* words = to + weights.panel_words() * index(p) + index(word) * kernel::panel_width<T>;
-        constexpr int strip = 32;  // channels between the two loops, in the first-level cache
-        alignas(simd_alignment) T values[index(strip) * kernel::panel_width<T>];
-        for (int c = 0; c < source.channels; c += strip) {
-          const int rows = std::min(strip, source.channels - c);
-          const T* split = panel + index(c) * kernel::panel_width<T>;
-          if (source.chain.count != 0) {
-            transforms_.prologue[index(source.chain.signature)]({.from = split,
-                                                                 .to = values,
-                                                                 .from_stride = 0,
-                                                                 .to_stride = 0,
-                                                                 .first_panel = p,
-                                                                 .panels = 1,
-                                                                 .first_channel = c,
-                                                                 .rows = rows,
-                                                                 .args = args.data()});
-            split = values;
-          }
-          if constexpr (std::is_same_v<T, float>)
-            kernel::split_channels(split, rows, weights.parts(), words + index(c / 2) * kernel::panel_width<T>,
-                                   weights.part_words());
-        }
+      const T* panel =
+          tile(source.tensor, item, number, over_pose, scratch) + kernel::panel_stride<T>(source.channels) * index(p);
+      for (int c = 0, rows = 0; c < source.channels; c += rows, column += rows) {
+        const bool split = column < weights.word_columns();
+        rows = std::min(source.channels - c, split ? weights.word_columns() - column : source.channels);
+        rows = std::min(rows, kernel::AmxWeights::value_strip);
+        transforms_.prologue[index(source.chain.signature)]({.from = panel + index(c) * kernel::panel_width<T>,
+                                                             .to = row(column),
+                                                             .from_stride = 0,
+                                                             .to_stride = 0,
+                                                             .first_panel = p,
+                                                             .panels = 1,
+                                                             .first_channel = c,
+                                                             .rows = rows,
+                                                             .args = args.data()});
+        if (split) kernel::split_channels(row(column), rows, weights.parts(), words, column / 2);
       }
-      word += (source.channels + 1) / 2;
     }
-    for (int p = 0; p < panels; ++p)
-      kernel::end_channels(to + weights.panel_words() * index(p), word, weights.parts(), weights.part_words());
+    kernel::end_channels(words, (std::min(column, weights.word_columns()) + 1) / 2, weights.parts());
+    return {words, values, row(weights.word_columns()), kernel::used_halves(valid)};
   }
 
   void run_stage(int i, const graph::Sweep& sweep, const Side<T>& side, std::size_t number, T* scratch,
-                 kernel::Word* operands) {
+                 const Operands& memory) {
     const Stage& stage = program_.stage(i);
     const Item& item = side.items[number];
     if constexpr (std::is_same_v<T, float>) {
       if (packed_.parts() > 0) {
         const kernel::AmxWeights& weights = packed_.stage(i).amx_weights;
-        split_operand(i, item, number, sweep.over_pose, scratch, operands);
         [[maybe_unused]] const simd::MatrixRegisters registers;
+        const bool by_panel =
+            weights.panel_by_panel() && !overwrites_sources(stage, item, number, sweep.over_pose, scratch);
+        std::array<kernel::AmxOperand, index(kernel::group_panels<T>)> operands{};
         multiply(
-            i, sweep, side, number, scratch, weights, weights.bias(), [&](int block, int panel, const T* bias, T* to) {
-              kernel::amx_kernel_for(weights.parts(), weights.row_registers(block))(
-                  weights.depth(), weights.block(block), operands + weights.panel_words() * index(panel), bias, to);
+            i, sweep, side, number, scratch, weights, weights.bias(), by_panel,
+            [&](int panel) {
+              operands[index(panel)] =
+                  split_operand(i, item, number, sweep.over_pose, scratch, memory, panel, by_panel ? 0 : panel);
+            },
+            [&](int block, int panel, const T* bias, T* to) {
+              weights.multiply(block, operands[index(panel)], bias, to);
             });
         return;
       }
@@ -356,16 +369,32 @@ class Forward {
     const kernel::PackedWeights<T>& weights = packed_.stage(i).weights;
     const int steps = weights.k_count();
     const T* operand_tile = operand(stage, item, number, sweep.over_pose, scratch, steps);
-    multiply(i, sweep, side, number, scratch, weights, weights.bias(), [&](int block, int panel, const T* bias, T* to) {
-      micro_kernel(weights.rows(block))(steps, weights.block(block),
-                                        operand_tile + kernel::panel_stride<T>(steps) * index(panel), bias, to);
-    });
+    multiply(
+        i, sweep, side, number, scratch, weights, weights.bias(), false, [](int) {},
+        [&](int block, int panel, const T* bias, T* to) {
+          micro_kernel(weights.rows(block))(steps, weights.block(block),
+                                            operand_tile + kernel::panel_stride<T>(steps) * index(panel), bias, to);
+        });
   }
 
-  /// The product, block by block of rows, and what follows it. product(block, panel, bias, to) computes a block's rows of a panel.
-  template <class Weights, class Product>
+  /// Whether the output's tile lies where a narrower source's does: its first panel then covers others of the source.
+  bool overwrites_sources(const Stage& stage, const Item& item, std::size_t number, bool over_pose, T* scratch) {
+    const T* out = output_tile(stage.output, number, scratch);
+    for (int s = 0; s < stage.source_count; ++s) {
+      const graph::Source& source = stage.sources[index(s)];
+      if (program_.tensor(source.tensor).storage != Storage::pooled && source.channels < stage.rows &&
+          tile(source.tensor, item, number, over_pose, scratch) == out)
+        return true;
+    }
+    return false;
+  }
+
+  /// The product and what follows it. make_operand(panel) comes first for each panel; product(block, panel, bias, to) computes a block's rows of
+  /// one. `by_panel`: see AmxWeights::panel_by_panel.
+  template <class Weights, class MakeOperand, class Product>
   void multiply(int i, const graph::Sweep& sweep, const Side<T>& side, std::size_t number, T* scratch,
-                const Weights& weights, const T* own_bias, Product&& product) {
+                const Weights& weights, const T* own_bias, bool by_panel, MakeOperand&& make_operand,
+                Product&& product) {
     const Stage& stage = program_.stage(i);
     const Item& item = side.items[number];
     const int panels = kernel::used_panels<T>(item.valid);
@@ -378,26 +407,30 @@ class Forward {
     const kernel::RowTransform<T> transform = transforms_.epilogue[index(stage.epilogue.signature)];
     alignas(simd_alignment) T raw[index(Weights::tallest_block) * kernel::panel_width<T>];
 
-    for (int b = 0; b < weights.block_count(); ++b) {
+    const auto compute = [&](int b, int p) {
       const int row = weights.first_row(b);
-      const int rows = weights.rows(b);
-      const bool in_place = stage.epilogue.count == 0 && rows % Weights::rows_written == 0;
-      T* out_rows = out + index(row) * kernel::panel_width<T>;
-      for (int p = 0; p < panels; ++p) {
-        T* to = out_rows + out_stride * index(p);
-        product(b, p, Weights::bias_at(bias, row), in_place ? to : raw);
-        if (!in_place)
-          transform({.from = raw,
-                     .to = to,
-                     .from_stride = 0,
-                     .to_stride = 0,
-                     .first_panel = p,
-                     .panels = 1,
-                     .first_channel = row,
-                     .rows = rows,
-                     .args = args.data()});
-      }
-      gather(i, number, item.valid, row, rows, out_rows, out_stride);
+      const bool in_place = stage.epilogue.count == 0 && weights.writes_exactly(b);
+      T* to = out + out_stride * index(p) + index(row) * kernel::panel_width<T>;
+      product(b, p, Weights::bias_at(bias, row), in_place ? to : raw);
+      if (!in_place)
+        transform({.from = raw,
+                   .to = to,
+                   .from_stride = 0,
+                   .to_stride = 0,
+                   .first_panel = p,
+                   .panels = 1,
+                   .first_channel = row,
+                   .rows = weights.rows(b),
+                   .args = args.data()});
+    };
+    for (int p = 0; p < panels; ++p) {
+      make_operand(p);
+      for (int b = 0; by_panel && b < weights.block_count(); ++b) compute(b, p);
+    }
+    for (int b = 0; b < weights.block_count(); ++b) {
+      for (int p = 0; !by_panel && p < panels; ++p) compute(b, p);
+      const int row = weights.first_row(b);
+      gather(i, number, item.valid, row, weights.rows(b), out + index(row) * kernel::panel_width<T>, out_stride);
     }
     if (stage.output == program_.output) {
       T* result = side.instances[index(item.instance)].result.data();

@@ -43,8 +43,8 @@ constexpr int parts_of(Precision precision) {
 namespace npt::inline NPT_ABI::engine {
 
 /// From this many rows of its widest convolution on, a network is faster with bf16x3 than in fp32. On a Xeon with AMX, two threads, with
-/// 1027, 259 and 131 rows: the forward pass at 6890 vertices 1.44, 1.12 and 0.95 times, a training step 1.53, 1.14 to 1.19 and 0.97 times.
-inline constexpr int rows_for_bf16x3 = 256;
+/// 1027, 259 and 131 rows: the forward pass at 6890 vertices 1.6, 1.32 and 1.13 times, a training step 1.5, 1.27 and 1.13 times.
+inline constexpr int rows_for_bf16x3 = 128;
 
 /// What `precision` stands for in a program or tape: itself, unless it is `automatic`.
 template <class T, class Program>
@@ -83,7 +83,9 @@ class PackedProgram {
       : program_(program), precision_(precision), parts_(simd::has_matrix_registers() ? parts_of(precision) : 0) {
     for (int i = 0; i < program_.stage_count; ++i) {
       stages_.push_back(pack(program_.stage(i), parameters));
-      operand_words_ = std::max(operand_words_, stages_.back().amx_weights.operand_words(kernel::group_panels<T>));
+      const kernel::AmxWeights& weights = stages_.back().amx_weights;
+      operand_words_ = std::max(operand_words_, weights.operand_words(kernel::group_panels<T>));
+      operand_values_ = std::max(operand_values_, kernel::tile_size(weights.value_rows()));
     }
     copy_pointwise_parameters(parameters);
   }
@@ -94,6 +96,8 @@ class PackedProgram {
   int parts() const { return parts_; }
   /// Words of the largest operand on matrix registers.
   std::size_t operand_words() const { return operand_words_; }
+  /// Elements of what such an operand keeps in T.
+  std::size_t operand_values() const { return operand_values_; }
   /// Steps of the sum, and so rows of the operand tile, that `channels` channels of one source take.
   int steps(int channels) const { return precision_ == Precision::bf16 ? (channels + 1) / 2 : channels; }
   const PackedStage<T>& stage(int i) const { return stages_[static_cast<std::size_t>(i)]; }
@@ -144,6 +148,8 @@ class PackedProgram {
       for (int c = 0; c < source.channels; ++c) (is_pooled ? pooled : columns).push_back(source.first + c);
       if (!is_pooled && precision_ != Precision::native && source.channels % 2 != 0) columns.push_back(padding);
     }
+    // Matrix registers need none behind the last: there they have zeros anyway.
+    if (parts_ > 0 && !columns.empty() && columns.back() == padding) columns.pop_back();
     const Matrix matrix = stage.folded_count == 0 ? Matrix{} : folded(stage, parameters);
     const auto weight = [&](int row, int column) {
       const std::size_t at =
@@ -222,7 +228,7 @@ class PackedProgram {
   graph::Program program_;
   Precision precision_;
   int parts_;
-  std::size_t operand_words_ = 0;
+  std::size_t operand_words_ = 0, operand_values_ = 0;
   std::vector<PackedStage<T>> stages_;
   AlignedBuffer<T> pointwise_;
 };

@@ -221,21 +221,22 @@ class TapeBackward : TapeView<T> {
   void run_chunk(int i, const kernel::OuterShape<T>& shape, const ChunkLayout& layout, int chunk, T* scratch,
                  kernel::Word* words) {
     T* collected = scratch + 2 * tile_stride_;
-    kernel::OuterProduct<T> product(shape, collected, collected + round_up(shape.a_size()), start(layout, chunk));
+    kernel::OuterProduct<T> product(shape, collected, collected + round_up(shape.a_size()), start(layout, chunk, 0));
     run_groups(i, layout, chunk, scratch, words, product);
   }
   void run_chunk(int i, const kernel::AmxOuterShape& shape, const ChunkLayout& layout, int chunk, T* scratch,
                  kernel::Word* words) {
     if constexpr (std::is_same_v<T, float>) {
       [[maybe_unused]] const simd::MatrixRegisters registers;
-      kernel::AmxOuterProduct product(shape, words, words + shape.a_size(), start(layout, chunk));
+      kernel::AmxOuterProduct product(shape, words, words + shape.a_size(),
+                                      start(layout, chunk, tape_.stage(i).product ? shape.result_size() : 0));
       run_groups(i, layout, chunk, scratch, words + collected_words_, product);
     }
   }
-  /// A chunk's sums, zero.
-  T* start(const ChunkLayout& layout, int chunk) const {
+  /// A chunk's sums, of which all behind the first `open` are made zero.
+  T* start(const ChunkLayout& layout, int chunk, std::size_t open) const {
     T* sums = memory_.chunks.data() + index(chunk) * layout.size;
-    std::fill(sums, sums + layout.size, T(0));
+    std::fill(sums + std::min(open, layout.size), sums + layout.size, T(0));
     return sums;
   }
 
@@ -366,9 +367,8 @@ class TapeBackward : TapeView<T> {
     const Stage& stage = tape_.stage(i);
     const TapeWeights<T>& weights = memory_.weights[index(i)];
     const int panels = kernel::used_panels<T>(item.valid);
-    const TapeProduct<T> product = memory_.parts > 0
-                                       ? TapeProduct<T>(weights.amx_backward, gradient, stage.rows, panels, words)
-                                       : TapeProduct<T>(weights.backward, gradient);
+    const TapeProduct<T> product = memory_.parts > 0 ? TapeProduct<T>(weights.amx_backward, gradient, item.valid, words)
+                                                     : TapeProduct<T>(weights.backward, gradient);
     alignas(simd_alignment) T raw[index(TapeProduct<T>::tallest_block) * kernel::group_width];
     for (int b = 0; b < product.block_count(); ++b) {
       const int row = product.first_row(b), rows = product.rows(b);

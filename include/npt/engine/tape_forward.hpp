@@ -144,10 +144,9 @@ class TapeForward : TapeView<T> {
     }
     const TapeWeights<T>& weights = memory_.weights[index(i)];
     const T* operand = this->operand(stage, item, number, scratch);
-    const int panels = kernel::used_panels<T>(item.valid);
     if (memory_.parts > 0) {
       [[maybe_unused]] const simd::MatrixRegisters registers;
-      multiply(stage, item, number, {weights.amx_forward, operand, stage.operand_rows, panels, words}, out);
+      multiply(stage, item, number, {weights.amx_forward, operand, item.valid, words}, out);
     } else {
       multiply(stage, item, number, {weights.forward, operand}, out);
     }

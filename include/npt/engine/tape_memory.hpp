@@ -38,18 +38,14 @@ struct TapeWeights {
 template <class T>
 class TapeProduct {
  public:
-  /// `operand`: a tile of as many channels as the weights have columns. `words`: memory for it in parts, if amx is not nullptr.
+  /// `operand`: a tile of as many channels as the weights have columns, with `valid` vertices. `words`: memory for it in parts, if amx is not nullptr.
   TapeProduct(const kernel::PackedWeights<T>& plain, const T* operand) : plain_(&plain), operand_(operand) {}
-  TapeProduct(const kernel::AmxWeights& amx, const T* operand, int channels, int panels, kernel::Word* words)
-      : amx_(&amx), words_(words) {
+  TapeProduct(const kernel::AmxWeights& amx, const T* operand, int valid, kernel::Word* words) : amx_(&amx) {
     if constexpr (std::is_same_v<T, float>)
-      for (int p = 0; p < panels; ++p) {
-        kernel::Word* to = words + amx.panel_words() * static_cast<std::size_t>(p);
-        const int used =
-            kernel::split_channels(operand + kernel::panel_stride<T>(channels) * static_cast<std::size_t>(p), channels,
-                                   amx.parts(), to, amx.part_words());
-        kernel::end_channels(to, used, amx.parts(), amx.part_words());
-      }
+      for (int p = 0; p < kernel::used_panels<T>(valid); ++p)
+        panels_[static_cast<std::size_t>(p)] = kernel::split_panel(
+            amx, operand + kernel::panel_stride<T>(amx.columns()) * static_cast<std::size_t>(p),
+            valid - p * kernel::panel_width<T>, words + amx.panel_words() * static_cast<std::size_t>(p));
   }
 
   /// Most rows of a block.
@@ -74,14 +70,13 @@ class TapeProduct {
     const int height = rows(block);
     if constexpr (std::is_same_v<T, float>) {
       if (amx_ != nullptr) {
-        const kernel::AmxKernel multiply = kernel::amx_kernel_for(amx_->parts(), amx_->row_registers(block));
-        const kernel::Word* operand = words_ + amx_->panel_words() * static_cast<std::size_t>(panel);
-        if (height % kernel::AmxWeights::rows_written == 0) {
-          multiply(amx_->depth(), amx_->block(block), operand, bias, to);
+        const kernel::AmxOperand& operand = panels_[static_cast<std::size_t>(panel)];
+        if (amx_->writes_exactly(block)) {
+          amx_->multiply(block, operand, bias, to);
           return;
         }
         alignas(simd_alignment) float raw[kernel::amx_block_rows * kernel::panel_width<float>];
-        multiply(amx_->depth(), amx_->block(block), operand, bias, raw);
+        amx_->multiply(block, operand, bias, raw);
         std::copy_n(raw, height * kernel::panel_width<float>, to);
         return;
       }
@@ -96,7 +91,7 @@ class TapeProduct {
   const kernel::PackedWeights<T>* plain_ = nullptr;
   const kernel::AmxWeights* amx_ = nullptr;
   const T* operand_ = nullptr;
-  const kernel::Word* words_ = nullptr;
+  std::array<kernel::AmxOperand, kernel::group_panels<T>> panels_{};
 };
 
 /// Columns of the weights, by row of the operand tile.

@@ -98,14 +98,16 @@ struct WorkspaceStorage {
   AlignedBuffer<T> partial;  ///< by group: means and squared differences, or maxima, of the running sweep's outputs
   AlignedBuffer<T> bias;     ///< by mesh: biases that hold a pooled source's share
   AlignedBuffer<T> scratch;  ///< [slots of the executor][slots of the program] tiles
-  AlignedBuffer<kernel::Word> operands;  ///< [slots of the executor] operands on matrix registers
-  AlignedBuffer<double> sums;            ///< for merging moments
+  AlignedBuffer<kernel::Word> words;  ///< [slots of the executor] operands on matrix registers
+  AlignedBuffer<T> operands;          ///< [slots of the executor] the same in T, as far as needed
+  AlignedBuffer<double> sums;         ///< for merging moments
 
   std::size_t bytes() const {
-    std::size_t n = code.size() + identity_coordinates.size() + partial.size() + bias.size() + scratch.size();
+    std::size_t n =
+        code.size() + identity_coordinates.size() + partial.size() + bias.size() + scratch.size() + operands.size();
     for (const auto& b : buffers) n += b.size();
     for (const auto& v : values) n += v.values.size();
-    return n * sizeof(T) + operands.size() * sizeof(kernel::Word) + sums.size() * sizeof(double);
+    return n * sizeof(T) + words.size() * sizeof(kernel::Word) + sums.size() * sizeof(double);
   }
 };
 

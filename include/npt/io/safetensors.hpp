@@ -11,6 +11,7 @@
 
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
+#include <npt/core/sort.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/json.hpp>
 #include <npt/io/text.hpp>
@@ -27,7 +28,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -106,9 +106,13 @@ inline std::optional<std::uint64_t> byte_count(Dtype dtype, const TensorShape& s
     product *= n;
   }
   // A zero among the sizes makes the tensor empty whatever the others are.
-  if (std::ranges::find(shape, std::uint64_t{0}) != shape.end()) return 0;
+  for (const std::uint64_t n : shape)
+    if (n == 0) return 0;
   return overflow ? std::nullopt : std::optional(product);
 }
+
+/// Of metadata, and of names that may not repeat, whose second text is empty: a std::set beside it would cost compilers more.
+using TextMap = std::map<std::string, std::string>;
 
 /// What the header says of one tensor, before it has been checked.
 struct TensorEntry {
@@ -159,7 +163,7 @@ class HeaderReader {
   }
   void end_object() { place_ = place_ == Place::root ? Place::end : Place::root; }
   void key(std::string value) {
-    if (!(place_ == Place::root ? names_ : keys_).insert(value).second)
+    if (!(place_ == Place::root ? names_ : keys_).try_emplace(value).second)
       fail("a second entry " + in_quotes(value), "each name once");
     if (place_ == Place::tensor && value != "dtype" && value != "shape" && value != "data_offsets")
       fail("the entry " + in_quotes(value), "dtype, shape and data_offsets");
@@ -209,7 +213,7 @@ class HeaderReader {
   std::string file_;
   Place place_ = Place::start;
   std::string name_, key_;  ///< the keys on the way to this place: tensor (or __metadata__), and entry in it
-  std::set<std::string> names_, keys_;
+  TextMap names_, keys_;
   TensorShape* numbers_ = nullptr;
 };
 
@@ -221,8 +225,10 @@ inline Tensor check_entry(const TensorEntry& entry, std::span<const std::byte> d
                                      : !entry.shape ? "shape"
                                                     : "data_offsets"),
                "dtype, shape and data_offsets");
-  const auto type = std::ranges::find_if(dtypes, [&](const DtypeInfo& info) { return *entry.dtype == info.name; });
-  if (type == dtypes.end())
+  const DtypeInfo* type = nullptr;
+  for (const DtypeInfo& info : dtypes)
+    if (*entry.dtype == info.name) type = &info;
+  if (type == nullptr)
     bad_tensor(file, entry.name, "dtype " + in_quotes(*entry.dtype),
                "F64, F32, F16, BF16, I64, I32, I16, I8, U64, U32, U16, U8 or BOOL");
   const TensorShape& offsets = *entry.offsets;
@@ -256,7 +262,7 @@ class SafetensorsFile {
   static SafetensorsFile parse(std::string bytes, const std::string& name) {
     SafetensorsFile file;
     file.name_ = name;
-    file.bytes_ = std::make_shared<const std::string>(std::move(bytes));
+    file.bytes_ = std::shared_ptr<const std::string>(new std::string(std::move(bytes)));
     const std::string_view header = header_of(*file.bytes_, name);
     internal::HeaderReader reader(header, name);
     internal::read_json(header, reader);
@@ -312,12 +318,20 @@ class SafetensorsFile {
 
   /// Checks that the tensors cover the data one after another, and lists them in that order.
   void place_tensors(const std::vector<internal::TensorEntry>& entries, std::span<const std::byte> data) {
+    // By their first byte, empty ones first; a header of max_header bytes has room for fewer than 2^24 of them.
+    constexpr int number_bits = 24;
+    std::vector<std::uint64_t> keys;
+    for (const internal::TensorEntry& entry : entries) {
+      const Tensor tensor = internal::check_entry(entry, data, name_);
+      const auto begin = static_cast<std::uint64_t>(tensor.bytes.data() - data.data());
+      keys.push_back((2 * begin + (tensor.bytes.empty() ? 0 : 1)) << number_bits | keys.size());
+    }
+    internal::sort_keys(keys);
     tensors_.reserve(entries.size());
-    for (const internal::TensorEntry& entry : entries) tensors_.push_back(internal::check_entry(entry, data, name_));
+    for (const std::uint64_t key : keys)
+      tensors_.push_back(
+          internal::check_entry(entries[static_cast<std::size_t>(key % (1U << number_bits))], data, name_));
     const auto begin_of = [&](const Tensor& t) { return static_cast<std::size_t>(t.bytes.data() - data.data()); };
-    std::stable_sort(tensors_.begin(), tensors_.end(), [&](const Tensor& a, const Tensor& b) {
-      return std::pair(begin_of(a), a.bytes.size()) < std::pair(begin_of(b), b.bytes.size());
-    });
     std::size_t end = 0;
     for (const Tensor& tensor : tensors_) {
       if (begin_of(tensor) != end)
@@ -433,14 +447,18 @@ std::vector<To> to_values(const Tensor& tensor, NonFinite policy) {
 }  // namespace internal
 
 /// The tensor's values, row major, converted from whatever type is stored.
-inline std::vector<float> to_float(const Tensor& tensor, NonFinite policy = NonFinite::refuse) {
+/// Templates, so that only units that convert compile the conversions.
+template <class = void>
+std::vector<float> to_float(const Tensor& tensor, NonFinite policy = NonFinite::refuse) {
   return internal::to_values<float>(tensor, policy);
 }
-inline std::vector<double> to_double(const Tensor& tensor, NonFinite policy = NonFinite::refuse) {
+template <class = void>
+std::vector<double> to_double(const Tensor& tensor, NonFinite policy = NonFinite::refuse) {
   return internal::to_values<double>(tensor, policy);
 }
 /// Only from types of whole numbers.
-inline std::vector<std::int64_t> to_int64(const Tensor& tensor) {
+template <class = void>
+std::vector<std::int64_t> to_int64(const Tensor& tensor) {
   return internal::to_values<std::int64_t>(tensor, NonFinite::refuse);
 }
 
@@ -469,9 +487,9 @@ inline std::string header_json(const std::string& path, std::span<const Tensor> 
     text += '}';
   }
   std::uint64_t begin = 0;
-  std::set<std::string> names{"__metadata__"};
+  TextMap names{{"__metadata__", {}}};
   for (const Tensor& tensor : tensors) {
-    if (!names.insert(tensor.name).second) bad_tensor(path, tensor.name, "a name in use", "another name");
+    if (!names.try_emplace(tensor.name).second) bad_tensor(path, tensor.name, "a name in use", "another name");
     const std::optional<std::uint64_t> size = byte_count(tensor.dtype, tensor.shape);
     if (size != tensor.bytes.size())
       bad_tensor(path, tensor.name, std::to_string(tensor.bytes.size()) + " bytes",

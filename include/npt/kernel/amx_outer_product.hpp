@@ -46,25 +46,23 @@ struct AmxOuterShape {
   int panels() const { return (columns + width - 1) / width; }
   int row_registers() const { return (rows + simd::matrix_rows - 1) / simd::matrix_rows; }
   /// Elements of the result.
-  std::size_t result_size() const { return index(row_registers() * panels()) * matrix; }
+  std::size_t result_size() const { return index(row_registers() * panels()) * matrix_size; }
   /// The result's element (r, k).
   std::size_t at(int r, int k) const {
-    return index((r / simd::matrix_rows) * panels() + k / width) * matrix + index(r % simd::matrix_rows * width) +
+    return index((r / simd::matrix_rows) * panels() + k / width) * matrix_size + index(r % simd::matrix_rows * width) +
            index(k % width);
   }
   /// Words of the collected operands.
   std::size_t a_size() const { return index(row_registers()) * line(); }
   std::size_t b_size() const { return index(panels()) * line(); }
-  std::size_t line() const { return index(blocks * parts) * matrix; }
-
-  static constexpr std::size_t matrix = std::size_t{simd::matrix_rows} * simd::matrix_words;
+  std::size_t line() const { return index(blocks * parts) * matrix_size; }
 
  private:
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 };
 
-/// Collects tiles of both operands and adds their product to a result, as OuterProduct does. The caller holds
-/// simd::MatrixRegisters.
+/// Collects tiles of both operands and sums their products up as OuterProduct does, but the first product overwrites the result. The caller
+/// holds simd::MatrixRegisters.
 class AmxOuterProduct {
  public:
   AmxOuterProduct(const AmxOuterShape& shape, Word* a, Word* b, float* result)
@@ -75,7 +73,7 @@ class AmxOuterProduct {
   /// First the group's b tile [panel][columns][panel_width], then its a tile. Row `ones` of b, behind those of its tile, is 1 everywhere: the
   /// product's column for it is the sum of a.
   void collect_b(const float* tile, int tile_rows, int ones, int valid) {
-    alignas(simd_alignment) Word lines[max_parts][AmxOuterShape::matrix];
+    alignas(simd_alignment) Word lines[max_parts][matrix_size];
     for (int p = 0; p < used_panels<float>(valid); ++p)
       for (int c = 0; c < shape_.panels(); ++c) {
         for (int r = 0; r < simd::matrix_rows; ++r) {
@@ -85,12 +83,12 @@ class AmxOuterProduct {
           const bool read = row < tile_rows;
           const simd::Batch<float> other = row == ones ? one : zero;
           split(read ? simd::load(from) : other, read ? simd::load(from + simd::lanes<float>) : other,
-                valid - p * panel_width<float>, lines[0] + r * simd::matrix_words, AmxOuterShape::matrix);
+                valid - p * panel_width<float>, lines[0] + r * simd::matrix_words, matrix_size);
         }
-        Word* to = b_ + index(c) * shape_.line() + index((collected_ + p) * shape_.parts) * AmxOuterShape::matrix;
+        Word* to = b_ + index(c) * shape_.line() + index((collected_ + p) * shape_.parts) * matrix_size;
         for (int part = 0; part < shape_.parts; ++part)
           simd::transpose(reinterpret_cast<const float*>(lines[part]), simd::matrix_words,
-                          reinterpret_cast<float*>(to + index(part) * AmxOuterShape::matrix), simd::matrix_words);
+                          reinterpret_cast<float*>(to + index(part) * matrix_size), simd::matrix_words);
       }
   }
   void collect_a(const float* tile, int tile_rows, int valid) {
@@ -103,9 +101,9 @@ class AmxOuterProduct {
         split(read ? simd::load(from) : zero, read ? simd::load(from + simd::lanes<float>) : zero,
               valid - p * panel_width<float>,
               a_ + index(row / simd::matrix_rows) * shape_.line() +
-                  index((collected_ + p) * shape_.parts) * AmxOuterShape::matrix +
+                  index((collected_ + p) * shape_.parts) * matrix_size +
                   index(row % simd::matrix_rows * simd::matrix_words),
-              AmxOuterShape::matrix);
+              matrix_size);
       }
     collected_ += panels;
   }
@@ -114,66 +112,77 @@ class AmxOuterProduct {
     for (int c = 0; c < shape_.panels(); c += 2)
       for (int r = 0; r < shape_.row_registers(); r += 2) {
         const bool two_rows = r + 1 < shape_.row_registers(), two_columns = c + 1 < shape_.panels();
-        two_rows ? two_columns ? add<2, 2>(r, c) : add<2, 1>(r, c) : two_columns ? add<1, 2>(r, c) : add<1, 1>(r, c);
+        two_rows      ? two_columns ? add_parts<2, 2>(r, c) : add_parts<2, 1>(r, c)
+             : two_columns ? add_parts<1, 2>(r, c)
+                      : add_parts<1, 1>(r, c);
       }
     collected_ = 0;
+    adds_ = true;
   }
 
  private:
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-  /// Values of 32 vertices, those from `valid` on as zeros, to 16 words a part.
+  /// Values of 32 vertices, those from `valid` on as zeros, to 16 words a part: number i holds vertices i and 16 + i.
   void split(simd::Batch<float> front, simd::Batch<float> back, int valid, Word* to, std::size_t part_stride) const {
     if (valid < panel_width<float>) {
       const simd::Batch<float> zero = simd::broadcast(0.0F);
       front = simd::keep_first(front, 0, valid, zero);
       back = simd::keep_first(back, simd::lanes<float>, valid, zero);
     }
-    for (int p = 0; p < shape_.parts; ++p) {
-      const simd::Batch<float> sequence = simd::bf16_sequence(front, back);
-      simd::store_words(to + index(p) * part_stride, sequence);
-      if (p + 1 == shape_.parts) break;
-      front -= simd::front_of_sequence(sequence);
-      back -= simd::back_of_sequence(sequence);
-    }
+    split_pair(shape_.parts, front, back, to, part_stride);
   }
 
   template <int Rows, int Columns>
+  void add_parts(int r, int c) const {
+    static_assert(max_parts == 3);
+    shape_.parts == 1   ? add<Rows, Columns, 1>(r, c)
+    : shape_.parts == 2 ? add<Rows, Columns, 2>(r, c)
+                        : add<Rows, Columns, 3>(r, c);
+  }
+
+  template <int Rows, int Columns, int Parts>
   NPT_NOINLINE void add(int r, int c) const {
 #if NPT_HAS_AMX
     constexpr int stride = simd::matrix_words * static_cast<int>(sizeof(Word));
-    constexpr std::size_t matrix = AmxOuterShape::matrix;
     float* out = result_ + shape_.at(r * simd::matrix_rows, c * AmxOuterShape::width);
-    float* lower = Rows == 2 ? out + index(shape_.panels()) * matrix : nullptr;
+    float* lower = Rows == 2 ? out + index(shape_.panels()) * matrix_size : nullptr;
     const Word *a = a_ + index(r) * shape_.line(), *b = b_ + index(c) * shape_.line();
     const std::size_t line = shape_.line();
     asm volatile("" ::: "memory");  // g++ doesn't know that loading a matrix register reads memory
-    _tile_loadd(0, out, stride);
-    if constexpr (Columns == 2) _tile_loadd(1, out + matrix, stride);
-    if constexpr (Rows == 2) _tile_loadd(2, lower, stride);
-    if constexpr (Rows == 2 && Columns == 2) _tile_loadd(3, lower + matrix, stride);
+    if (adds_) {
+      _tile_loadd(0, out, stride);
+      if constexpr (Columns == 2) _tile_loadd(1, out + matrix_size, stride);
+      if constexpr (Rows == 2) _tile_loadd(2, lower, stride);
+      if constexpr (Rows == 2 && Columns == 2) _tile_loadd(3, lower + matrix_size, stride);
+    } else {
+      _tile_zero(0);
+      _tile_zero(1);
+      _tile_zero(2);
+      _tile_zero(3);
+    }
     for (int v = 0; v < collected_; ++v) {
-      for (int i = 0; i < shape_.parts; ++i) {
-        _tile_loadd(4, a + index(i) * matrix, stride);
-        if constexpr (Rows == 2) _tile_loadd(5, a + line + index(i) * matrix, stride);
-        for (int j = 0; j < shape_.parts - i; ++j) {
-          _tile_loadd(6, b + index(j) * matrix, stride);
-          _tile_dpbf16ps(0, 4, 6);
-          if constexpr (Rows == 2) _tile_dpbf16ps(2, 5, 6);
-          if constexpr (Columns == 2) {
-            _tile_loadd(7, b + line + index(j) * matrix, stride);
-            _tile_dpbf16ps(1, 4, 7);
-            if constexpr (Rows == 2) _tile_dpbf16ps(3, 5, 7);
-          }
+      for_each_part_pair<Parts>([&](auto i, auto j, auto new_a, auto new_b) NPT_LAMBDA_INLINE {
+        if constexpr (new_a) {
+          _tile_loadd(4, a + i * matrix_size, stride);
+          if constexpr (Rows == 2) _tile_loadd(5, a + line + i * matrix_size, stride);
         }
-      }
-      a += index(shape_.parts) * matrix;
-      b += index(shape_.parts) * matrix;
+        if constexpr (new_b) {
+          _tile_loadd(6, b + j * matrix_size, stride);
+          if constexpr (Columns == 2) _tile_loadd(7, b + line + j * matrix_size, stride);
+        }
+        _tile_dpbf16ps(0, 4, 6);
+        if constexpr (Columns == 2) _tile_dpbf16ps(1, 4, 7);
+        if constexpr (Rows == 2) _tile_dpbf16ps(2, 5, 6);
+        if constexpr (Rows == 2 && Columns == 2) _tile_dpbf16ps(3, 5, 7);
+      });
+      a += Parts * matrix_size;
+      b += Parts * matrix_size;
     }
     _tile_stored(0, out, stride);
-    if constexpr (Columns == 2) _tile_stored(1, out + matrix, stride);
+    if constexpr (Columns == 2) _tile_stored(1, out + matrix_size, stride);
     if constexpr (Rows == 2) _tile_stored(2, lower, stride);
-    if constexpr (Rows == 2 && Columns == 2) _tile_stored(3, lower + matrix, stride);
+    if constexpr (Rows == 2 && Columns == 2) _tile_stored(3, lower + matrix_size, stride);
     asm volatile("" ::: "memory");
 #else
     static_cast<void>(r + c);
@@ -185,6 +194,7 @@ class AmxOuterProduct {
   Word* b_;
   float* result_;
   int collected_ = 0;  ///< blocks
+  bool adds_ = false;  ///< to the result, which holds something
 };
 
 }  // namespace npt::inline NPT_ABI::kernel

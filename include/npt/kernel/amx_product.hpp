@@ -6,15 +6,20 @@
 /// Every bfloat16 product is exact in fp32, in which the sums run. One part keeps 8 bits of the operands, two 16, three all 24: the
 /// error of three parts is that of a product in fp32.
 ///
+/// Matrix registers take 32 columns and 16 rows at a time. A few more of either (131 = 128 + 3, 65 = 64 + 1) are left to few_columns.hpp and
+/// few_rows.hpp, in fp32.
+///
 /// Layouts, in 32-bit words of two bfloat16 values:
-///   weights  [block of 32 rows][32 columns][part][16 rows][16 words], words along the columns, zero behind rows and columns
-///   operand  [panel][part][words][panel_width], the words along the channels, zero behind them up to a multiple of 16
+///   weights  [block of 32 rows][32 columns][part, the last first][16 rows][16 words], words along the columns
+///   operand  [panel][32 channels][part][half of the panel][16 words][16 vertices], words along the channels
 ///   bias     [rows][16], each value 16 times
-/// The result is a tile as everywhere (panel.hpp).
+/// with zeros behind columns, channels and rows. The result is a tile as everywhere (panel.hpp).
 #pragma once
 
 #include <npt/config.hpp>
 #include <npt/core/aligned.hpp>
+#include <npt/kernel/few_columns.hpp>
+#include <npt/kernel/few_rows.hpp>
 #include <npt/kernel/panel.hpp>
 #include <npt/simd/amx.hpp>
 #include <npt/simd/batch.hpp>
@@ -24,6 +29,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 namespace npt::inline NPT_ABI::kernel {
 
@@ -35,61 +41,84 @@ inline constexpr int amx_block_rows = 2 * simd::matrix_rows;
 /// Columns of weights, and so channels of the operand, that one product of matrix registers takes.
 inline constexpr int amx_columns = 2 * simd::matrix_words;
 
-/// Matrix registers side by side that hold `columns` columns.
-constexpr int amx_depth(int columns) { return (columns + amx_columns - 1) / amx_columns; }
+/// Elements of a matrix register, of either kind.
+inline constexpr std::size_t matrix_size = std::size_t{simd::matrix_rows} * simd::matrix_words;
 
-/// tile[32 or fewer rows][panel_width] = bias + weights * operand for one block and one panel.
-///   depth     products of matrix registers along the columns
+/// Which parts meet in a product of matrix registers, the largest is 0.
+struct PartPair {
+  int weight, operand;
+};
+
+/// All pairs that count, in an order in which one partner stays from each to the next: 14 instead of 18 loads of matrix registers for three
+/// parts. (Alone 7 % faster at 1027 rows, 25 % at 131; Xeon.)
+template <int Parts>
+inline constexpr auto part_pairs = [] {
+  if constexpr (Parts == 1)
+    return std::array{PartPair{0, 0}};
+  else if constexpr (Parts == 2)
+    return std::array{PartPair{1, 0}, PartPair{0, 0}, PartPair{0, 1}};
+  else
+    return std::array{PartPair{2, 0}, PartPair{1, 0}, PartPair{1, 1}, PartPair{0, 1}, PartPair{0, 0}, PartPair{0, 2}};
+}();
+
+/// Calls f(pair, whether its weights are new, whether its operand is), each as an integral constant, for every pair.
+template <int Parts, class F>
+NPT_ALWAYS_INLINE void for_each_part_pair(F&& f) {
+  constexpr auto& pairs = part_pairs<Parts>;
+  simd::unroll<static_cast<int>(pairs.size())>([&](auto n) NPT_LAMBDA_INLINE {
+    constexpr auto at = static_cast<std::size_t>(n), before = at - (n == 0 ? 0U : 1U);
+    f(std::integral_constant<int, pairs[at].weight>{}, std::integral_constant<int, pairs[at].operand>{},
+      std::bool_constant < n == 0 || pairs[at].weight != pairs[before].weight > {},
+      std::bool_constant < n == 0 || pairs[at].operand != pairs[before].operand > {});
+  });
+}
+
+/// tile[32 or 16 rows][panel_width] = bias + weights * operand for one block and one panel, or its first half: then the other becomes zero.
+///   depth     products of matrix registers along the columns; may be 0
 ///   bias      of the block's rows; nullptr: none
-///   tile      rows are written in whole registers of 16
 using AmxKernel = void (*)(int depth, const Word* weights, const Word* operand, const float* bias, float* tile);
 
 #if NPT_HAS_AMX
 
-template <int Parts, int RowRegisters>
+template <int Parts, int RowRegisters, int Halves>
 NPT_NOINLINE void amx_kernel(int depth, const Word* NPT_RESTRICT weights, const Word* NPT_RESTRICT operand,
                              const float* NPT_RESTRICT bias, float* NPT_RESTRICT tile) {
   static_assert(panel_width<float> == 2 * simd::matrix_words && (RowRegisters == 1 || RowRegisters == 2));
   constexpr int stride = panel_width<float> * static_cast<int>(sizeof(Word));
   constexpr int row_stride = simd::matrix_words * static_cast<int>(sizeof(Word));
-  constexpr std::size_t matrix = std::size_t{simd::matrix_rows} * simd::matrix_words;
   constexpr std::size_t lower = std::size_t{simd::matrix_rows} * panel_width<float>;
-  const std::size_t part = static_cast<std::size_t>(depth) * lower;
   asm volatile("" ::: "memory");  // g++ doesn't know that loading a matrix register reads memory
   // Biases lie spread out: writing them here, just before they are loaded, took 40 % of the kernel's time in training at bottleneck 128.
+  _tile_zero(1);
+  if constexpr (RowRegisters == 2) _tile_zero(3);
   if (bias != nullptr) {
     _tile_loadd(0, bias, row_stride);
-    _tile_loadd(1, bias, row_stride);
-    if constexpr (RowRegisters == 2) {
-      _tile_loadd(2, bias + matrix, row_stride);
-      _tile_loadd(3, bias + matrix, row_stride);
-    }
+    if constexpr (Halves == 2) _tile_loadd(1, bias, row_stride);
+    if constexpr (RowRegisters == 2) _tile_loadd(2, bias + matrix_size, row_stride);
+    if constexpr (RowRegisters == 2 && Halves == 2) _tile_loadd(3, bias + matrix_size, row_stride);
   } else {
     _tile_zero(0);
-    _tile_zero(1);
-    if constexpr (RowRegisters == 2) {
-      _tile_zero(2);
-      _tile_zero(3);
-    }
+    if constexpr (RowRegisters == 2) _tile_zero(2);
   }
   for (int k = 0; k < depth; ++k) {
-    simd::unroll<Parts>([&](auto i) NPT_LAMBDA_INLINE {
-      _tile_loadd(4, weights, row_stride);
-      if constexpr (RowRegisters == 2) _tile_loadd(5, weights + matrix, row_stride);
-      simd::unroll<Parts - i>([&](auto j) NPT_LAMBDA_INLINE {
-        const Word* x = operand + static_cast<std::size_t>(j) * part;
-        _tile_loadd(6, x, stride);
-        _tile_dpbf16ps(0, 4, 6);
-        _tile_loadd(7, x + simd::matrix_words, stride);
-        _tile_dpbf16ps(1, 4, 7);
-        if constexpr (RowRegisters == 2) {
-          _tile_dpbf16ps(2, 5, 6);
-          _tile_dpbf16ps(3, 5, 7);
-        }
-      });
-      weights += RowRegisters * matrix;
+    for_each_part_pair<Parts>([&](auto i, auto j, auto new_weights, auto new_operand) NPT_LAMBDA_INLINE {
+      if constexpr (new_weights) {
+        const Word* w = weights + (Parts - 1 - i) * RowRegisters * matrix_size;
+        _tile_loadd(4, w, row_stride);
+        if constexpr (RowRegisters == 2) _tile_loadd(5, w + matrix_size, row_stride);
+      }
+      if constexpr (new_operand) {
+        const Word* x = operand + j * 2 * matrix_size;
+        _tile_loadd(6, x, row_stride);
+        if constexpr (Halves == 2) _tile_loadd(7, x + matrix_size, row_stride);
+      }
+      _tile_dpbf16ps(0, 4, 6);
+      if constexpr (Halves == 2) _tile_dpbf16ps(1, 4, 7);
+      if constexpr (RowRegisters == 2) _tile_dpbf16ps(2, 5, 6);
+      if constexpr (RowRegisters == 2 && Halves == 2) _tile_dpbf16ps(3, 5, 7);
     });
-    operand += lower;
+    weights += Parts * RowRegisters * matrix_size;
+    operand += Parts * 2 * matrix_size;
   }
   _tile_stored(0, tile, stride);
   _tile_stored(1, tile + simd::matrix_words, stride);
@@ -100,20 +129,36 @@ NPT_NOINLINE void amx_kernel(int depth, const Word* NPT_RESTRICT weights, const 
   asm volatile("" ::: "memory");
 }
 
-/// The kernel for a number of parts and of row registers.
-inline AmxKernel amx_kernel_for(int parts, int row_registers) {
-  static constexpr AmxKernel kernels[max_parts][2] = {{&amx_kernel<1, 1>, &amx_kernel<1, 2>},
-                                                      {&amx_kernel<2, 1>, &amx_kernel<2, 2>},
-                                                      {&amx_kernel<3, 1>, &amx_kernel<3, 2>}};
-  return kernels[parts - 1][row_registers - 1];
+/// The kernel for a number of parts, of row registers and of halves of a panel.
+template <class = void>
+AmxKernel amx_kernel_for(int parts, int row_registers, int halves) {
+  static constexpr AmxKernel kernels[max_parts][2][2] = {
+      {{&amx_kernel<1, 1, 1>, &amx_kernel<1, 1, 2>}, {&amx_kernel<1, 2, 1>, &amx_kernel<1, 2, 2>}},
+      {{&amx_kernel<2, 1, 1>, &amx_kernel<2, 1, 2>}, {&amx_kernel<2, 2, 1>, &amx_kernel<2, 2, 2>}},
+      {{&amx_kernel<3, 1, 1>, &amx_kernel<3, 1, 2>}, {&amx_kernel<3, 2, 1>, &amx_kernel<3, 2, 2>}}};
+  return kernels[parts - 1][row_registers - 1][halves - 1];
 }
 
 #else
 
 // Never called: there is no engine for it. It keeps code that names both products compiling.
-inline AmxKernel amx_kernel_for(int, int) { return nullptr; }
+template <class = void>
+AmxKernel amx_kernel_for(int, int, int) {
+  return nullptr;
+}
 
 #endif
+
+/// One panel of an operand.
+struct AmxOperand {
+  const Word* words;    ///< parts of the channels that matrix registers take
+  const float* values;  ///< [channels][panel_width] of all of them; read where AmxWeights::reads_values()
+  const float* few;     ///< of the channels behind those in `words`
+  int halves;           ///< of the panel that hold vertices, 1 or 2
+};
+
+/// Halves of a panel that its `valid` vertices take; more than a panel's are all.
+constexpr int used_halves(int valid) { return valid > simd::matrix_words ? 2 : 1; }
 
 /// Elements behind the last of several meshes' biases that the kernel may read: it takes 16 rows at a time.
 inline constexpr std::size_t bias_slack = std::size_t{simd::matrix_rows} * simd::matrix_words;
@@ -156,48 +201,92 @@ class AmxWeights {
   }
 
   int rows() const { return rows_; }
+  int columns() const { return columns_; }
   int parts() const { return parts_; }
-  int depth() const { return depth_; }
+  /// Columns whose channels the operand holds as words: all, or all but a few.
+  int word_columns() const { return std::min(columns_, depth_ * amx_columns); }
+  int few_columns() const { return columns_ - word_columns(); }
+  /// Whether the last block reads AmxOperand::values.
+  bool reads_values() const { return few_rows_ > 0; }
+  /// Where an operand's values are kept that is made a few channels at a time: rows of memory [value_rows()][panel_width], and the one for a
+  /// column. Up to `value_strip` columns may be written there before they become words; those that nobody reads later are overwritten.
+  static constexpr int value_strip = 4 * amx_columns;
+  int value_rows() const { return reads_values() ? columns_ : value_strip + few_columns(); }
+  int value_row(int column) const {
+    if (reads_values()) return column;
+    return column < word_columns() ? 0 : value_strip + column - word_columns();
+  }
   static constexpr int tallest_block = amx_block_rows;
-  static constexpr int rows_written = simd::matrix_rows;  ///< whose multiples the kernel writes
-  static constexpr int bias_width = simd::matrix_words;   ///< values of a row's bias
-  int block_count() const { return (rows_ + amx_block_rows - 1) / amx_block_rows; }
-  int first_row(int block) const { return block * amx_block_rows; }
-  int rows(int block) const { return std::min(amx_block_rows, rows_ - first_row(block)); }
-  /// Matrix registers below each other that a block takes.
-  int row_registers(int block) const { return rows(block) > simd::matrix_rows ? 2 : 1; }
-  const Word* block(int b) const { return words_.data() + block_offset(b); }
+  static constexpr int bias_width = simd::matrix_words;  ///< values of a row's bias
+  int block_count() const { return amx_blocks() + (few_rows_ > 0 ? 1 : 0); }
+  int first_row(int block) const { return std::min(block * amx_block_rows, amx_rows()); }
+  int rows(int block) const {
+    return block < amx_blocks() ? std::min(amx_block_rows, amx_rows() - first_row(block)) : few_rows_;
+  }
+  /// Whether multiply() writes no rows behind those of the block.
+  bool writes_exactly(int block) const { return block == amx_blocks() || rows(block) % simd::matrix_rows == 0; }
+  /// Whether all rows of one panel should come before the next panel: its operand stays in the first-level cache, while the weights,
+  /// which must fit the second, pass by for every panel. Otherwise they pass by once for all panels.
+  bool panel_by_panel() const { return words_.size() * sizeof(Word) <= most_passing_bytes; }
   /// [rows][bias_width]; nullptr: all are zero.
   const float* bias() const { return biased_ ? bias_.data() : nullptr; }
   /// Of a row, in biases like these.
   static const float* bias_at(const float* biases, int row) {
     return biases == nullptr ? nullptr : biases + index(row) * bias_width;
   }
-  std::size_t bytes() const { return words_.size() * sizeof(Word) + bias_.size() * sizeof(float); }
+  std::size_t bytes() const {
+    return words_.size() * sizeof(Word) + (bias_.size() + column_weights_.size() + row_weights_.size()) * sizeof(float);
+  }
   /// Words of an operand for `panels` panels.
   std::size_t operand_words(int panels) const { return panel_words() * index(panels); }
-  std::size_t panel_words() const { return part_words() * index(parts_); }
-  std::size_t part_words() const { return index(depth_ * simd::matrix_rows) * panel_width<float>; }
+  std::size_t panel_words() const { return index(depth_ * parts_) * 2 * matrix_size; }
+
+  /// tile[rows(block)][panel_width] = bias + weights * operand for one block and one panel; anything finite in a half that isn't used. `bias`: of the block's first row, or nullptr; whole
+  /// matrix registers of it are read. The caller holds simd::MatrixRegisters. A template, as split_channels is, so that only units that use it compile
+  /// the kernels.
+  template <class T>
+  void multiply(int block, const AmxOperand& operand, const T* bias, T* tile) const {
+    static_assert(std::is_same_v<T, float>);
+    if (block == amx_blocks()) {
+      multiply_few_rows(few_rows_, columns_, row_weights_.data(), operand.values, bias, bias_width, tile);
+      return;
+    }
+    amx_kernel_for(parts_, row_registers(block), operand.halves)(depth_, words_.data() + block_offset(block),
+                                                                 operand.words, bias, tile);
+    if (few_columns() > 0)
+      add_few_columns(few_columns(), rows(block), column_weights_.data() + index(first_row(block) * few_columns()),
+                      operand.few, tile);
+  }
 
  private:
-  static constexpr std::size_t matrix = std::size_t{simd::matrix_rows} * simd::matrix_words;
+  static constexpr std::size_t most_passing_bytes = 512 * 1024;
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+  /// Rows that matrix registers compute, and their blocks.
+  int amx_rows() const { return rows_ - few_rows_; }
+  int amx_blocks() const { return (amx_rows() + amx_block_rows - 1) / amx_block_rows; }
+  /// Matrix registers below each other that a block takes.
+  int row_registers(int block) const { return rows(block) > simd::matrix_rows ? 2 : 1; }
   std::size_t block_offset(int b) const { return index(first_row(b)) * index(depth_ * parts_) * simd::matrix_words; }
+
   /// read(row, first column, count, memory) gives `count` values of a row, wherever they lie; the rest of the memory is zero.
   template <class Bias, class Read>
   void pack_rows(int rows, int columns, int parts, Bias&& bias, Read&& read) {
     rows_ = rows;
-    depth_ = amx_depth(columns);
+    columns_ = columns;
     parts_ = parts;
-    const int padded = (rows + simd::matrix_rows - 1) / simd::matrix_rows * simd::matrix_rows;
+    const int over = columns % amx_columns, rows_over = rows % simd::matrix_rows;
+    depth_ = columns / amx_columns + (over > most_few_columns ? 1 : 0);
+    few_rows_ = rows_over <= most_few_rows && columns <= most_value_columns ? rows_over : 0;
+    const int padded = (amx_rows() + simd::matrix_rows - 1) / simd::matrix_rows * simd::matrix_rows;
     words_.grow_to(index(padded) * index(depth_ * parts_) * simd::matrix_words);
-    bias_.grow_to(index(padded) * bias_width);
+    bias_.grow_to(index(padded + simd::matrix_rows) * bias_width);
     biased_ = false;
-    for (int r = 0; r < padded; ++r) {
+    for (int r = 0; r < padded + few_rows_; ++r) {
       bias_[index(r)] = r < rows ? bias(r) : 0.0F;
       biased_ = biased_ || bias_[index(r)] != 0;
     }
-    spread_biases(bias_.data(), padded);
+    spread_biases(bias_.data(), padded + few_rows_);
     alignas(simd_alignment) float values[amx_columns] = {};
     for (int k = 0; k < depth_; ++k) {
       const int first = k * amx_columns, count = std::min(amx_columns, columns - first);
@@ -205,14 +294,32 @@ class AmxWeights {
       for (int row = 0; row < padded; ++row) {
         const int b = row / amx_block_rows;
         const std::size_t registers = index(row_registers(b));
-        Word* out = words_.data() + block_offset(b) + index(k * parts) * registers * matrix +
+        Word* out = words_.data() + block_offset(b) + index(k * parts) * registers * matrix_size +
                     index(row - first_row(b)) * simd::matrix_words;
         if (row < rows)
-          split_row(read(row, first, count, values), out, registers * matrix);
+          split_row(read(row, first, count, values), out, registers * matrix_size);
         else
-          for (int p = 0; p < parts; ++p) std::fill_n(out + index(p) * registers * matrix, simd::matrix_words, Word{0});
+          for (int p = 0; p < parts; ++p)
+            std::fill_n(out + index(p) * registers * matrix_size, simd::matrix_words, Word{0});
       }
     }
+    pack_few(values, read);
+  }
+
+  /// What matrix registers don't compute, in fp32: [rows][few columns] and [columns][few rows].
+  template <class Read>
+  void pack_few(float* values, Read&& read) {
+    const int few = few_columns();
+    column_weights_.grow_to(index(amx_rows() * few));
+    for (int row = 0; few > 0 && row < amx_rows(); ++row)
+      std::copy_n(read(row, word_columns(), few, values), few, column_weights_.data() + index(row * few));
+    row_weights_.grow_to(index(columns_ * few_rows_));
+    for (int r = 0; r < few_rows_; ++r)
+      for (int first = 0; first < columns_; first += amx_columns) {
+        const int count = std::min(amx_columns, columns_ - first);
+        const float* line = read(amx_rows() + r, first, count, values);
+        for (int c = 0; c < count; ++c) row_weights_[index((first + c) * few_rows_ + r)] = line[c];
+      }
   }
 
   void split_row(const float* values, Word* to, std::size_t part_stride) const {
@@ -220,45 +327,105 @@ class AmxWeights {
       simd::Batch<float> front = simd::load_unaligned(values), back = simd::load_unaligned(values + simd::lanes<float>);
       for (int p = 0; p < parts_; ++p) {
         const simd::Batch<float> sequence = simd::bf16_sequence(front, back);
-        simd::store_words(to + index(p) * part_stride, sequence);
+        simd::store_words(to + index(parts_ - 1 - p) * part_stride, sequence);
         front -= simd::front_of_sequence(sequence);
         back -= simd::back_of_sequence(sequence);
       }
     }
   }
 
-  int rows_ = 0, depth_ = 0, parts_ = 0;
+  int rows_ = 0, columns_ = 0, depth_ = 0, parts_ = 0;
+  int few_rows_ = 0;  ///< behind those that matrix registers compute
   bool biased_ = false;
   AlignedBuffer<Word> words_;
   AlignedBuffer<float> bias_;
+  AlignedBuffer<float> column_weights_, row_weights_;
 };
 
-/// Splits `rows` channels of one panel [rows][panel_width]. `to` is where their first word stands in the first part; an odd last channel is
-/// paired with zero. Gives the number of words.
-inline int split_channels(const float* from, int rows, int parts, Word* to, std::size_t part_words) {
-  constexpr int width = panel_width<float>;
-  for (int c = 0; c < rows; c += 2, from += 2 * width, to += width)
-    simd::unroll<panel_registers>([&](auto q) NPT_LAMBDA_INLINE {
-      constexpr int lanes = simd::lanes<float>;
-      simd::Batch<float> first = simd::load(from + q * lanes);
-      simd::Batch<float> second = c + 1 < rows ? simd::load(from + width + q * lanes) : simd::broadcast(0.0F);
-      for (int p = 0; p < parts; ++p) {
-        const simd::Batch<float> pairs = simd::bf16_pairs(first, second);
-        simd::store_words(to + q * lanes + static_cast<std::size_t>(p) * part_words, pairs);
-        if (p + 1 == parts) break;
+namespace internal {
+
+/// Three parts hold all 24 bits of a value even if each is cut off, which takes half as long as rounding each: what the products leave out, and the
+/// terms that no pair of parts stands for, are below 2^-24 of a term.
+template <int Parts>
+NPT_ALWAYS_INLINE void split_pair(simd::Batch<float> first, simd::Batch<float> second, Word* to,
+                                  std::size_t part_stride) {
+  simd::unroll<Parts>([&](auto p) NPT_LAMBDA_INLINE {
+    constexpr bool last = p + 1 == Parts;
+    Word* part = to + p * part_stride;
+    if constexpr (Parts == max_parts) {
+      simd::store_words(part, simd::bf16_cut_pairs(first, second));
+      if constexpr (!last) {
+        first = simd::below_bf16(first);
+        second = simd::below_bf16(second);
+      }
+    } else {
+      const simd::Batch<float> pairs = simd::bf16_pairs(first, second);
+      simd::store_words(part, pairs);
+      if constexpr (!last) {
         first -= simd::first_of_pairs(pairs);
         second -= simd::second_of_pairs(pairs);
       }
+    }
+  });
+}
+
+template <int Parts>
+NPT_NOINLINE void split_channels(const float* NPT_RESTRICT from, int rows, Word* NPT_RESTRICT panel, int first_word) {
+  constexpr int width = panel_width<float>, lanes = simd::lanes<float>;
+  for (int c = 0, word = first_word; c < rows; c += 2, ++word, from += 2 * width) {
+    Word* to = panel + static_cast<std::size_t>(word / simd::matrix_rows * Parts) * 2 * matrix_size +
+               static_cast<std::size_t>(word % simd::matrix_rows * simd::matrix_words);
+    const bool paired = c + 1 < rows;
+    simd::unroll<panel_registers>([&](auto q) NPT_LAMBDA_INLINE {
+      split_pair<Parts>(simd::load(from + q * lanes),
+                        paired ? simd::load(from + width + q * lanes) : simd::broadcast(0.0F), to + q * matrix_size,
+                        2 * matrix_size);
     });
+  }
+}
+
+}  // namespace internal
+
+/// Splits the pairs (first, second) of each lane into parts of one register of words each, `part_stride` words apart.
+NPT_ALWAYS_INLINE void split_pair(int parts, const simd::Batch<float>& first, const simd::Batch<float>& second,
+                                  Word* to, std::size_t part_stride) {
+  static_assert(max_parts == 3);
+  if (parts == 1)
+    internal::split_pair<1>(first, second, to, part_stride);
+  else if (parts == 2)
+    internal::split_pair<2>(first, second, to, part_stride);
+  else
+    internal::split_pair<3>(first, second, to, part_stride);
+}
+
+/// Splits `rows` channels of one panel [rows][panel_width]. `panel`: the operand's words of that panel; the channels' first word is number
+/// `first_word`. An odd last channel is paired with zero. Gives the number of words.
+template <class T>
+int split_channels(const T* from, int rows, int parts, Word* panel, int first_word) {
+  static_assert(max_parts == 3);
+  constexpr std::array split{&internal::split_channels<1>, &internal::split_channels<2>, &internal::split_channels<3>};
+  split[static_cast<std::size_t>(parts - 1)](from, rows, panel, first_word);
   return (rows + 1) / 2;
 }
 
-/// Zeros behind an operand's last word, in every part.
-inline void end_channels(Word* panel, int words, int parts, std::size_t part_words) {
-  for (int p = 0; p < parts; ++p) {
-    Word* part = panel + static_cast<std::size_t>(p) * part_words;
-    std::fill(part + static_cast<std::size_t>(words) * panel_width<float>, part + part_words, Word{0});
+/// Zeros behind a panel's last word, as far as matrix registers read.
+inline void end_channels(Word* panel, int words, int parts) {
+  const int over = words % simd::matrix_rows;
+  if (over == 0) return;
+  Word* last = panel + static_cast<std::size_t>(words / simd::matrix_rows * parts) * 2 * matrix_size;
+  for (int m = 0; m < 2 * parts; ++m) {
+    Word* matrix = last + static_cast<std::size_t>(m) * matrix_size;
+    std::fill(matrix + over * simd::matrix_words, matrix + matrix_size, Word{0});
   }
+}
+
+/// A panel [weights.columns()][panel_width] with `valid` vertices as an operand; its words go to `words`.
+template <class T>
+AmxOperand split_panel(const AmxWeights& weights, const T* values, int valid, Word* words) {
+  const int used = split_channels(values, weights.word_columns(), weights.parts(), words, 0);
+  end_channels(words, used, weights.parts());
+  return {words, values, values + static_cast<std::size_t>(weights.word_columns()) * panel_width<float>,
+          used_halves(valid)};
 }
 
 }  // namespace npt::inline NPT_ABI::kernel

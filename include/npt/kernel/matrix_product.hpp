@@ -34,14 +34,10 @@ class MatrixProduct {
         amx_weights_.pack_matrix(m, k, parts_, a, index(k), bias);
         words_.grow_to(amx_weights_.operand_words(1));
         [[maybe_unused]] const simd::MatrixRegisters registers;
+        AmxOperand operand{};
         for_each_panel(amx_weights_, n, k, b, c, [&](int block, T* tile) {
-          if (block == 0) {
-            const int used = split_channels(operand_.data(), k, parts_, words_.data(), amx_weights_.part_words());
-            end_channels(words_.data(), used, parts_, amx_weights_.part_words());
-          }
-          amx_kernel_for(parts_, amx_weights_.row_registers(block))(
-              amx_weights_.depth(), amx_weights_.block(block), words_.data(),
-              AmxWeights::bias_at(amx_weights_.bias(), amx_weights_.first_row(block)), tile);
+          if (block == 0) operand = split_panel(amx_weights_, operand_.data(), panel_width<float>, words_.data());
+          amx_weights_.multiply(block, operand, static_cast<const T*>(nullptr), tile);
         });
         return;
       }

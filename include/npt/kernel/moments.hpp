@@ -11,6 +11,7 @@
 #include <npt/kernel/panel.hpp>
 #include <npt/simd/batch.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -21,30 +22,31 @@ inline constexpr double norm_epsilon = 1e-5;
 
 namespace internal {
 
-/// gather_moments for Rows rows of a whole group. The rows are independent: one waits for its sums while others add.
-template <int Rows, class T>
-NPT_ALWAYS_INLINE void gather_whole(const T* rows_begin, std::size_t stride, T* mean, T* squares) {
+/// gather_moments for four rows of a whole group at once: one waits for its sums while others add.
+template <class T>
+NPT_ALWAYS_INLINE void gather_four(const T* rows_begin, std::size_t stride, T* mean, T* squares) {
   constexpr int lanes = simd::lanes<T>;
   const auto value = [&](auto r, auto i) NPT_LAMBDA_INLINE {
     return simd::load(rows_begin + r * panel_width<T> + stride * static_cast<std::size_t>(i / panel_registers) +
                       i % panel_registers * lanes);
   };
-  simd::Batch<T> sum[Rows];
-  T centre[Rows];
-  simd::unroll<Rows>([&](auto r) NPT_LAMBDA_INLINE { sum[r] = simd::broadcast(T(0)); });
+  const auto zero = simd::broadcast(T(0));
+  std::array<simd::Batch<T>, 4> sum{zero, zero, zero, zero}, square{zero, zero, zero, zero};
   simd::unroll<group_width / lanes>(
-      [&](auto i) NPT_LAMBDA_INLINE { simd::unroll<Rows>([&](auto r) NPT_LAMBDA_INLINE { sum[r] += value(r, i); }); });
-  simd::unroll<Rows>([&](auto r) NPT_LAMBDA_INLINE {
-    centre[r] = mean[r] = simd::reduce_add(sum[r]) / static_cast<T>(group_width);
-    sum[r] = simd::broadcast(T(0));
+      [&](auto i) NPT_LAMBDA_INLINE { simd::unroll<4>([&](auto r) NPT_LAMBDA_INLINE { sum[r] += value(r, i); }); });
+  const std::array<T, 4> sums = simd::reduce_add<T>(sum);
+  simd::unroll<4>([&](auto r) NPT_LAMBDA_INLINE {
+    mean[r] = sums[r] * (T(1) / static_cast<T>(group_width));
+    sum[r] = simd::broadcast(mean[r]);
   });
   simd::unroll<group_width / lanes>([&](auto i) NPT_LAMBDA_INLINE {
-    simd::unroll<Rows>([&](auto r) NPT_LAMBDA_INLINE {
-      const simd::Batch<T> d = value(r, i) - simd::broadcast(centre[r]);
-      sum[r] = simd::fma(d, d, sum[r]);
+    simd::unroll<4>([&](auto r) NPT_LAMBDA_INLINE {
+      const simd::Batch<T> d = value(r, i) - sum[r];
+      square[r] = simd::fma(d, d, square[r]);
     });
   });
-  simd::unroll<Rows>([&](auto r) NPT_LAMBDA_INLINE { squares[r] = simd::reduce_add(sum[r]); });
+  const std::array<T, 4> all = simd::reduce_add<T>(square);
+  simd::unroll<4>([&](auto r) NPT_LAMBDA_INLINE { squares[r] = all[r]; });
 }
 
 }  // namespace internal
@@ -55,24 +57,18 @@ template <class T>
 void gather_moments(const T* rows_begin, std::size_t stride, int valid, int rows, T* mean, T* squares) {
   constexpr int lanes = simd::lanes<T>;
   using B = simd::Batch<T>;
-  if (valid == group_width) {
-    constexpr int together = 4;
-    int r = 0;
-    for (; r + together <= rows; r += together)
-      internal::gather_whole<together>(rows_begin + static_cast<std::size_t>(r) * panel_width<T>, stride, mean + r,
-                                       squares + r);
-    for (; r < rows; ++r)
-      internal::gather_whole<1>(rows_begin + static_cast<std::size_t>(r) * panel_width<T>, stride, mean + r,
-                                squares + r);
-    return;
-  }
+  int r = 0;
+  if (valid == group_width)
+    for (; r + 4 <= rows; r += 4)
+      internal::gather_four<T>(rows_begin + static_cast<std::size_t>(r) * panel_width<T>, stride, mean + r,
+                               squares + r);
   const B zero = simd::broadcast(T(0));
   const int full = valid / lanes;
   const int rest = valid % lanes;
   const auto at = [&](const T* row, int i) NPT_LAMBDA_INLINE {
     return row + stride * static_cast<std::size_t>(i / panel_registers) + (i % panel_registers) * lanes;
   };
-  for (int r = 0; r < rows; ++r) {
+  for (; r < rows; ++r) {
     const T* row = rows_begin + static_cast<std::size_t>(r) * panel_width<T>;
     B sum = zero;
     for (int i = 0; i < full; ++i) sum += simd::load(at(row, i));

@@ -60,7 +60,8 @@ class PackedWeights {
   int k_count() const { return k_count_; }
   const RowBlocks& blocks() const { return blocks_; }
   static constexpr int tallest_block = max_tile_rows;
-  static constexpr int rows_written = 1;  ///< whose multiples the kernel writes
+  /// Whether the kernel writes no rows behind those of the block.
+  static constexpr bool writes_exactly(int) { return true; }
   int block_count() const { return blocks_.count; }
   int first_row(int block) const { return blocks_.first_row(block); }
   int rows(int block) const { return blocks_.rows(block); }

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/sort.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <algorithm>
@@ -57,12 +58,11 @@ inline void recompute_corner_normals(Mesh& mesh) {
     Vec3d sum;
     std::uint32_t index = no_index;
   };
-  const auto key = [&](std::size_t c) { return std::uint64_t{mesh.corner_normal[c]} << 32 | mesh.corners[c]; };
+  const auto key = [&](std::size_t c) { return pair_key(mesh.corner_normal[c], mesh.corners[c]); };
   std::vector<std::uint64_t> keys;  // each once, ascending
   for (std::size_t c = 0; c < mesh.corners.size(); ++c)
     if (mesh.corner_normal[c] != no_index) keys.push_back(key(c));
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  sort_keys_once(keys);
   std::vector<Use> uses(keys.size());
   const auto use_of = [&](std::size_t c) -> Use& {
     return uses[static_cast<std::size_t>(std::lower_bound(keys.begin(), keys.end(), key(c)) - keys.begin())];

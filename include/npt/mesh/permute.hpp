@@ -6,6 +6,7 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
+#include <npt/core/sort.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <algorithm>
@@ -69,9 +70,20 @@ inline std::array<std::uint32_t, 3> value_key(std::span<const float> xyz, std::s
   return {order_key(xyz[3 * v] + 0.0F), order_key(xyz[3 * v + 1] + 0.0F), order_key(xyz[3 * v + 2] + 0.0F)};
 }
 
-/// Point v by its bits: -0 stands before 0.
-inline std::array<std::uint32_t, 3> bit_key(std::span<const float> xyz, std::size_t v) {
-  return {order_key(xyz[3 * v]), order_key(xyz[3 * v + 1]), order_key(xyz[3 * v + 2])};
+/// Sorts `vertices`, keys whose second half is a vertex, by criterion number `level` and those behind it: x, y and z by value, then by
+/// their bits (-0 stands before 0), then the vertex.
+inline void sort_by_place(std::span<const float> xyz, std::span<std::uint64_t> vertices, std::size_t level) {
+  for (std::uint64_t& key : vertices) {
+    const std::uint32_t v = second_of_key(key);
+    const float x = xyz[3 * std::size_t{v} + level % 3];
+    key = pair_key(order_key(level < 3 ? x + 0.0F : x), v);
+  }
+  sort_keys(vertices);
+  if (level == 5) return;
+  for (std::size_t first = 0, end = 0; first < vertices.size(); first = end) {
+    while (end < vertices.size() && first_of_key(vertices[end]) == first_of_key(vertices[first])) ++end;
+    if (end - first > 1) sort_by_place(xyz, vertices.subspan(first, end - first), level + 1);
+  }
 }
 
 }  // namespace internal
@@ -79,18 +91,11 @@ inline std::array<std::uint32_t, 3> bit_key(std::span<const float> xyz, std::siz
 /// The vertices in lexicographic order of (x, y, z), -0 equal to 0. A permutation of the vertices changes only which of
 /// bitwise equal points comes first: the sequence of coordinates stays the same bit for bit.
 inline std::vector<std::uint32_t> canonical_order(std::span<const float> xyz) {
-  struct Entry {
-    std::array<std::uint32_t, 3> value, bits;
-    std::uint32_t vertex;
-  };
-  std::vector<Entry> entries(xyz.size() / 3);
-  for (std::size_t v = 0; v < entries.size(); ++v)
-    entries[v] = {internal::value_key(xyz, v), internal::bit_key(xyz, v), static_cast<std::uint32_t>(v)};
-  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-    return a.value != b.value ? a.value < b.value : a.bits != b.bits ? a.bits < b.bits : a.vertex < b.vertex;
-  });
-  std::vector<std::uint32_t> order(entries.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = entries[i].vertex;
+  std::vector<std::uint64_t> vertices(xyz.size() / 3);
+  for (std::size_t v = 0; v < vertices.size(); ++v) vertices[v] = v;
+  internal::sort_by_place(xyz, vertices, 0);
+  std::vector<std::uint32_t> order(vertices.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = internal::second_of_key(vertices[i]);
   return order;
 }
 

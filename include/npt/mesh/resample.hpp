@@ -50,7 +50,8 @@ inline SurfacePoint at_vertex(std::uint32_t vertex) { return {{vertex, vertex, v
 /// count of the vertices: without repeats while they last, then all of them and random repeats.
 inline std::vector<SurfacePoint> draw_vertices(std::uint32_t vertices, std::size_t count, Random& random) {
   std::vector<std::uint32_t> chosen = random_permutation(vertices, random);
-  if (count > vertices) std::sort(chosen.begin(), chosen.end());
+  if (count > vertices)
+    for (std::uint32_t v = 0; v < vertices; ++v) chosen[v] = v;
   chosen.resize(std::min<std::size_t>(count, vertices));
   while (chosen.size() < count) chosen.push_back(random.below(vertices));
   std::vector<SurfacePoint> points(count);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/sort.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <algorithm>
@@ -34,10 +35,15 @@ using Edge = std::array<std::uint32_t, 2>;
 namespace internal {
 
 /// Takes repeats out of edges {a, b}, a < b, and sorts them.
-inline std::vector<Edge> sorted_once(std::vector<Edge> edges) {
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  return edges;
+inline std::vector<Edge> sorted_once(std::span<const Edge> edges) {
+  std::vector<std::uint64_t> keys;
+  keys.reserve(edges.size());
+  for (const auto& [a, b] : edges) keys.push_back(pair_key(a, b));
+  sort_keys_once(keys);
+  std::vector<Edge> sorted;
+  sorted.reserve(keys.size());
+  for (const std::uint64_t key : keys) sorted.push_back({first_of_key(key), second_of_key(key)});
+  return sorted;
 }
 
 }  // namespace internal
@@ -54,7 +60,7 @@ inline std::vector<Edge> unique_edges(const Mesh& mesh) {
       if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
     }
   }
-  return internal::sorted_once(std::move(edges));
+  return internal::sorted_once(edges);
 }
 
 /// The same for triangles.
@@ -66,7 +72,7 @@ inline std::vector<Edge> unique_edges(std::span<const Triangle> triangles) {
       const std::uint32_t a = t[i], b = t[(i + 1) % 3];
       if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
     }
-  return internal::sorted_once(std::move(edges));
+  return internal::sorted_once(edges);
 }
 
 /// The neighbours of every vertex in compressed rows: those of v are vertices[start[v]] .. vertices[start[v + 1] - 1],
@@ -82,6 +88,8 @@ struct Neighbours {
 
 /// The neighbours that `edges` (each once) give `vertex_count` vertices.
 inline Neighbours neighbours(std::span<const Edge> edges, std::size_t vertex_count) {
+  // Ascending edges give ascending neighbours: first the smaller ones, as second ends.
+  if (!std::is_sorted(edges.begin(), edges.end())) return neighbours(internal::sorted_once(edges), vertex_count);
   Neighbours result;
   result.start.assign(vertex_count + 1, 0);
   for (const Edge& edge : edges)
@@ -93,9 +101,6 @@ inline Neighbours neighbours(std::span<const Edge> edges, std::size_t vertex_cou
     result.vertices[next[edge[0]]++] = edge[1];
     result.vertices[next[edge[1]]++] = edge[0];
   }
-  for (std::size_t v = 0; v < vertex_count; ++v)
-    std::sort(result.vertices.begin() + static_cast<std::ptrdiff_t>(result.start[v]),
-              result.vertices.begin() + static_cast<std::ptrdiff_t>(result.start[v + 1]));
   return result;
 }
 

@@ -133,6 +133,25 @@ NPT_ALWAYS_INLINE T reduce_add(const Batch<T>& x) {
 #endif
 }
 
+/// The sums of four registers' lanes: cheaper than four reduce_add, and in another order.
+template <class T>
+NPT_ALWAYS_INLINE std::array<T, 4> reduce_add(const std::array<Batch<T>, 4>& x) {
+#if defined(__AVX512F__)
+  if constexpr (std::is_same_v<T, float>) {
+    const auto halves = [](__m512 r) {
+      return _mm256_add_ps(_mm512_castps512_ps256(r),
+                           _mm256_castpd_ps(_mm512_maskz_extractf64x4_pd(0xFF, _mm512_castps_pd(r), 1)));
+    };
+    const __m256 pairs =
+        _mm256_hadd_ps(_mm256_hadd_ps(halves(x[0]), halves(x[1])), _mm256_hadd_ps(halves(x[2]), halves(x[3])));
+    alignas(16) std::array<T, 4> sums;
+    _mm_store_ps(sums.data(), _mm_add_ps(_mm256_castps256_ps128(pairs), _mm256_extractf128_ps(pairs, 1)));
+    return sums;
+  }
+#endif
+  return {reduce_add(x[0]), reduce_add(x[1]), reduce_add(x[2]), reduce_add(x[3])};
+}
+
 /// x where lane + first < count, else `other`.
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> keep_first(const Batch<T>& x, int first, int count, const Batch<T>& other) {

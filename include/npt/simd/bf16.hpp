@@ -49,6 +49,19 @@ NPT_ALWAYS_INLINE Batch<float> bf16_pairs(const Batch<float>& first, const Batch
 
 NPT_ALWAYS_INLINE __m512i bits(const Batch<float>& x) { return _mm512_castps_si512(static_cast<__m512>(x)); }
 
+/// The same pairs of values that are cut off behind bfloat16's eight bits instead of rounded: half of the instructions.
+NPT_ALWAYS_INLINE Batch<float> bf16_cut_pairs(const Batch<float>& first, const Batch<float>& second) {
+  constexpr int choose = 0xD8;  // bit by bit: second where the mask has ones, else first
+  const __m512i upper = _mm512_set1_epi32(static_cast<int>(0xFFFF0000U));
+  return Batch<float>(
+      _mm512_castsi512_ps(_mm512_ternarylogic_epi32(_mm512_srli_epi32(bits(first), 16), bits(second), upper, choose)));
+}
+/// A value without the eight bits that bfloat16 keeps of it: exact.
+NPT_ALWAYS_INLINE Batch<float> below_bf16(const Batch<float>& x) {
+  const __m512i upper = _mm512_and_si512(bits(x), _mm512_set1_epi32(static_cast<int>(0xFFFF0000U)));
+  return x - Batch<float>(_mm512_castsi512_ps(upper));
+}
+
 /// The first values of pairs, and the second ones, as floats.
 NPT_ALWAYS_INLINE Batch<float> first_of_pairs(const Batch<float>& pairs) {
   return Batch<float>(_mm512_castsi512_ps(_mm512_slli_epi32(bits(pairs), 16)));
@@ -90,6 +103,8 @@ NPT_ALWAYS_INLINE Batch<float> bf16_pairs(const Batch<float>& first, const Batch
 NPT_ALWAYS_INLINE Batch<float> dot_bf16(const Batch<float>&, const Batch<float>&, const Batch<float>& sum) {
   return sum;
 }
+NPT_ALWAYS_INLINE Batch<float> bf16_cut_pairs(const Batch<float>& first, const Batch<float>&) { return first; }
+NPT_ALWAYS_INLINE Batch<float> below_bf16(const Batch<float>& x) { return x; }
 NPT_ALWAYS_INLINE Batch<float> first_of_pairs(const Batch<float>& pairs) { return pairs; }
 NPT_ALWAYS_INLINE Batch<float> second_of_pairs(const Batch<float>& pairs) { return pairs; }
 NPT_ALWAYS_INLINE Batch<float> bf16_sequence(const Batch<float>& front, const Batch<float>&) { return front; }

@@ -137,7 +137,8 @@ class SequencePoints {
                                     std::size_t identity_vertices, const TransferOptions& options,
                                     const std::string& name = "pose") {
     const bool same = !chosen_.empty() && chosen_.front().vertices == xyz.size() / 3 &&
-                      identity_vertices_ == identity_vertices && std::ranges::equal(triangles_, triangles);
+                      identity_vertices_ == identity_vertices &&
+                      std::equal(triangles_.begin(), triangles_.end(), triangles.begin(), triangles.end());
     if (!same) {
       chosen_ = choose_pairings(xyz, triangles, identity_vertices, options, name);
       identity_vertices_ = identity_vertices;

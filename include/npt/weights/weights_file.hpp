@@ -17,7 +17,6 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
-#include <set>
 #include <span>
 #include <string>
 #include <system_error>
@@ -90,10 +89,8 @@ inline TensorShape shape_of(const Parameter& p) {
 inline std::vector<std::string> tensor_problems(const std::vector<NamedParameter>& parameters,
                                                 const SafetensorsFile& file) {
   std::vector<std::string> problems;
-  std::set<std::string> known;
   for (const auto& [name, parameter] : parameters) {
     if (parameter.attribute) continue;
-    known.insert(name);
     const Tensor* tensor = file.find(name);
     if (tensor == nullptr) {
       problems.push_back(name + " is missing");
@@ -106,8 +103,11 @@ inline std::vector<std::string> tensor_problems(const std::vector<NamedParameter
         tensor->dtype != Dtype::bf16)
       problems.push_back(name + " holds " + to_string(tensor->dtype) + " instead of floating point");
   }
-  for (const Tensor& tensor : file.tensors())
-    if (!known.contains(tensor.name)) problems.push_back(tensor.name + " belongs to no layer");
+  for (const Tensor& tensor : file.tensors()) {
+    bool known = false;  // of tens of parameters
+    for (const auto& [name, parameter] : parameters) known = known || (!parameter.attribute && name == tensor.name);
+    if (!known) problems.push_back(tensor.name + " belongs to no layer");
+  }
   return problems;
 }
 
@@ -156,10 +156,8 @@ void read_values(const SafetensorsFile& file, const std::vector<NamedParameter>&
       *out = static_cast<T>(number_of(agreed_value(file, assume, name), file.name(), name));
       continue;
     }
-    if constexpr (std::is_same_v<T, float>)
-      std::ranges::copy(to_float(file.at(name)), out);
-    else
-      std::ranges::copy(to_double(file.at(name)), out);
+    const auto values = internal::to_values<T>(file.at(name), NonFinite::refuse);
+    std::copy(values.begin(), values.end(), out);
   }
 }
 
@@ -205,7 +203,7 @@ Metadata load_values(const SafetensorsFile& file, const Metadata& variant,
   internal::check_tensors(file, parameters, variant);
   std::vector<T> loaded(buffer.begin(), buffer.end());
   internal::read_values(file, parameters, assume, std::span<T>(loaded));
-  std::ranges::copy(loaded, buffer.begin());
+  std::copy(loaded.begin(), loaded.end(), buffer.begin());
   return file.metadata();
 }
 
