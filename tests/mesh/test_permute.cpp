@@ -13,6 +13,7 @@ namespace {
 
 std::vector<npt::Vec3f> in_order(const std::vector<npt::Vec3f>& points, const std::vector<std::uint32_t>& order) {
   std::vector<npt::Vec3f> result;
+  result.reserve(order.size());
   for (const std::uint32_t v : order) result.push_back(points[v]);
   return result;
 }
