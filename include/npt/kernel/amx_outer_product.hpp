@@ -112,9 +112,14 @@ class AmxOuterProduct {
     for (int c = 0; c < shape_.panels(); c += 2)
       for (int r = 0; r < shape_.row_registers(); r += 2) {
         const bool two_rows = r + 1 < shape_.row_registers(), two_columns = c + 1 < shape_.panels();
-        two_rows      ? two_columns ? add_parts<2, 2>(r, c) : add_parts<2, 1>(r, c)
-             : two_columns ? add_parts<1, 2>(r, c)
-                      : add_parts<1, 1>(r, c);
+        if (two_rows && two_columns)
+          add_parts<2, 2>(r, c);
+        else if (two_rows)
+          add_parts<2, 1>(r, c);
+        else if (two_columns)
+          add_parts<1, 2>(r, c);
+        else
+          add_parts<1, 1>(r, c);
       }
     collected_ = 0;
     adds_ = true;
@@ -136,9 +141,12 @@ class AmxOuterProduct {
   template <int Rows, int Columns>
   void add_parts(int r, int c) const {
     static_assert(max_parts == 3);
-    shape_.parts == 1   ? add<Rows, Columns, 1>(r, c)
-    : shape_.parts == 2 ? add<Rows, Columns, 2>(r, c)
-                        : add<Rows, Columns, 3>(r, c);
+    if (shape_.parts == 1)
+      add<Rows, Columns, 1>(r, c);
+    else if (shape_.parts == 2)
+      add<Rows, Columns, 2>(r, c);
+    else
+      add<Rows, Columns, 3>(r, c);
   }
 
   template <int Rows, int Columns, int Parts>
