@@ -33,7 +33,7 @@ double product_error(int rows, int columns, int parts, bool biased = true, int v
   for (kernel::Word& w : words.span()) w = 0x7FC07FC0;  // NaN where nothing is written
   const kernel::AmxOperand panel = kernel::split_panel(packed, operand.data(), valid, words.data());
   npt::AlignedBuffer<float> tile(kernel::amx_block_rows * width);
-  const npt::simd::MatrixRegisters registers;
+  [[maybe_unused]] const npt::simd::MatrixRegisters registers;
   double worst = 0;
   for (int b = 0; b < packed.block_count(); ++b) {
     packed.multiply(b, panel, kernel::AmxWeights::bias_at(packed.bias(), packed.first_row(b)), tile.data());
@@ -89,7 +89,7 @@ TEST_CASE("matrix registers keep NaN and infinity where they are") {
     const kernel::AmxOperand panel = kernel::split_panel(packed, operand.data(), width, words.data());
     npt::AlignedBuffer<float> tile(16 * width);
     {
-      const npt::simd::MatrixRegisters registers;
+      [[maybe_unused]] const npt::simd::MatrixRegisters registers;
       packed.multiply(0, panel, packed.bias(), tile.data());
     }
     for (int v = 0; v < width; ++v) {
