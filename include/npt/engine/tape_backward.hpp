@@ -569,7 +569,7 @@ class TapeBackward : TapeView<T> {
       const int first = shape.first_column(p);
       const int used = std::min(width, stage.operand_rows - first);  // of the columns that are weights
       for (int r = begin; r < end; ++r) {
-        T sum[kernel::panel_width<T>] = {};
+        T sum[std::max(kernel::panel_width<T>, kernel::AmxOuterShape::width)] = {};
         const T* from = memory_.chunks.data() + shape.at(r, first);
         for (int c = 0; c < layout.count; ++c, from += layout.size)
           for (int k = 0; k < width; ++k) sum[k] += from[k];
