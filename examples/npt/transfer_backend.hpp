@@ -4,7 +4,7 @@
 
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normalise.hpp>
-#include <npt/mesh/topology.hpp>
+#include <npt/mesh/triangles.hpp>
 
 #include <cstdint>
 #include <filesystem>

@@ -5,7 +5,7 @@
 
 #include <npt/core/error.hpp>
 #include <npt/io/file.hpp>
-#include <npt/io/text.hpp>
+#include <npt/io/words.hpp>
 
 #include <algorithm>
 #include <array>

@@ -3,8 +3,8 @@
 
 #include <npt/core/random.hpp>
 #include <npt/mesh/mesh.hpp>
-#include <npt/mesh/permute.hpp>
-#include <npt/mesh/topology.hpp>
+#include <npt/mesh/triangles.hpp>
+#include <npt/mesh/vertex_order.hpp>
 
 #include <cmath>
 #include <cstddef>

@@ -8,7 +8,7 @@
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
 #include <npt/data/prepared_body.hpp>
-#include <npt/mesh/permute.hpp>
+#include <npt/mesh/vertex_order.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -3,6 +3,7 @@
 #include <classic/shapes.hpp>
 #include <io/scratch.hpp>
 #include <npt/classic/correspondence.hpp>
+#include <npt/mesh/permute.hpp>
 #include <npt/parallel/tbb_executor.hpp>
 
 #include <algorithm>

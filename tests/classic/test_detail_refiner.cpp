@@ -2,7 +2,7 @@
 
 #include <npt/classic/detail_refiner.hpp>
 #include <npt/core/random.hpp>
-#include <npt/mesh/permute.hpp>
+#include <npt/mesh/vertex_order.hpp>
 
 #include <algorithm>
 #include <cmath>

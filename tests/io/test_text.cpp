@@ -57,15 +57,3 @@ TEST_CASE("quoted text is printable and short") {
   CHECK(in_quotes(std::string_view("\0\x80\n", 3)) == "'\\x00\\x80\\x0a'");
   CHECK(in_quotes(std::string(100, 'a')).size() == 65);
 }
-
-TEST_CASE("words of a line are separated by blanks, quotes hold them together, # ends them") {
-  using npt::internal::words_of;
-  using Words = std::vector<std::string>;
-  CHECK(words_of("") == Words{});
-  CHECK(words_of(" \t# a b") == Words{});
-  CHECK(words_of("a  b\tc\r") == Words{"a", "b", "c"});
-  CHECK(words_of("'a b' \"c'd\" e'f g'h # i") == Words{"a b", "c'd", "ef gh"});
-  CHECK(words_of("a '' b") == Words{"a", "", "b"});
-  CHECK(words_of("a#b") == Words{"a#b"});
-  CHECK(!words_of("a 'b"));
-}

@@ -3,7 +3,7 @@
 #include <npt/core/error.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/mesh_file.hpp>
-#include <npt/io/text.hpp>
+#include <npt/io/words.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <reproduce/figures.hpp>
 #include <reproduce/systems.hpp>

@@ -133,5 +133,7 @@ TEST_CASE("the conventions find each kind of offence") {
   CHECK(bad_text("a") == 1);
   CHECK(bad_text("see /ho"
                  "me/someone/x\n") == 1);
-  CHECK(bad_text("see <https://example.org/home/x> and src/tmp/x\n") == 0);
+  CHECK(bad_text("see <https://example.org/ho"
+                 "me/x> and src/t"
+                 "mp/x\n") == 0);
 }

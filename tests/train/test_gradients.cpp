@@ -95,6 +95,7 @@ void check_both(const std::string& name) {
   }
   check_golden<Net, float>(name, 1e-4, npt::Precision::bf16x3);
   check_golden<Net, float>(name, 1e-2, npt::Precision::bf16x2);
+  check_golden<Net, float>(name, 0.85, npt::Precision::bf16);  // most 0.83, one bias of the case with 35 vertices
   check_golden<Net, float>(name, 0.6, npt::Precision::bf16, 0.1);
   CHECK_THROWS_AS((npt::Gradients<Net, double>(1).set_precision(npt::Precision::bf16x3)), npt::Error);
 }

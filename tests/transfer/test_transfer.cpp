@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/core/error.hpp>
+#include <npt/mesh/permute.hpp>
 #include <npt/transfer/transfer.hpp>
 
 #include <algorithm>

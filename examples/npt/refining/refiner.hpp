@@ -2,7 +2,7 @@
 /// (refiner_eigen.cpp, with the room classic); in any other, asking for it is an error that says so (refiner_missing.cpp).
 #pragma once
 
-#include <npt/mesh/topology.hpp>
+#include <npt/mesh/triangles.hpp>
 
 #include <memory>
 #include <optional>

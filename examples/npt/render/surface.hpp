@@ -5,7 +5,7 @@
 #include <render/image.hpp>
 
 #include <npt/mesh/mesh.hpp>
-#include <npt/mesh/topology.hpp>
+#include <npt/mesh/triangles.hpp>
 
 #include <cstdint>
 #include <span>

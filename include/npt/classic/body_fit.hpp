@@ -25,7 +25,7 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/mesh/topology.hpp>
+#include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
 #include <array>

@@ -19,8 +19,8 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/mesh/permute.hpp>
 #include <npt/mesh/topology.hpp>
+#include <npt/mesh/vertex_order.hpp>
 
 #include <algorithm>
 #include <cstddef>

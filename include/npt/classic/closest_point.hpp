@@ -10,7 +10,7 @@
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
-#include <npt/mesh/topology.hpp>
+#include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
 #include <array>

@@ -28,8 +28,8 @@
 #include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
-#include <npt/mesh/permute.hpp>
 #include <npt/mesh/topology.hpp>
+#include <npt/mesh/vertex_order.hpp>
 
 #include <array>
 #include <cmath>

@@ -23,7 +23,7 @@
 #include <npt/data/evaluation.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
-#include <npt/mesh/topology.hpp>
+#include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
 
 #include <cstddef>

@@ -9,9 +9,9 @@
 #include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
-#include <npt/mesh/permute.hpp>
-#include <npt/mesh/topology.hpp>
+#include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
+#include <npt/mesh/vertex_order.hpp>
 
 #include <algorithm>
 #include <array>

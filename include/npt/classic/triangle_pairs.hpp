@@ -9,7 +9,7 @@
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
-#include <npt/mesh/topology.hpp>
+#include <npt/mesh/triangles.hpp>
 #include <npt/parallel/executor.hpp>
 
 #include <algorithm>

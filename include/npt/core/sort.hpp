@@ -2,8 +2,10 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/view.hpp>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,12 +13,13 @@
 namespace npt::inline NPT_ABI::internal {
 
 /// Ascending.
-inline void sort_keys(std::span<std::uint64_t> keys) { std::sort(keys.begin(), keys.end()); }
+inline void sort_keys(std::span<std::uint64_t> keys) { std::sort(keys.data(), keys.data() + keys.size()); }
 
 /// Ascending, each once.
 inline void sort_keys_once(std::vector<std::uint64_t>& keys) {
-  sort_keys(keys);
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  sort_keys(view(keys));
+  const std::uint64_t* const end = std::unique(keys.data(), keys.data() + keys.size());
+  keys.resize(static_cast<std::size_t>(end - keys.data()));
 }
 
 /// A key that is sorted by `first`, then by `second`.

@@ -17,7 +17,7 @@
 #include <npt/data/protocol.hpp>
 #include <npt/data/sample.hpp>
 #include <npt/data/streams.hpp>
-#include <npt/mesh/topology.hpp>
+#include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -10,6 +10,7 @@
 #include <npt/io/file.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/io/text.hpp>
+#include <npt/io/words.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>
 

@@ -12,6 +12,7 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/sort.hpp>
+#include <npt/core/view.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/json.hpp>
 #include <npt/io/text.hpp>
@@ -117,8 +118,9 @@ using TextMap = std::map<std::string, std::string>;
 /// What the header says of one tensor, before it has been checked.
 struct TensorEntry {
   std::string name;
-  std::optional<std::string> dtype;
-  std::optional<TensorShape> shape, offsets;
+  std::string dtype;
+  TensorShape shape, offsets;
+  bool has_dtype = false, has_shape = false, has_offsets = false;
 };
 
 /// Takes the header's JSON event by event. Each either fits the place it stands in or is an error, so nothing nests deeper
@@ -142,6 +144,7 @@ class HeaderReader {
       metadata[key_] = std::move(value);
     } else if (place_ == Place::tensor && key_ == "dtype") {
       entries.back().dtype = std::move(value);
+      entries.back().has_dtype = true;
     } else {
       unexpected("the text " + in_quotes(value));
     }
@@ -153,7 +156,7 @@ class HeaderReader {
         break;
       case Place::root:
         place_ = name_ == "__metadata__" ? Place::metadata : Place::tensor;
-        if (place_ == Place::tensor) entries.push_back({.name = name_, .dtype = {}, .shape = {}, .offsets = {}});
+        if (place_ == Place::tensor) entries.emplace_back().name = name_;
         keys_.clear();
         break;
       default:
@@ -172,7 +175,10 @@ class HeaderReader {
   void start_array() {
     if (place_ != Place::tensor || key_ == "dtype") unexpected("a list");
     place_ = Place::numbers;
-    numbers_ = &(key_ == "shape" ? entries.back().shape : entries.back().offsets).emplace();
+    TensorEntry& entry = entries.back();
+    const bool shape = key_ == "shape";
+    (shape ? entry.has_shape : entry.has_offsets) = true;
+    numbers_ = shape ? &entry.shape : &entry.offsets;
   }
   void end_array() { place_ = Place::tensor; }
   [[noreturn]] void syntax_error(std::size_t position) const {
@@ -219,32 +225,32 @@ class HeaderReader {
 
 /// Checks one entry of the header against itself and the size of the data.
 inline Tensor check_entry(const TensorEntry& entry, std::span<const std::byte> data, const std::string& file) {
-  if (!entry.dtype || !entry.shape || !entry.offsets)
+  if (!entry.has_dtype || !entry.has_shape || !entry.has_offsets)
     bad_tensor(file, entry.name,
-               std::string("no ") + (!entry.dtype   ? "dtype"
-                                     : !entry.shape ? "shape"
-                                                    : "data_offsets"),
+               std::string("no ") + (!entry.has_dtype   ? "dtype"
+                                     : !entry.has_shape ? "shape"
+                                                        : "data_offsets"),
                "dtype, shape and data_offsets");
   const DtypeInfo* type = nullptr;
   for (const DtypeInfo& info : dtypes)
-    if (*entry.dtype == info.name) type = &info;
+    if (entry.dtype == info.name) type = &info;
   if (type == nullptr)
-    bad_tensor(file, entry.name, "dtype " + in_quotes(*entry.dtype),
+    bad_tensor(file, entry.name, "dtype " + in_quotes(entry.dtype),
                "F64, F32, F16, BF16, I64, I32, I16, I8, U64, U32, U16, U8 or BOOL");
-  const TensorShape& offsets = *entry.offsets;
+  const TensorShape& offsets = entry.offsets;
   if (offsets.size() != 2 || offsets[0] > offsets[1])
     bad_tensor(file, entry.name, "data_offsets " + to_string(offsets), "[begin, end]");
   if (offsets[1] > data.size())
     bad_tensor(file, entry.name, "data_offsets " + to_string(offsets),
                "an end of at most " + std::to_string(data.size()) + ", the bytes that follow the header");
-  const std::optional<std::uint64_t> size = byte_count(type->dtype, *entry.shape);
+  const std::optional<std::uint64_t> size = byte_count(type->dtype, entry.shape);
   if (!size || *size != offsets[1] - offsets[0])
     bad_tensor(file, entry.name, std::to_string(offsets[1] - offsets[0]) + " bytes",
-               (size ? std::to_string(*size) : "more than 2^64") + " for shape " + to_string(*entry.shape) + " of " +
+               (size ? std::to_string(*size) : "more than 2^64") + " for shape " + to_string(entry.shape) + " of " +
                    type->name);
   return {.name = entry.name,
           .dtype = type->dtype,
-          .shape = *entry.shape,
+          .shape = entry.shape,
           .bytes = data.subspan(static_cast<std::size_t>(offsets[0]), static_cast<std::size_t>(*size)),
           .file = file};
 }
@@ -267,7 +273,7 @@ class SafetensorsFile {
     internal::HeaderReader reader(header, name);
     internal::read_json(header, reader);
     file.metadata_ = std::move(reader.metadata);
-    file.place_tensors(reader.entries, std::as_bytes(std::span(*file.bytes_)).subspan(8 + header.size()));
+    file.place_tensors(reader.entries, as_bytes(*file.bytes_).subspan(8 + header.size()));
     return file;
   }
 
@@ -296,6 +302,10 @@ class SafetensorsFile {
  private:
   SafetensorsFile() = default;
 
+  static std::span<const std::byte> as_bytes(const std::string& text) {
+    return {reinterpret_cast<const std::byte*>(text.data()), text.size()};
+  }
+
   static std::string_view header_of(std::string_view bytes, const std::string& name) {
     const auto fail = [&name](std::string place, std::string found, std::string expected) {
       return Error(
@@ -320,18 +330,18 @@ class SafetensorsFile {
   void place_tensors(const std::vector<internal::TensorEntry>& entries, std::span<const std::byte> data) {
     // By their first byte, empty ones first; a header of max_header bytes has room for fewer than 2^24 of them.
     constexpr int number_bits = 24;
+    const auto begin_of = [&](const Tensor& t) { return static_cast<std::size_t>(t.bytes.data() - data.data()); };
+    std::vector<Tensor> unordered;
     std::vector<std::uint64_t> keys;
     for (const internal::TensorEntry& entry : entries) {
-      const Tensor tensor = internal::check_entry(entry, data, name_);
-      const auto begin = static_cast<std::uint64_t>(tensor.bytes.data() - data.data());
-      keys.push_back((2 * begin + (tensor.bytes.empty() ? 0 : 1)) << number_bits | keys.size());
+      const Tensor& tensor = unordered.emplace_back(internal::check_entry(entry, data, name_));
+      const std::uint64_t place = 2 * std::uint64_t{begin_of(tensor)} + (tensor.bytes.empty() ? 0 : 1);
+      keys.push_back(place << number_bits | keys.size());
     }
-    internal::sort_keys(keys);
+    internal::sort_keys(internal::view(keys));
     tensors_.reserve(entries.size());
     for (const std::uint64_t key : keys)
-      tensors_.push_back(
-          internal::check_entry(entries[static_cast<std::size_t>(key % (1U << number_bits))], data, name_));
-    const auto begin_of = [&](const Tensor& t) { return static_cast<std::size_t>(t.bytes.data() - data.data()); };
+      tensors_.push_back(std::move(unordered[static_cast<std::size_t>(key % (1U << number_bits))]));
     std::size_t end = 0;
     for (const Tensor& tensor : tensors_) {
       if (begin_of(tensor) != end)
@@ -521,7 +531,7 @@ inline void write_safetensors(const std::string& path, std::span<const Tensor> t
   const std::string header = internal::header_json(path, tensors, metadata);
   AtomicFile file(path);
   const std::uint64_t size = header.size();
-  file.write(std::as_bytes(std::span(&size, 1)));
+  file.write(std::string_view(reinterpret_cast<const char*>(&size), sizeof size));
   file.write(header);
   for (const Tensor& tensor : tensors) file.write(tensor.bytes);
   file.commit();

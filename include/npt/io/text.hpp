@@ -1,5 +1,5 @@
 /// Reading and writing numbers, words and lines of text files. Independent of the locale: 1.5 is 1.5 also where a comma
-/// is the decimal sign.
+/// is the decimal sign. words.hpp splits lines with quotation marks and comments.
 #pragma once
 
 #include <npt/config.hpp>
@@ -13,7 +13,6 @@
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <vector>
 
 namespace npt::inline NPT_ABI::internal {
 
@@ -56,29 +55,6 @@ inline std::string_view next_word(std::string_view& line) {
   const std::string_view word = line.substr(first, end - first);
   line.remove_prefix(end);
   return word;
-}
-
-/// The words of a line: separated by blanks, "..." or '...' around a name with blanks, # begins a comment. Nothing
-/// where a quotation mark is not closed.
-inline std::optional<std::vector<std::string>> words_of(std::string_view line) {
-  std::vector<std::string> words;
-  std::size_t i = 0;
-  const auto blank = [&line](std::size_t k) { return line[k] == ' ' || (line[k] >= '\t' && line[k] <= '\r'); };
-  while (true) {
-    while (i < line.size() && blank(i)) ++i;
-    if (i == line.size() || line[i] == '#') return words;
-    words.emplace_back();
-    while (i < line.size() && !blank(i)) {
-      if (line[i] != '"' && line[i] != '\'') {
-        words.back() += line[i++];
-        continue;
-      }
-      const std::size_t close = line.find(line[i], i + 1);
-      if (close == std::string_view::npos) return std::nullopt;
-      words.back() += line.substr(i + 1, close - i - 1);
-      i = close + 1;
-    }
-  }
 }
 
 /// `text` without blanks at both ends.

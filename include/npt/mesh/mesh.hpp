@@ -50,7 +50,7 @@ struct Mesh {
   std::size_t vertex_count() const noexcept { return positions.size(); }
   std::size_t face_count() const noexcept { return face_start.empty() ? 0 : face_start.size() - 1; }
   std::span<const std::uint32_t> face(std::size_t f) const {
-    return std::span(corners).subspan(face_start[f], face_start[f + 1] - face_start[f]);
+    return {corners.data() + face_start[f], face_start[f + 1] - face_start[f]};
   }
   /// The positions as [V, 3] floats, row major, without a copy.
   std::span<const float> coordinates() const noexcept {

@@ -65,7 +65,8 @@ inline void recompute_corner_normals(Mesh& mesh) {
   sort_keys_once(keys);
   std::vector<Use> uses(keys.size());
   const auto use_of = [&](std::size_t c) -> Use& {
-    return uses[static_cast<std::size_t>(std::lower_bound(keys.begin(), keys.end(), key(c)) - keys.begin())];
+    return uses[static_cast<std::size_t>(std::lower_bound(keys.data(), keys.data() + keys.size(), key(c)) -
+                                         keys.data())];
   };
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const Vec3d area = face_area_vector(mesh, f);
@@ -82,11 +83,11 @@ inline void recompute_corner_normals(Mesh& mesh) {
       Vec3f normal = stored[old];
       set_direction(normal, use.sum);
       // 1e-5: what rounding of the positions leaves between corners of one flat face.
-      const bool fits = !taken[old] || dot(normal - mesh.normals[old], normal - mesh.normals[old]) < 1e-10F;
+      const bool fits = taken[old] == 0 || dot(normal - mesh.normals[old], normal - mesh.normals[old]) < 1e-10F;
       use.index = fits ? old : static_cast<std::uint32_t>(mesh.normals.size());
       if (!fits) mesh.normals.push_back(normal);
-      if (!taken[old]) mesh.normals[old] = normal;
-      taken[old] = true;
+      if (taken[old] == 0) mesh.normals[old] = normal;
+      taken[old] = 1;
     }
     mesh.corner_normal[c] = use.index;
   }

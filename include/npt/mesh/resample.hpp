@@ -8,9 +8,10 @@
 
 #include <npt/config.hpp>
 #include <npt/core/random.hpp>
+#include <npt/core/view.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normalise.hpp>
-#include <npt/mesh/topology.hpp>
+#include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
 #include <array>
@@ -89,10 +90,10 @@ inline std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::sp
   if (areas.empty() || !(areas.back() > 0)) return internal::draw_vertices(vertices, count, random);
   for (SurfacePoint& point : points) {
     const double target = random.uniform() * areas.back();
-    const auto found = std::upper_bound(areas.begin(), areas.end() - 1, target);
+    const auto found = std::upper_bound(areas.data(), areas.data() + areas.size() - 1, target);
     // The square root makes the density uniform over the triangle (Osada et al., "Shape Distributions", 2002, eq. 1).
     const double r = std::sqrt(random.uniform()), s = random.uniform();
-    point = {triangles[static_cast<std::size_t>(found - areas.begin())], {1 - r, r * (1 - s), r * s}};
+    point = {triangles[static_cast<std::size_t>(found - areas.data())], {1 - r, r * (1 - s), r * s}};
   }
   return points;
 }
@@ -100,11 +101,11 @@ inline std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::sp
 /// Their positions, with the numbers of a seed.
 inline std::vector<Vec3f> resample(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
                                    std::uint64_t seed) {
-  return positions_of(draw_points(xyz, triangles, count, Random(seed)), xyz);
+  return positions_of(internal::view(draw_points(xyz, triangles, count, Random(seed))), xyz);
 }
 
 inline std::vector<Vec3f> resample(const Mesh& mesh, std::size_t count, std::uint64_t seed) {
-  return resample(mesh.coordinates(), triangulate(mesh), count, seed);
+  return resample(mesh.coordinates(), internal::view(triangulate(mesh)), count, seed);
 }
 
 }  // namespace npt::inline NPT_ABI

@@ -1,10 +1,11 @@
-/// What a mesh's faces say without its positions: triangles, edges, neighbours.
+/// What a mesh's faces say without its positions: edges and neighbours; triangles.hpp has the triangles.
 /// Requires  a valid mesh (validate.hpp)
 #pragma once
 
 #include <npt/config.hpp>
 #include <npt/core/sort.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
 #include <array>
@@ -15,20 +16,6 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
-
-using Triangle = std::array<std::uint32_t, 3>;
-
-/// Each face as a fan around its first corner: (0, i, i + 1). By topology only, so that one mesh in two poses has the
-/// same triangles; choosing the shorter diagonal of a quad, as tinyobjloader does, breaks that. Face order is kept.
-inline std::vector<Triangle> triangulate(const Mesh& mesh) {
-  std::vector<Triangle> triangles;
-  triangles.reserve(mesh.corners.size() - std::min(mesh.corners.size(), 2 * mesh.face_count()));
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    const std::span<const std::uint32_t> face = mesh.face(f);
-    for (std::size_t i = 1; i + 1 < face.size(); ++i) triangles.push_back({face[0], face[i], face[i + 1]});
-  }
-  return triangles;
-}
 
 using Edge = std::array<std::uint32_t, 2>;
 
@@ -82,7 +69,7 @@ struct Neighbours {
   std::vector<std::uint32_t> vertices;  ///< [2 E]
 
   std::span<const std::uint32_t> of(std::size_t v) const {
-    return std::span(vertices).subspan(start[v], start[v + 1] - start[v]);
+    return {vertices.data() + start[v], start[v + 1] - start[v]};
   }
 };
 

@@ -8,11 +8,12 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
+#include <npt/core/view.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normalise.hpp>
-#include <npt/mesh/permute.hpp>
 #include <npt/mesh/resample.hpp>
-#include <npt/mesh/topology.hpp>
+#include <npt/mesh/triangles.hpp>
+#include <npt/mesh/vertex_order.hpp>
 #include <npt/transfer/options.hpp>
 
 #include <algorithm>
@@ -81,13 +82,13 @@ inline PosePoints choose_points(std::span<const float> xyz, std::span<const Tria
     return chosen;
   }
   // Drawn in the canonical order, so that the points don't depend on the vertices' numbers even where there are no faces.
-  const std::vector<std::uint32_t> place = inverse_order(order);
+  const std::vector<std::uint32_t> place = inverse_order(internal::view(order));
   std::vector<float> points(xyz.size());
   for (std::size_t i = 0; i < order.size(); ++i)
     for (std::size_t axis = 0; axis < 3; ++axis) points[3 * i + axis] = xyz[3 * std::size_t{order[i]} + axis];
   std::vector<Triangle> faces(triangles.begin(), triangles.end());
   for (Triangle& t : faces) t = {place[t[0]], place[t[1]], place[t[2]]};
-  chosen.points = draw_points(points, faces, count, random);
+  chosen.points = draw_points(internal::view(points), internal::view(faces), count, random);
   for (SurfacePoint& point : chosen.points)
     for (std::uint32_t& corner : point.corners) corner = order[corner];
   return chosen;
@@ -107,9 +108,13 @@ inline std::vector<float> pose_input(std::span<const float> xyz, const PosePoint
     points.assign(xyz.begin(), xyz.end());
   } else {
     points.reserve(3 * chosen.points.size());
-    for (const Vec3f p : positions_of(chosen.points, xyz)) points.insert(points.end(), {p.x, p.y, p.z});
+    for (const Vec3f p : positions_of(internal::view(chosen.points), xyz)) {
+      points.push_back(p.x);
+      points.push_back(p.y);
+      points.push_back(p.z);
+    }
   }
-  apply(frame_of(xyz, options.normalisation, name), points, points);
+  apply(frame_of(xyz, options.normalisation, name), internal::view(points), internal::view(points));
   return points;
 }
 

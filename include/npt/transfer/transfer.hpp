@@ -7,11 +7,12 @@
 
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
+#include <npt/core/view.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/normals.hpp>
-#include <npt/mesh/permute.hpp>
-#include <npt/mesh/topology.hpp>
+#include <npt/mesh/triangles.hpp>
+#include <npt/mesh/vertex_order.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/pose_points.hpp>
 
@@ -47,12 +48,12 @@ inline IdentityInput identity_input(std::span<const float> xyz, const TransferOp
   IdentityInput input;
   input.frame = frame_of(xyz, options.normalisation, name);
   input.coordinates.resize(xyz.size());
-  apply(input.frame, xyz, input.coordinates);
+  apply(input.frame, xyz, internal::view(input.coordinates));
   if (!options.invariant) return input;
   // Coincident vertices can't be told apart, so they all take the result of one of them.
   const std::vector<std::uint32_t> order = canonical_shuffle(xyz, options.seed);
   const std::vector<std::uint32_t> representative = coincident_representatives(xyz);
-  const std::vector<std::uint32_t> place = inverse_order(order);
+  const std::vector<std::uint32_t> place = inverse_order(internal::view(order));
   std::vector<float> ordered(xyz.size());
   for (std::size_t i = 0; i < order.size(); ++i)
     for (std::size_t axis = 0; axis < 3; ++axis) ordered[3 * i + axis] = input.coordinates[3 * order[i] + axis];

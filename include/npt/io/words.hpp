@@ -1,0 +1,37 @@
+/// The words of a line in npt's own lists (pairs, markers, jobs).
+#pragma once
+
+#include <npt/config.hpp>
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace npt::inline NPT_ABI::internal {
+
+/// The words of a line: separated by blanks, "..." or '...' around a name with blanks, # begins a comment. Nothing
+/// where a quotation mark is not closed.
+inline std::optional<std::vector<std::string>> words_of(std::string_view line) {
+  std::vector<std::string> words;
+  std::size_t i = 0;
+  const auto blank = [&line](std::size_t k) { return line[k] == ' ' || (line[k] >= '\t' && line[k] <= '\r'); };
+  while (true) {
+    while (i < line.size() && blank(i)) ++i;
+    if (i == line.size() || line[i] == '#') return words;
+    words.emplace_back();
+    while (i < line.size() && !blank(i)) {
+      if (line[i] != '"' && line[i] != '\'') {
+        words.back() += line[i++];
+        continue;
+      }
+      const std::size_t close = line.find(line[i], i + 1);
+      if (close == std::string_view::npos) return std::nullopt;
+      words.back() += line.substr(i + 1, close - i - 1);
+      i = close + 1;
+    }
+  }
+}
+
+}  // namespace npt::inline NPT_ABI::internal
