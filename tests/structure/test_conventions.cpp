@@ -61,6 +61,25 @@ std::vector<std::string> text_complaints(const SourceFile& file) {
   return complaints;
 }
 
+/// Namespaces whose end does not name them. clang-format's own check takes `npt::inline NPT_ABI` for no name of a namespace.
+std::vector<std::string> namespace_complaints(const SourceFile& file) {
+  static const std::regex opening(R"((inline )?namespace ?([^={;]*)\{)");
+  static const std::regex closing(R"(\}  // namespace ?(.*))");
+  std::vector<std::string> complaints, open;
+  for (const std::string& line : structure::lines_of(file.text)) {
+    std::smatch match;
+    if (std::regex_match(line, match, opening)) {
+      open.push_back(match.str(2).substr(0, match.str(2).find_last_not_of(' ') + 1));
+    } else if (std::regex_match(line, match, closing)) {
+      if (open.empty() || open.back() != match.str(1))
+        complaints.push_back(file.path + ": no namespace to end: " + line);
+      if (!open.empty()) open.pop_back();
+    }
+  }
+  for (const std::string& name : open) complaints.push_back(file.path + ": no }  // namespace " + name);
+  return complaints;
+}
+
 /// Everything a person wrote: not the build folders, not data.
 std::vector<SourceFile> project_files() {
   const std::filesystem::path root(NPT_SOURCE_DIR);
@@ -103,6 +122,14 @@ TEST_CASE("no tabs, no trailing blanks, no path of a machine in any file of the 
   CHECK_MESSAGE(complaints.empty(), structure::join(complaints));
 }
 
+TEST_CASE("the end of every namespace names it") {
+  std::vector<std::string> complaints;
+  for (const SourceFile& file : project_files())
+    if (file.path.ends_with(".hpp") || file.path.ends_with(".cpp"))
+      for (std::string& complaint : namespace_complaints(file)) complaints.push_back(std::move(complaint));
+  CHECK_MESSAGE(complaints.empty(), structure::join(complaints));
+}
+
 TEST_CASE("the top level holds what a visitor expects and nothing else") {
   const std::vector<std::string> known = {
       "CMakeLists.txt", "CMakePresets.json", "LICENSE",     "CHANGELOG.md", "README.md",
@@ -124,6 +151,14 @@ TEST_CASE("the conventions find each kind of offence") {
   CHECK(bad_header(good + "// #define X 1\n") == 0);
   CHECK(bad_header(good + "using namespace std;\n") == 1);
   CHECK(bad_header(good + "void f() {\n  using namespace std;\n}\n") == 0);
+
+  const auto bad_ends = [](const std::string& text) { return namespace_complaints({"core/x.hpp", text}).size(); };
+  CHECK(
+      bad_ends("namespace a::inline B {\nvoid f() {\n}\nnamespace {\n}  // namespace\n}  // namespace a::inline B\n") ==
+      0);
+  CHECK(bad_ends("namespace a {\n}\n") == 1);
+  CHECK(bad_ends("namespace a {\n}  // namespace b\n") == 1);
+  CHECK(bad_ends("}  // namespace a\n") == 1);
 
   const auto bad_text = [](const std::string& text) { return text_complaints({"README.md", text}).size(); };
   CHECK(bad_text("good\n") == 0);

@@ -83,11 +83,11 @@ inline void recompute_corner_normals(Mesh& mesh) {
       Vec3f normal = stored[old];
       set_direction(normal, use.sum);
       // 1e-5: what rounding of the positions leaves between corners of one flat face.
-      const bool fits = taken[old] == 0 || dot(normal - mesh.normals[old], normal - mesh.normals[old]) < 1e-10F;
+      const bool fits = !taken[old] || dot(normal - mesh.normals[old], normal - mesh.normals[old]) < 1e-10F;
       use.index = fits ? old : static_cast<std::uint32_t>(mesh.normals.size());
       if (!fits) mesh.normals.push_back(normal);
-      if (taken[old] == 0) mesh.normals[old] = normal;
-      taken[old] = 1;
+      if (!taken[old]) mesh.normals[old] = normal;
+      taken[old] = true;
     }
     mesh.corner_normal[c] = use.index;
   }
