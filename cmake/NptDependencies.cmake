@@ -35,7 +35,7 @@ if(NPT_BUILD_PROGRAMS)
     list(APPEND npt_missing_packages libstb-dev)
   endif()
 endif()
-# Optional: without it the room `classic`, its commands and its tests are left out.
+# Optional: without them the refinement of results and transfer without networks, their commands and their tests are left out.
 find_package(Eigen3 QUIET NO_MODULE)
 find_package(LBFGS QUIET)
 if(NPT_WITH_MPI)

@@ -1,5 +1,5 @@
 /// The refinement of transferred meshes as `npt transfer` and `npt evaluate` use it. A build with Eigen has it
-/// (refiner_eigen.cpp, with the room classic); in any other, asking for it is an error that says so (refiner_missing.cpp).
+/// (refiner_eigen.cpp); in any other, asking for it is an error that says so (refiner_missing.cpp).
 #pragma once
 
 #include <npt/mesh/triangles.hpp>

@@ -1,6 +1,6 @@
 #include <refining/refiner.hpp>
 
-#include <npt/classic/detail_refiner.hpp>
+#include <npt/transfer/detail_refiner.hpp>
 
 namespace refining {
 

@@ -14,7 +14,7 @@ std::unique_ptr<const Refiner> make_refiner(std::span<const float>, std::span<co
 
 void expect_available() {
   throw npt::Error({.file = "--refine",
-                    .found = "a program built without Eigen or without liblbfgs, which the room classic needs",
+                    .found = "a program built without Eigen or without liblbfgs",
                     .expected = "one configured where both are (Debian packages libeigen3-dev, liblbfgs-dev)"});
 }
 

@@ -7,11 +7,11 @@
 
 #include <npt/classic/body_distance.hpp>
 #include <npt/classic/body_level.hpp>
-#include <npt/classic/dense_cholesky.hpp>
 #include <npt/classic/differentiable_body.hpp>
 #include <npt/classic/pose_prior.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/linear/dense_cholesky.hpp>
 
 #include <array>
 #include <cmath>

@@ -11,12 +11,12 @@
 #pragma once
 
 #include <npt/classic/body_level.hpp>
-#include <npt/classic/closest_point.hpp>
 #include <npt/classic/differentiable_body.hpp>
 #include <npt/classic/fit_target.hpp>
 #include <npt/classic/pose_prior.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <array>

@@ -17,14 +17,14 @@
 #include <npt/classic/body_distance.hpp>
 #include <npt/classic/body_level.hpp>
 #include <npt/classic/body_sketch.hpp>
-#include <npt/classic/dense_cholesky.hpp>
 #include <npt/classic/fit_target.hpp>
-#include <npt/classic/lbfgs.hpp>
 #include <npt/classic/pose_prior.hpp>
 #include <npt/classic/start_poses.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/linear/dense_cholesky.hpp>
+#include <npt/linear/lbfgs.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <algorithm>

@@ -11,16 +11,16 @@
 #pragma once
 
 #include <npt/body/sparse_matrix.hpp>
-#include <npt/classic/closest_point.hpp>
-#include <npt/classic/cotangent.hpp>
-#include <npt/classic/piece_links.hpp>
 #include <npt/classic/skeleton_pose.hpp>
-#include <npt/classic/sparse_cholesky.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/vertex_order.hpp>
+#include <npt/surface/closest_point.hpp>
+#include <npt/surface/cotangent.hpp>
+#include <npt/surface/piece_links.hpp>
 
 #include <algorithm>
 #include <cstddef>

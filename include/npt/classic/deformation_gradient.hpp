@@ -9,9 +9,9 @@
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, section 3
 #pragma once
 
-#include <npt/classic/matrix3.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/linear/matrix3.hpp>
 
 #include <algorithm>
 #include <array>

@@ -17,21 +17,21 @@
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, sections 3 and 4
 #pragma once
 
-#include <npt/classic/closest_point.hpp>
 #include <npt/classic/deformation_gradient.hpp>
-#include <npt/classic/matrix3.hpp>
-#include <npt/classic/piece_links.hpp>
 #include <npt/classic/piece_tree.hpp>
 #include <npt/classic/ranges.hpp>
-#include <npt/classic/sparse_cholesky.hpp>
 #include <npt/classic/surface.hpp>
 #include <npt/classic/triangle_pairs.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/linear/matrix3.hpp>
+#include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/parallel/executor.hpp>
+#include <npt/surface/closest_point.hpp>
+#include <npt/surface/piece_links.hpp>
 
 #include <algorithm>
 #include <array>

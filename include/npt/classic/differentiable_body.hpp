@@ -9,9 +9,9 @@
 #pragma once
 
 #include <npt/body/body_model.hpp>
-#include <npt/classic/matrix3.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/linear/matrix3.hpp>
 
 #include <algorithm>
 #include <array>

@@ -5,11 +5,11 @@
 /// Complexity  a query of the triangles for each point, as many times as the logarithm of the number of pieces
 #pragma once
 
-#include <npt/classic/closest_point.hpp>
 #include <npt/classic/surface.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <array>

@@ -16,20 +16,20 @@
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, section 5
 #pragma once
 
-#include <npt/classic/closest_point.hpp>
 #include <npt/classic/deformation_gradient.hpp>
 #include <npt/classic/markers.hpp>
-#include <npt/classic/matrix3.hpp>
 #include <npt/classic/piece_tree.hpp>
 #include <npt/classic/ranges.hpp>
 #include <npt/classic/similarity.hpp>
-#include <npt/classic/sparse_cholesky.hpp>
 #include <npt/classic/surface.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/linear/matrix3.hpp>
+#include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/parallel/executor.hpp>
+#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <array>

@@ -4,9 +4,9 @@
 /// Source    Horn, "Closed-form solution of absolute orientation using unit quaternions", 1987
 #pragma once
 
-#include <npt/classic/matrix3.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/linear/matrix3.hpp>
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <npt/classic/deformation_gradient.hpp>
-#include <npt/classic/piece_links.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
@@ -12,6 +11,7 @@
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/mesh/vertex_order.hpp>
+#include <npt/surface/piece_links.hpp>
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,6 @@
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, section 5
 #pragma once
 
-#include <npt/classic/closest_point.hpp>
 #include <npt/classic/ranges.hpp>
 #include <npt/classic/surface.hpp>
 #include <npt/config.hpp>
@@ -11,6 +10,7 @@
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/parallel/executor.hpp>
+#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <compare>

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/classic/lbfgs.hpp>
+#include <npt/linear/lbfgs.hpp>
 
 #include <array>
 #include <cmath>

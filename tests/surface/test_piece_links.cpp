@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/classic/piece_links.hpp>
+#include <npt/surface/piece_links.hpp>
 
 #include <vector>
 

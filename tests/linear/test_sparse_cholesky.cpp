@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
-#include <npt/classic/sparse_cholesky.hpp>
 #include <npt/core/random.hpp>
+#include <npt/linear/sparse_cholesky.hpp>
 
 #include <cmath>
 #include <limits>

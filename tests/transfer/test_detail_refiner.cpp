@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
-#include <npt/classic/detail_refiner.hpp>
 #include <npt/core/random.hpp>
 #include <npt/mesh/vertex_order.hpp>
+#include <npt/transfer/detail_refiner.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
-#include <npt/classic/nearest_rotation.hpp>
 #include <npt/core/random.hpp>
+#include <npt/linear/nearest_rotation.hpp>
 
 #include <array>
 #include <cmath>

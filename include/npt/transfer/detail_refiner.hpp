@@ -19,17 +19,17 @@
 /// Source    Sorkine and Alexa, "As-rigid-as-possible surface modeling", 2007, with the positions as soft constraints
 #pragma once
 
-#include <npt/classic/cotangent.hpp>
-#include <npt/classic/nearest_rotation.hpp>
-#include <npt/classic/piece_links.hpp>
-#include <npt/classic/sparse_cholesky.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/linear/nearest_rotation.hpp>
+#include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/vertex_order.hpp>
+#include <npt/surface/cotangent.hpp>
+#include <npt/surface/piece_links.hpp>
 
 #include <array>
 #include <cmath>

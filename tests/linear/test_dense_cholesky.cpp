@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
-#include <npt/classic/dense_cholesky.hpp>
 #include <npt/core/error.hpp>
+#include <npt/linear/dense_cholesky.hpp>
 
 #include <cmath>
 #include <cstddef>

@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
-#include <npt/classic/closest_point.hpp>
 #include <npt/core/random.hpp>
+#include <npt/surface/closest_point.hpp>
 
 #include <array>
 #include <cmath>

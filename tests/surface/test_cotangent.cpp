@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/classic/cotangent.hpp>
+#include <npt/surface/cotangent.hpp>
 
 #include <cmath>
 #include <vector>
