@@ -145,7 +145,7 @@ TEST_CASE("the mannequin stands in T pose: metres, y up, facing +z, origin at th
   CHECK(std::abs(span_of_arms(p) - 1.78) < 0.04);
   const std::vector<npt::Vec3d> joints = npt::mannequin().joints({});
   CHECK(length(joints[0]) < 1e-5);
-  const auto at = [&](npt::SmplJoint j) { return joints[npt::index(j)]; };
+  const auto at = [&](npt::SmplJoint j) { return joints[npt::joint_index(j)]; };
   CHECK(at(npt::SmplJoint::left_wrist).x > 0.6);
   CHECK(std::abs(at(npt::SmplJoint::left_wrist).y - at(npt::SmplJoint::left_shoulder).y) < 0.02);
   CHECK(at(npt::SmplJoint::left_foot).z > at(npt::SmplJoint::left_ankle).z + 0.08);
@@ -273,7 +273,7 @@ TEST_CASE("shape directions do what their names say") {
     CHECK(s * (shoulder(sign) - shoulder(0)) > 0.015);
     CHECK(s * (slice(with_shape(4, sign), -0.05, width) - slice(mean, -0.05, width)) > 0.02);
     const auto joint_y = [&](float b, npt::SmplJoint j) {
-      return npt::mannequin().joints(std::vector<float>{0, 0, 0, 0, 0, b})[npt::index(j)].y;
+      return npt::mannequin().joints(std::vector<float>{0, 0, 0, 0, 0, b})[npt::joint_index(j)].y;
     };
     CHECK(s * (joint_y(0, npt::SmplJoint::left_ankle) - joint_y(sign, npt::SmplJoint::left_ankle)) > 0.04);
     CHECK(s * (joint_y(0, npt::SmplJoint::neck) - joint_y(sign, npt::SmplJoint::neck)) > 0.03);

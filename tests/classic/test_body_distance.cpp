@@ -129,7 +129,7 @@ TEST_CASE("the prior's gradient agrees with differences, and wrong bends cost mo
   }
   const auto cost = [&](npt::SmplJoint joint, std::size_t axis, double angle) {
     std::vector<double> pose(72, 0.0);
-    pose[3 * index(joint) + axis] = angle;
+    pose[3 * joint_index(joint) + axis] = angle;
     return prior(pose, 0.1, 1, ignored);
   };
   using enum npt::SmplJoint;

@@ -50,7 +50,7 @@ TEST_CASE("control points lie where their names say, apart from each other and s
   }
   const auto joints = body.joints({});
   for (std::size_t i = 0; i < 13; ++i)
-    CHECK(length(position(rest, vertices[i]) - joints[npt::index(npt::body_control_points[i].joint)]) < 0.25);
+    CHECK(length(position(rest, vertices[i]) - joints[npt::joint_index(npt::body_control_points[i].joint)]) < 0.25);
   CHECK_THROWS_AS(npt::control_vertices(body, 7), npt::Error);
 }
 

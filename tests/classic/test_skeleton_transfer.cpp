@@ -89,7 +89,7 @@ TEST_CASE("rigid motions compose and invert") {
   const std::array<double, 9> r = npt::rotation_matrix({0.3, -1.1, 0.7});
   const npt::RigidMotion m{r[0], r[1], r[2], 4, r[3], r[4], r[5], -5, r[6], r[7], r[8], 6};
   const Vec3d p{1, 2, 3};
-  CHECK(length(npt::moved(npt::inverse(m), npt::moved(m, p)) - p) < 1e-12);
+  CHECK(length(npt::moved(npt::inverse_motion(m), npt::moved(m, p)) - p) < 1e-12);
   CHECK(length(npt::moved(npt::composed(m, m), p) - npt::moved(m, npt::moved(m, p))) < 1e-12);
 }
 

@@ -42,13 +42,14 @@ std::vector<npt::Vec3f> sorted_points(const std::vector<float>& xyz) {
 }
 
 /// The frame of a mesh as the truth has it: its own centre, the identity's scale.
-npt::Frame truth_frame(const std::vector<float>& truth, const npt::Frame& identity, npt::Normalisation normalisation) {
+npt::NormalisingTransform truth_frame(const std::vector<float>& truth, const npt::NormalisingTransform& identity,
+                                      npt::Normalisation normalisation) {
   if (normalisation == npt::Normalisation::none) return identity;
-  return {npt::frame_of(truth, npt::Normalisation::centre).centre, identity.scale};
+  return {npt::normalising_transform(truth, npt::Normalisation::centre).centre, identity.scale};
 }
 
-std::vector<float> in_frame(const npt::Frame& frame, std::vector<float> xyz) {
-  npt::apply(frame, xyz, xyz);
+std::vector<float> in_frame(const npt::NormalisingTransform& frame, std::vector<float> xyz) {
+  frame.apply(xyz, xyz);
   return xyz;
 }
 
@@ -67,10 +68,10 @@ TEST_CASE(
     const std::vector<float> identity = posed(body, pair.identity_shape, pair.identity_pose);
     const std::vector<float> pose = posed(body, pair.pose_shape, pair.pose);
     const std::vector<float> truth = posed(body, pair.identity_shape, pair.pose);
-    const npt::Frame frame = npt::frame_of(identity, normalisation);
+    const npt::NormalisingTransform frame = npt::normalising_transform(identity, normalisation);
     CHECK(sample.scale == frame.scale);
     CHECK(sample.identity == in_frame(frame, identity));
-    CHECK(sample.pose == in_frame(npt::frame_of(pose, normalisation), pose));
+    CHECK(sample.pose == in_frame(npt::normalising_transform(pose, normalisation), pose));
     CHECK(sample.truth == in_frame(truth_frame(truth, frame, normalisation), truth));
     CHECK(npt::pmd(identity, truth) > 1e-3);  // otherwise the above says little
     CHECK(npt::pmd(pose, truth) > 1e-6);
@@ -139,13 +140,13 @@ TEST_CASE("a subset's vertices are the full mesh's, in nearly its frame") {
     std::vector<std::uint32_t> rows;
     choice.draw(120, static_cast<std::uint32_t>(body.vertex_count()), random, rows);
     CHECK(std::set<std::uint32_t>(rows.begin(), rows.end()).size() == 120);
-    const npt::Frame frame = npt::frame_of(identity, npt::Normalisation::sphere);
-    const npt::Frame own = truth_frame(truth, frame, npt::Normalisation::sphere);
+    const npt::NormalisingTransform frame = npt::normalising_transform(identity, npt::Normalisation::sphere);
+    const npt::NormalisingTransform own = truth_frame(truth, frame, npt::Normalisation::sphere);
     double offset = 0;
     for (std::size_t r = 0; r < rows.size(); ++r) {
-      const npt::Vec3d a = npt::internal::point(sample.identity, r), b = npt::internal::point(sample.truth, r);
-      offset = std::max({offset, npt::length(a - frame.apply(npt::internal::point(identity, rows[r]))) / frame.scale,
-                         npt::length(b - own.apply(npt::internal::point(truth, rows[r]))) / frame.scale});
+      const npt::Vec3d a = npt::point_at(sample.identity, r), b = npt::point_at(sample.truth, r);
+      offset = std::max({offset, npt::length(a - frame.apply(npt::point_at(identity, rows[r]))) / frame.scale,
+                         npt::length(b - own.apply(npt::point_at(truth, rows[r]))) / frame.scale});
     }
     CHECK(offset < 0.05);
     mean_offset += offset / 20;
@@ -160,7 +161,7 @@ TEST_CASE("in its own frame a subset is centred by itself") {
   const npt::BodySampler sampler(npt::borrowed(npt::mannequin()), options);
   const npt::Sample sample = sampler.draw(1, 1);
   for (const std::vector<float>* xyz : {&sample.pose, &sample.identity, &sample.truth})
-    CHECK(npt::length(npt::frame_of(*xyz, npt::Normalisation::centre).centre) < 1e-6);
+    CHECK(npt::length(npt::normalising_transform(*xyz, npt::Normalisation::centre).centre) < 1e-6);
   CHECK(sample.scale == 1);
 }
 

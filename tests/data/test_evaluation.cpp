@@ -114,7 +114,7 @@ TEST_CASE("pairs of a body are its posed meshes, shuffled independently, with ed
       std::vector<std::size_t> found;
       for (std::size_t v = 0; v < to.size() / 3; ++v) {
         std::size_t u = 0;
-        while (u < from.size() / 3 && !(npt::internal::point(from, u) == npt::internal::point(to, v))) ++u;
+        while (u < from.size() / 3 && !(npt::point_at(from, u) == npt::point_at(to, v))) ++u;
         found.push_back(u);
       }
       return found;
@@ -165,10 +165,12 @@ TEST_CASE("the frames of a network's evaluation are the sample's: the truth in t
       std::vector<float> result(pair.identity.size());
       npt::in_frames(
           [&](std::span<const float> pose, std::span<const float> identity, std::span<float> out) {
-            const npt::Frame frame = npt::frame_of(pair.identity, normalisation);
-            CHECK(npt::length(npt::frame_of(pose, npt::Normalisation::centre).centre) < 1e-6);
-            CHECK(npt::length(npt::frame_of(identity, npt::Normalisation::centre).centre) < 1e-6);
-            npt::apply({npt::frame_of(pair.truth, npt::Normalisation::centre).centre, frame.scale}, pair.truth, out);
+            const npt::NormalisingTransform frame = npt::normalising_transform(pair.identity, normalisation);
+            CHECK(npt::length(npt::normalising_transform(pose, npt::Normalisation::centre).centre) < 1e-6);
+            CHECK(npt::length(npt::normalising_transform(identity, npt::Normalisation::centre).centre) < 1e-6);
+            npt::NormalisingTransform{npt::normalising_transform(pair.truth, npt::Normalisation::centre).centre,
+                                      frame.scale}
+                .apply(pair.truth, out);
           },
           normalisation)(pair, result);
       CHECK(npt::pair_errors(pair, result).pmd < 1e-12);

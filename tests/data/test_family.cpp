@@ -157,10 +157,10 @@ TEST_CASE("held-out labels are in no sample and in every pair of the evaluation"
     for (std::size_t e = 0; e < pair.edges.size(); ++e) {
       const auto& from = family->species[identity.first];
       const auto [a, b] = from.edges[e];
-      const double wanted = npt::length(npt::internal::point(from.meshes[truth.second], a) -
-                                        npt::internal::point(from.meshes[truth.second], b));
-      const double found = npt::length(npt::internal::point(pair.truth, pair.edges[e][0]) -
-                                       npt::internal::point(pair.truth, pair.edges[e][1]));
+      const double wanted =
+          npt::length(npt::point_at(from.meshes[truth.second], a) - npt::point_at(from.meshes[truth.second], b));
+      const double found =
+          npt::length(npt::point_at(pair.truth, pair.edges[e][0]) - npt::point_at(pair.truth, pair.edges[e][1]));
       REQUIRE(found == doctest::Approx(wanted).epsilon(1e-9));
     }
   }
@@ -243,8 +243,8 @@ TEST_CASE("subsets of a family's vertices are in the whole mesh's frame, and the
     for (std::size_t r = 0; r < 5; ++r) {
       bool found = false;
       for (std::size_t v = 0; v < full.vertex_count(); ++v)
-        found = found || (npt::internal::point(full.identity, v) == npt::internal::point(again.identity, r) &&
-                          npt::internal::point(full.truth, v) == npt::internal::point(again.truth, r));
+        found = found || (npt::point_at(full.identity, v) == npt::point_at(again.identity, r) &&
+                          npt::point_at(full.truth, v) == npt::point_at(again.truth, r));
       REQUIRE(found);
     }
   }

@@ -19,7 +19,7 @@ using npt::Vec3d;
 double largest_distance(std::span<const float> xyz, Vec3d from) {
   double largest = 0;
   for (std::size_t v = 0; v < xyz.size() / 3; ++v)
-    largest = std::max(largest, npt::length(npt::internal::point(xyz, v) - from));
+    largest = std::max(largest, npt::length(npt::point_at(xyz, v) - from));
   return largest;
 }
 
@@ -34,16 +34,16 @@ TEST_CASE("names of normalisations are read as they are written") {
 
 TEST_CASE("each normalisation does what its name says") {
   const npt::Mesh mesh = zoo::mixed();
-  const npt::Frame sphere = npt::frame_of(mesh.coordinates(), Normalisation::sphere);
+  const npt::NormalisingTransform sphere = npt::normalising_transform(mesh.coordinates(), Normalisation::sphere);
   CHECK(sphere.centre == Vec3d{4.5, 4.5, 4.5});
   std::vector<float> out(mesh.coordinates().size());
-  npt::apply(sphere, mesh.coordinates(), out);
+  sphere.apply(mesh.coordinates(), out);
   CHECK(std::abs(largest_distance(out, {}) - npt::sphere_radius) < 1e-7);
 
-  const npt::Frame centre = npt::frame_of(mesh.coordinates(), Normalisation::centre);
+  const npt::NormalisingTransform centre = npt::normalising_transform(mesh.coordinates(), Normalisation::centre);
   CHECK(centre.centre == Vec3d{4.5, 4.5, 4.5});
   CHECK(centre.scale == 1);
-  npt::apply(npt::frame_of(mesh.coordinates(), Normalisation::none), mesh.coordinates(), out);
+  npt::normalising_transform(mesh.coordinates(), Normalisation::none).apply(mesh.coordinates(), out);
   CHECK(std::equal(out.begin(), out.end(), mesh.coordinates().begin()));
 }
 
@@ -52,9 +52,9 @@ TEST_CASE("inverse undoes apply, in place too, and for meshes in other units far
     npt::Mesh mesh = zoo::cube();
     for (npt::Vec3f& p : mesh.positions) p = (p + npt::Vec3f{100, -50, 3}) * unit;
     const npt::Mesh before = mesh;
-    const npt::Frame frame = npt::frame_of(mesh.coordinates(), Normalisation::sphere);
-    npt::apply(frame, mesh.coordinates(), mesh.coordinates());
-    npt::apply_inverse(frame, mesh.coordinates(), mesh.coordinates());
+    const npt::NormalisingTransform frame = npt::normalising_transform(mesh.coordinates(), Normalisation::sphere);
+    frame.apply(mesh.coordinates(), mesh.coordinates());
+    frame.apply_inverse(mesh.coordinates(), mesh.coordinates());
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
       CHECK(npt::length(mesh.positions[v] - before.positions[v]) <= 1e-5F * unit);
       CHECK(frame.apply(before.positions[v]) == frame.apply(before.positions[v].as<double>()).as<float>());
@@ -64,9 +64,9 @@ TEST_CASE("inverse undoes apply, in place too, and for meshes in other units far
 
 TEST_CASE("the frame doesn't depend on the vertex order") {
   npt::Mesh mesh = zoo::mixed();
-  const npt::Frame before = npt::frame_of(mesh.coordinates(), Normalisation::sphere);
+  const npt::NormalisingTransform before = npt::normalising_transform(mesh.coordinates(), Normalisation::sphere);
   std::reverse(mesh.positions.begin(), mesh.positions.end());
-  const npt::Frame after = npt::frame_of(mesh.coordinates(), Normalisation::sphere);
+  const npt::NormalisingTransform after = npt::normalising_transform(mesh.coordinates(), Normalisation::sphere);
   CHECK(before.centre == after.centre);
   CHECK(before.scale == after.scale);
 }
@@ -75,30 +75,30 @@ TEST_CASE("the largest and the smallest coordinates have a frame") {
   constexpr float large = std::numeric_limits<float>::max(), small = std::numeric_limits<float>::denorm_min();
   for (const float x : {large, small}) {
     const std::array<float, 6> xyz = {-x, x, 0, x, -x, x};
-    const npt::Frame frame = npt::frame_of(xyz, Normalisation::sphere);
+    const npt::NormalisingTransform frame = npt::normalising_transform(xyz, Normalisation::sphere);
     CHECK(std::isfinite(frame.scale));
     std::array<float, 6> out{};
-    npt::apply(frame, xyz, out);
+    frame.apply(xyz, out);
     CHECK(std::abs(largest_distance(out, {}) - npt::sphere_radius) < 1e-6);
   }
 }
 
 TEST_CASE("no vertices, half vertices and a single point are errors that name the mesh") {
   const std::vector<float> none, half(4), point(9, 2.5F);
-  CHECK_THROWS_WITH(npt::frame_of(none, Normalisation::centre, "a.ply"),
+  CHECK_THROWS_WITH(npt::normalising_transform(none, Normalisation::centre, "a.ply"),
                     "a.ply: found no vertices, expected at least one vertex");
-  CHECK_THROWS_WITH(npt::frame_of(half, Normalisation::none, "span"),
+  CHECK_THROWS_WITH(npt::normalising_transform(half, Normalisation::none, "span"),
                     "span: found 4 coordinates, expected a multiple of 3");
-  CHECK_THROWS_WITH(npt::frame_of(point, Normalisation::sphere, "a.ply"),
+  CHECK_THROWS_WITH(npt::normalising_transform(point, Normalisation::sphere, "a.ply"),
                     doctest::Contains("a.ply: found all vertices in one point"));
-  CHECK(npt::frame_of(point, Normalisation::centre).centre == Vec3d{2.5, 2.5, 2.5});
+  CHECK(npt::normalising_transform(point, Normalisation::centre).centre == Vec3d{2.5, 2.5, 2.5});
 }
 
 TEST_CASE("a NaN stays one vertex' matter") {
   std::vector<float> xyz = {0, 0, 0, 2, 2, 2, std::numeric_limits<float>::quiet_NaN(), 1, 1};
-  const npt::Frame frame = npt::frame_of(xyz, Normalisation::sphere);
+  const npt::NormalisingTransform frame = npt::normalising_transform(xyz, Normalisation::sphere);
   CHECK(frame.centre == Vec3d{1, 1, 1});
-  npt::apply(frame, xyz, xyz);
+  frame.apply(xyz, xyz);
   CHECK(std::isnan(xyz[6]));
   CHECK(std::isfinite(xyz[3]));
 }
@@ -176,16 +176,16 @@ TEST_CASE("a curled-up person who stands up stays inside the range of tanh") {
   curled[17] = rotation_x(-50) * rotation_y(60);
   curled[18] = rotation_y(-110);  // elbows
   curled[19] = rotation_y(110);
-  const npt::Frame frame = npt::frame_of(posed(body, curled), Normalisation::sphere);
+  const npt::NormalisingTransform frame = npt::normalising_transform(posed(body, curled), Normalisation::sphere);
   std::array<Matrix, 24> reaching = standing;
   reaching[16] = rotation_z(90);
   reaching[17] = rotation_z(-90);
   float highest = 0;
   for (const auto& pose : {standing, reaching}) {
     const std::vector<float> truth = posed(body, pose);
-    const npt::Frame own = npt::frame_of(truth, Normalisation::centre);
+    const npt::NormalisingTransform own = npt::normalising_transform(truth, Normalisation::centre);
     std::vector<float> network(truth.size());
-    npt::apply({own.centre, frame.scale}, truth, network);
+    npt::NormalisingTransform{own.centre, frame.scale}.apply(truth, network);
     for (const float x : network) highest = std::max(highest, std::abs(x));
   }
   MESSAGE("largest coordinate " << highest);

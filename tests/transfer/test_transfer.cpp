@@ -107,13 +107,13 @@ TEST_CASE("the plain mode is the network on vertices as they come, mapped back t
   const auto engine = random_engine<Paired>();
   for (const auto normalisation : {npt::Normalisation::sphere, npt::Normalisation::centre, npt::Normalisation::none}) {
     const npt::Mesh result = npt::transfer(engine, identity, pose, {.normalisation = normalisation});
-    const npt::Frame of_identity = npt::frame_of(identity.coordinates(), normalisation);
-    const npt::Frame of_pose = npt::frame_of(pose.coordinates(), normalisation);
+    const npt::NormalisingTransform of_identity = npt::normalising_transform(identity.coordinates(), normalisation);
+    const npt::NormalisingTransform of_pose = npt::normalising_transform(pose.coordinates(), normalisation);
     std::vector<float> a(3 * pose.vertex_count()), b(a.size()), c(a.size());
-    npt::apply(of_pose, pose.coordinates(), a);
-    npt::apply(of_identity, identity.coordinates(), b);
+    of_pose.apply(pose.coordinates(), a);
+    of_identity.apply(identity.coordinates(), b);
     engine(a, b, c);
-    npt::apply_inverse(of_identity, c, c);
+    of_identity.apply_inverse(c, c);
     CHECK(std::memcmp(c.data(), result.positions.data(), c.size() * sizeof(float)) == 0);
   }
 }

@@ -98,7 +98,7 @@ std::vector<Colour> heat_colours(std::span<const double> values, double low, dou
 std::vector<double> centred_distances(std::span<const float> xyz, std::span<const float> truth) {
   const auto centred = [](std::span<const float> points) {
     std::vector<float> moved(points.size());
-    npt::apply(npt::frame_of(points, npt::Normalisation::centre), points, moved);
+    npt::normalising_transform(points, npt::Normalisation::centre).apply(points, moved);
     return moved;
   };
   return npt::vertex_distances(centred(xyz), centred(truth));

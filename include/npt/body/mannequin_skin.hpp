@@ -45,11 +45,11 @@ inline void add_arm(Vec3d q, double share, std::size_t side, JointWeights& w) {
   const double elbow = ramp(q.x, 0.405, 0.505), wrist = ramp(q.x, 0.672, 0.745);
   // The thumb stands beside the knuckles and does not bend with the fingers.
   const double fingers = ramp(q.x - 1.5 * std::max(q.z - 0.043, 0.0), 0.770, 0.815);
-  w[index(SmplJoint::left_collar) + side] += share * (1.0 - shoulder);
-  w[index(SmplJoint::left_shoulder) + side] += share * shoulder * (1.0 - elbow);
-  w[index(SmplJoint::left_elbow) + side] += share * elbow * (1.0 - wrist);
-  w[index(SmplJoint::left_wrist) + side] += share * wrist * (1.0 - fingers);
-  w[index(SmplJoint::left_hand) + side] += share * wrist * fingers;
+  w[joint_index(SmplJoint::left_collar) + side] += share * (1.0 - shoulder);
+  w[joint_index(SmplJoint::left_shoulder) + side] += share * shoulder * (1.0 - elbow);
+  w[joint_index(SmplJoint::left_elbow) + side] += share * elbow * (1.0 - wrist);
+  w[joint_index(SmplJoint::left_wrist) + side] += share * wrist * (1.0 - fingers);
+  w[joint_index(SmplJoint::left_hand) + side] += share * wrist * fingers;
 }
 
 /// Share of both legs at q: below a plane through the hip joint that rises outwards, like the fold of the groin.
@@ -66,10 +66,10 @@ inline void add_leg(Vec3d q, double share, std::size_t side, JointWeights& w) {
   const double knee = ramp(-q.y, -0.487 - half, -0.487 + half);
   const double ankle = ramp(0.3 * (q.z + 0.02) - q.y, -0.125, -0.060);
   const double toes = ramp(q.z, 0.085, 0.130) * ankle;
-  w[index(SmplJoint::left_hip) + side] += share * (1.0 - knee);
-  w[index(SmplJoint::left_knee) + side] += share * knee * (1.0 - ankle);
-  w[index(SmplJoint::left_ankle) + side] += share * knee * ankle * (1.0 - toes);
-  w[index(SmplJoint::left_foot) + side] += share * knee * ankle * toes;
+  w[joint_index(SmplJoint::left_hip) + side] += share * (1.0 - knee);
+  w[joint_index(SmplJoint::left_knee) + side] += share * knee * (1.0 - ankle);
+  w[joint_index(SmplJoint::left_ankle) + side] += share * knee * ankle * (1.0 - toes);
+  w[joint_index(SmplJoint::left_foot) + side] += share * knee * ankle * toes;
 }
 
 inline void add_trunk(Vec3d q, double share, JointWeights& w) {
@@ -77,12 +77,12 @@ inline void add_trunk(Vec3d q, double share, JointWeights& w) {
   // Neck and skull begin higher behind than in front.
   const double tilted = q.y + 0.45 * q.z;
   const double neck = ramp(tilted, 1.405, 1.485), head = ramp(tilted, 1.505, 1.575);
-  w[index(SmplJoint::pelvis)] += share * (1.0 - spine1);
-  w[index(SmplJoint::spine1)] += share * spine1 * (1.0 - spine2);
-  w[index(SmplJoint::spine2)] += share * spine1 * spine2 * (1.0 - spine3);
-  w[index(SmplJoint::spine3)] += share * spine1 * spine2 * spine3 * (1.0 - neck);
-  w[index(SmplJoint::neck)] += share * spine3 * neck * (1.0 - head);
-  w[index(SmplJoint::head)] += share * spine3 * neck * head;
+  w[joint_index(SmplJoint::pelvis)] += share * (1.0 - spine1);
+  w[joint_index(SmplJoint::spine1)] += share * spine1 * (1.0 - spine2);
+  w[joint_index(SmplJoint::spine2)] += share * spine1 * spine2 * (1.0 - spine3);
+  w[joint_index(SmplJoint::spine3)] += share * spine1 * spine2 * spine3 * (1.0 - neck);
+  w[joint_index(SmplJoint::neck)] += share * spine3 * neck * (1.0 - head);
+  w[joint_index(SmplJoint::head)] += share * spine3 * neck * head;
 }
 
 inline JointWeights joint_weights(Vec3d p) {
@@ -196,7 +196,7 @@ inline SparseMatrix mannequin_joint_regressor(std::span<const Vec3d> positions, 
       prior.push_back(rest);
     }
     const std::vector<double> w = convex_weights(points, prior, place.position);
-    const std::size_t row = index(place.joint);
+    const std::size_t row = joint_index(place.joint);
     for (std::size_t i = 0; i < ring.size(); ++i) {
       dense[row * n + ring[i]] = static_cast<float>(w[i]);
       if (place.position.x != 0.0) dense[(row + 1) * n + mirror[ring[i]]] = static_cast<float>(w[i]);

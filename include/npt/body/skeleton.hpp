@@ -40,7 +40,7 @@ enum class SmplJoint : std::size_t {
   right_hand
 };
 
-constexpr std::size_t index(SmplJoint joint) { return static_cast<std::size_t>(joint); }
+constexpr std::size_t joint_index(SmplJoint joint) { return static_cast<std::size_t>(joint); }
 
 inline constexpr std::array<int, smpl_joint_count> smpl_parents{-1, 0, 0, 0,  1,  2,  3,  4,  5,  6,  7,  8,
                                                                 9,  9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21};

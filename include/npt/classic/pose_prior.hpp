@@ -40,10 +40,10 @@ class PosePrior {
     }
     stiffness_[0] = {};
     if (human)
-      hinges_ = {{index(SmplJoint::left_knee), {-1, 0, 0}},
-                 {index(SmplJoint::right_knee), {-1, 0, 0}},
-                 {index(SmplJoint::left_elbow), {0, 1, 0}},
-                 {index(SmplJoint::right_elbow), {0, -1, 0}}};
+      hinges_ = {{joint_index(SmplJoint::left_knee), {-1, 0, 0}},
+                 {joint_index(SmplJoint::right_knee), {-1, 0, 0}},
+                 {joint_index(SmplJoint::left_elbow), {0, 1, 0}},
+                 {joint_index(SmplJoint::right_elbow), {0, -1, 0}}};
     for (const Hinge& hinge : hinges_)
       stiffness_[hinge.joint] =
           (Matrix3::identity() - outer(hinge.axis, hinge.axis)) * stiff + outer(hinge.axis, hinge.axis) * loose;

@@ -38,7 +38,7 @@ constexpr RigidMotion composed(const RigidMotion& a, const RigidMotion& b) {
   return c;
 }
 
-constexpr RigidMotion inverse(const RigidMotion& m) {
+constexpr RigidMotion inverse_motion(const RigidMotion& m) {
   RigidMotion r{m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0};
   const Vec3d shift = moved(r, {m[3], m[7], m[11]});
   r[3] = -shift.x, r[7] = -shift.y, r[11] = -shift.z;
@@ -89,7 +89,7 @@ inline std::vector<RigidMotion> skeleton_motions(const BodyModel& model, const B
     return m;
   };
   for (std::size_t j = 0; j < to.size(); ++j)
-    to[j] = composed(shift(to[j], identity.translation), inverse(shift(from[j], identity.translation)));
+    to[j] = composed(shift(to[j], identity.translation), inverse_motion(shift(from[j], identity.translation)));
   return to;
 }
 

@@ -29,7 +29,7 @@ inline std::array<std::vector<LimbPose>, 4> limb_poses() {
   std::array<std::vector<LimbPose>, 4> limbs;
   for (const double side : {1.0, -1.0}) {
     const bool left = side > 0;
-    const auto joints = [left](SmplJoint a, SmplJoint b) { return index(left ? a : b); };
+    const auto joints = [left](SmplJoint a, SmplJoint b) { return joint_index(left ? a : b); };
     const std::array<std::size_t, 5> arm{joints(left_collar, right_collar), joints(left_shoulder, right_shoulder),
                                          joints(left_elbow, right_elbow), joints(left_wrist, right_wrist),
                                          joints(left_hand, right_hand)};

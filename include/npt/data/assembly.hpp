@@ -29,7 +29,7 @@ struct Scratch {
 };
 
 /// out[i] = vertex rows[i] of `xyz` in the frame.
-inline void gather(const Frame& frame, std::span<const float> xyz, std::span<const std::uint32_t> rows,
+inline void gather(const NormalisingTransform& frame, std::span<const float> xyz, std::span<const std::uint32_t> rows,
                    std::vector<float>& out) {
   out.resize(3 * rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -65,12 +65,13 @@ inline void renumber(std::span<const std::uint32_t> places, std::span<const Tria
 /// Fills the coordinates from the scratch's meshes and rows. The frames are those of the meshes there, whichever of their
 /// vertices the sample takes.
 inline void normalise_into(const Scratch& scratch, Normalisation normalisation, Sample& sample) {
-  const Frame identity = frame_of(scratch.identity, normalisation, "identity of a sample");
-  Frame truth =
-      frame_of(scratch.truth, normalisation == Normalisation::none ? Normalisation::none : Normalisation::centre,
-               "truth of a sample");
+  const NormalisingTransform identity = normalising_transform(scratch.identity, normalisation, "identity of a sample");
+  NormalisingTransform truth = normalising_transform(
+      scratch.truth, normalisation == Normalisation::none ? Normalisation::none : Normalisation::centre,
+      "truth of a sample");
   truth.scale = identity.scale;
-  gather(frame_of(scratch.pose, normalisation, "pose mesh of a sample"), scratch.pose, scratch.pose_rows, sample.pose);
+  gather(normalising_transform(scratch.pose, normalisation, "pose mesh of a sample"), scratch.pose, scratch.pose_rows,
+         sample.pose);
   gather(identity, scratch.identity, scratch.identity_rows, sample.identity);
   gather(truth, scratch.truth, scratch.identity_rows, sample.truth);
   sample.scale = identity.scale;

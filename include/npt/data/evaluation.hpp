@@ -16,6 +16,7 @@
 #include <npt/data/streams.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/mesh/normalise.hpp>
+#include <npt/mesh/points.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/parallel/executor.hpp>
 
@@ -110,9 +111,9 @@ inline double edge_error(std::span<const float> result, std::span<const float> t
   double sum = 0;
   std::size_t count = 0;
   for (const auto& [a, b] : edges) {
-    const double wanted = length(internal::point(truth, a) - internal::point(truth, b));
+    const double wanted = length(point_at(truth, a) - point_at(truth, b));
     if (wanted == 0) continue;
-    sum += std::abs(length(internal::point(result, a) - internal::point(result, b)) / wanted - 1);
+    sum += std::abs(length(point_at(result, a) - point_at(result, b)) / wanted - 1);
     ++count;
   }
   return count == 0 ? 0 : sum / static_cast<double>(count);
@@ -121,17 +122,17 @@ inline double edge_error(std::span<const float> result, std::span<const float> t
 /// The errors of one result, [V, 3] in the identity's unit and place.
 /// Errors  npt::Error for a truth or result of another vertex count than the identity
 inline PairErrors pair_errors(const EvaluationPair& pair, std::span<const float> result) {
-  internal::expect_same_count(pair.identity, pair.truth);
-  internal::expect_same_count(result, pair.truth);
+  expect_comparable(pair.identity, pair.truth);
+  expect_comparable(result, pair.truth);
   const auto centred = [](std::span<const float> xyz, Vec3d centre) {
     std::vector<float> moved(xyz.size());
-    apply(Frame{centre, 1}, xyz, moved);
+    NormalisingTransform{centre, 1}.apply(xyz, moved);
     return moved;
   };
-  const std::vector<float> truth = centred(pair.truth, internal::bounding_box_centre(pair.truth));
+  const std::vector<float> truth = centred(pair.truth, bounding_box_centre(pair.truth));
   return {.name = pair.name,
-          .pmd = pmd(centred(result, internal::bounding_box_centre(result)), truth),
-          .pmd_in_place = pmd(centred(result, internal::bounding_box_centre(pair.identity)), truth),
+          .pmd = pmd(centred(result, bounding_box_centre(result)), truth),
+          .pmd_in_place = pmd(centred(result, bounding_box_centre(pair.identity)), truth),
           .edge_error = edge_error(result, truth, pair.edges)};
 }
 
@@ -158,12 +159,12 @@ Evaluation evaluate(const EvaluationSet& set, const Transfer& transfer, const Ex
 template <class Network>
 auto in_frames(Network network, Normalisation normalisation) {
   return [network = std::move(network), normalisation](const EvaluationPair& pair, std::span<float> result) {
-    const Frame frame = frame_of(pair.identity, normalisation, "identity");
+    const NormalisingTransform transform = normalising_transform(pair.identity, normalisation, "identity");
     std::vector<float> identity(pair.identity.size()), pose(pair.pose.size());
-    apply(frame, pair.identity, identity);
-    apply(frame_of(pair.pose, normalisation, "pose"), pair.pose, pose);
+    transform.apply(pair.identity, identity);
+    normalising_transform(pair.pose, normalisation, "pose").apply(pair.pose, pose);
     network(std::span<const float>(pose), std::span<const float>(identity), result);
-    apply_inverse(frame, result, result);
+    transform.apply_inverse(result, result);
   };
 }
 

@@ -12,7 +12,7 @@
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/data/streams.hpp>
-#include <npt/mesh/normalise.hpp>
+#include <npt/mesh/points.hpp>
 
 #include <array>
 #include <cmath>
@@ -33,7 +33,7 @@ inline void add_extremes(std::span<const float> xyz, double angle, std::set<std:
   std::array<std::uint32_t, 3> low{}, high{};
   std::array<double, 3> least{}, most{};
   for (std::size_t v = 0; v < count; ++v) {
-    const Vec3d p = internal::point(xyz, v);
+    const Vec3d p = point_at(xyz, v);
     const std::array<double, 3> q{c * p.x + s * p.z, p.y, c * p.z - s * p.x};
     for (std::size_t k = 0; k < 3; ++k) {
       if (v == 0 || q[k] < least[k]) least[k] = q[k], low[k] = static_cast<std::uint32_t>(v);
@@ -47,7 +47,7 @@ inline void add_extremes(std::span<const float> xyz, double angle, std::set<std:
   double farthest = -1;
   std::uint32_t vertex = 0;
   for (std::size_t v = 0; v < count; ++v) {
-    const Vec3d d = internal::point(xyz, v) - centre;
+    const Vec3d d = point_at(xyz, v) - centre;
     if (dot(d, d) > farthest) farthest = dot(d, d), vertex = static_cast<std::uint32_t>(v);
   }
   found.insert(vertex);

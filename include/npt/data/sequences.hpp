@@ -12,6 +12,8 @@
 #include <npt/data/prepared_body.hpp>
 #include <npt/data/protocol.hpp>
 #include <npt/mesh/metrics.hpp>
+#include <npt/mesh/normalise.hpp>
+#include <npt/mesh/points.hpp>
 
 #include <algorithm>
 #include <array>
@@ -31,12 +33,12 @@ class JitterMeter {
  public:
   /// Errors  npt::Error for no vertices, and for another vertex count than that of the frames before
   void add(std::span<const float> frame) {
-    internal::expect_points(frame, "frame of a sequence");
-    if (frames_ > 0) internal::expect_same_count(frame, last_[0]);
+    expect_points(frame, "frame of a sequence");
+    if (frames_ > 0) expect_comparable(frame, last_[0]);
     if (frames_ >= 2) {
       double sum = 0;
       for (std::size_t v = 0; v < frame.size() / 3; ++v)
-        sum += length(internal::point(frame, v) - internal::point(last_[0], v) * 2.0 + internal::point(last_[1], v));
+        sum += length(point_at(frame, v) - point_at(last_[0], v) * 2.0 + point_at(last_[1], v));
       sum_ += sum / static_cast<double>(frame.size() / 3);
     }
     std::swap(last_[0], last_[1]);
@@ -109,7 +111,7 @@ SequenceErrors evaluate_sequence(const SequenceSet& set, std::size_t sequence, T
     transfer(pair, std::span<float>(result));
     errors.frames.push_back(pair_errors(pair, result));
     of_result.add(result);
-    apply(Frame{internal::bounding_box_centre(pair.truth), 1}, pair.truth, pair.truth);
+    NormalisingTransform{bounding_box_centre(pair.truth), 1}.apply(pair.truth, pair.truth);
     of_truth.add(pair.truth);
     if (after_frame) after_frame();
   }

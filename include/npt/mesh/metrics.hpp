@@ -8,7 +8,7 @@
 
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
-#include <npt/mesh/normalise.hpp>
+#include <npt/mesh/points.hpp>
 
 #include <cmath>
 #include <cstddef>
@@ -18,9 +18,8 @@
 
 namespace npt::inline NPT_ABI {
 
-namespace internal {
-
-inline void expect_same_count(std::span<const float> a, std::span<const float> b) {
+/// Throws npt::Error for no vertices, and for different vertex counts.
+inline void expect_comparable(std::span<const float> a, std::span<const float> b) {
   expect_points(a, "result to compare");
   expect_points(b, "truth to compare with");
   if (a.size() != b.size())
@@ -29,24 +28,21 @@ inline void expect_same_count(std::span<const float> a, std::span<const float> b
                  .expected = std::to_string(a.size() / 3) + ", as many as the result has"});
 }
 
-}  // namespace internal
-
 /// |a_v - b_v| for each vertex.
 inline std::vector<double> vertex_distances(std::span<const float> a, std::span<const float> b) {
-  internal::expect_same_count(a, b);
+  expect_comparable(a, b);
   std::vector<double> distances(a.size() / 3);
-  for (std::size_t v = 0; v < distances.size(); ++v)
-    distances[v] = length(internal::point(a, v) - internal::point(b, v));
+  for (std::size_t v = 0; v < distances.size(); ++v) distances[v] = length(point_at(a, v) - point_at(b, v));
   return distances;
 }
 
 /// Eq. 7: the mean over vertices of the squared distance.
 inline double pmd(std::span<const float> a, std::span<const float> b) {
-  internal::expect_same_count(a, b);
+  expect_comparable(a, b);
   const std::size_t vertices = a.size() / 3;
   double sum = 0;
   for (std::size_t v = 0; v < vertices; ++v) {
-    const Vec3d d = internal::point(a, v) - internal::point(b, v);
+    const Vec3d d = point_at(a, v) - point_at(b, v);
     sum += dot(d, d);
   }
   return sum / static_cast<double>(vertices);

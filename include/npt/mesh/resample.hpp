@@ -10,7 +10,7 @@
 #include <npt/core/random.hpp>
 #include <npt/core/view.hpp>
 #include <npt/mesh/mesh.hpp>
-#include <npt/mesh/normalise.hpp>
+#include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
@@ -37,9 +37,8 @@ inline std::vector<Vec3f> positions_of(std::span<const SurfacePoint> points, std
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto [a, b, c] = points[i].corners;
     const auto [u, v, w] = points[i].weights;
-    positions[i] =
-        u == 1 ? internal::point(xyz, a).as<float>()
-               : (internal::point(xyz, a) * u + internal::point(xyz, b) * v + internal::point(xyz, c) * w).as<float>();
+    positions[i] = u == 1 ? point_at(xyz, a).as<float>()
+                          : (point_at(xyz, a) * u + point_at(xyz, b) * v + point_at(xyz, c) * w).as<float>();
   }
   return positions;
 }
@@ -66,8 +65,8 @@ inline std::vector<double> cumulative_areas(std::span<const float> xyz, std::spa
   double sum = 0;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const auto [a, b, c] = triangles[t];
-    const Vec3d p = point(xyz, a);
-    sums[t] = sum += length(cross(point(xyz, b) - p, point(xyz, c) - p));
+    const Vec3d p = point_at(xyz, a);
+    sums[t] = sum += length(cross(point_at(xyz, b) - p, point_at(xyz, c) - p));
   }
   return sums;
 }
@@ -79,7 +78,7 @@ inline std::vector<double> cumulative_areas(std::span<const float> xyz, std::spa
 /// otherwise all and random repeats. Throws npt::Error for no vertices.
 inline std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::span<const Triangle> triangles,
                                              std::size_t count, Random random) {
-  internal::expect_points(xyz, "mesh to resample");
+  expect_points(xyz, "mesh to resample");
   const auto vertices = static_cast<std::uint32_t>(xyz.size() / 3);
   std::vector<SurfacePoint> points(count);
   if (count == vertices) {

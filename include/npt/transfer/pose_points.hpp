@@ -11,6 +11,7 @@
 #include <npt/core/view.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normalise.hpp>
+#include <npt/mesh/points.hpp>
 #include <npt/mesh/resample.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/vertex_order.hpp>
@@ -53,7 +54,7 @@ struct PosePoints {
 inline PosePoints choose_points(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
                                 const TransferOptions& options, std::uint64_t pairing = 0,
                                 const std::string& name = "pose") {
-  internal::expect_points(xyz, name);
+  expect_points(xyz, name);
   internal::expect_extent(xyz, name);
   PosePoints chosen{xyz.size() / 3, {}};
   const auto vertices = static_cast<std::uint32_t>(chosen.vertices);
@@ -114,7 +115,7 @@ inline std::vector<float> pose_input(std::span<const float> xyz, const PosePoint
       points.push_back(p.z);
     }
   }
-  apply(frame_of(xyz, options.normalisation, name), internal::view(points), internal::view(points));
+  normalising_transform(xyz, options.normalisation, name).apply(internal::view(points), internal::view(points));
   return points;
 }
 

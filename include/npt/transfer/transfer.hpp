@@ -28,7 +28,7 @@ namespace npt::inline NPT_ABI {
 /// An identity mesh as the network sees it, and the way back.
 struct IdentityInput {
   std::vector<float> coordinates;  ///< [V, 3], normalised, in the network's order
-  Frame frame;
+  NormalisingTransform frame;
   std::vector<std::uint32_t> place;  ///< [V] position in the network's order of each vertex; empty: the same order
 };
 
@@ -46,9 +46,9 @@ inline IdentityInput identity_input(std::span<const float> xyz, const TransferOp
                                     const std::string& name = "identity") {
   internal::expect_extent(xyz, name);
   IdentityInput input;
-  input.frame = frame_of(xyz, options.normalisation, name);
+  input.frame = normalising_transform(xyz, options.normalisation, name);
   input.coordinates.resize(xyz.size());
-  apply(input.frame, xyz, internal::view(input.coordinates));
+  input.frame.apply(xyz, internal::view(input.coordinates));
   if (!options.invariant) return input;
   // Coincident vertices can't be told apart, so they all take the result of one of them.
   const std::vector<std::uint32_t> order = canonical_shuffle(xyz, options.seed);
@@ -73,11 +73,11 @@ inline std::vector<float> pose_input(std::span<const float> xyz, std::span<const
 /// The network's result [V, 3] as positions in the identity's order, units and place. `out` may not be `result`.
 inline void restore(const IdentityInput& identity, std::span<const float> result, std::span<float> out) {
   if (identity.place.empty()) {
-    apply_inverse(identity.frame, result, out);
+    identity.frame.apply_inverse(result, out);
     return;
   }
   for (std::size_t v = 0; v < identity.place.size(); ++v)
-    apply_inverse(identity.frame, result.subspan(3 * std::size_t{identity.place[v]}, 3), out.subspan(3 * v, 3));
+    identity.frame.apply_inverse(result.subspan(3 * std::size_t{identity.place[v]}, 3), out.subspan(3 * v, 3));
 }
 
 /// The identity mesh with new positions; normals are recomputed if it has any.

@@ -1,0 +1,43 @@
+/// Lists of points as flat coordinates.
+/// Shapes    xyz: [V, 3] floats, row major
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/core/vec3.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace npt::inline NPT_ABI {
+
+inline Vec3d point_at(std::span<const float> xyz, std::size_t v) {
+  return {xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]};
+}
+
+/// Throws npt::Error, which calls them `name`, unless xyz holds whole points, at least one.
+inline void expect_points(std::span<const float> xyz, std::string_view name) {
+  if (xyz.empty()) throw Error({.file = std::string(name), .found = "no vertices", .expected = "at least one vertex"});
+  if (xyz.size() % 3 != 0)
+    throw Error({.file = std::string(name),
+                 .found = std::to_string(xyz.size()) + " coordinates",
+                 .expected = "a multiple of 3"});
+}
+
+/// The middle of the axis-aligned bounding box. Coordinates that are NaN don't count.
+inline Vec3d bounding_box_centre(std::span<const float> xyz) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  double low[3] = {inf, inf, inf}, high[3] = {-inf, -inf, -inf};
+  for (std::size_t i = 0; i < xyz.size(); i += 3)
+    for (std::size_t k = 0; k < 3; ++k) {  // std::min and max keep their first argument against a NaN
+      low[k] = std::min(low[k], double{xyz[i + k]});
+      high[k] = std::max(high[k], double{xyz[i + k]});
+    }
+  return {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
+}
+
+}  // namespace npt::inline NPT_ABI
