@@ -110,6 +110,24 @@ struct SharedNet {
   }
 };
 
+/// A layer that is conditioned on a hidden tensor, in an epilogue.
+struct ConditionedNet {
+  npt::Conv1x1<3, 5> b;
+  npt::Conv1x1<3, 16> a;
+  npt::SPAdaIN<16, 5, npt::Norm::none> s;
+  npt::Conv1x1<16, 3> last;
+  static constexpr void visit(auto& self, auto&& visitor) {
+    visitor("b", self.b);
+    visitor("a", self.a);
+    visitor("s", self.s);
+    visitor("last", self.last);
+  }
+  constexpr auto operator()(auto, auto identity) const {
+    const auto condition = identity | b | npt::tanh;
+    return s(identity | a, condition) | last;
+  }
+};
+
 }  // namespace
 
 TEST_CASE("an expression that is used several times is computed once") {
@@ -150,6 +168,12 @@ TEST_CASE("slots and buffers that are alive at the same time never share memory"
       const graph::Tensor& out = p.tensor(stage.output);
       if (stage.direct) CHECK(holds(stage.sources[0].tensor));
       if (!stage.direct && out.storage == Storage::slot) CHECK(out.place != stage.operand_slot);
+      // Rows of the output are written while others are still to come: what these read must lie elsewhere.
+      for (int c = 0; c < stage.epilogue.count; ++c) {
+        const graph::Step& step = stage.epilogue.steps[static_cast<std::size_t>(c)];
+        if (step.other < 0 || step.operation == graph::operation_id<npt::kernel::AddTile>) continue;
+        CHECK((p.tensor(step.other).storage != out.storage || p.tensor(step.other).place != out.place));
+      }
       if (out.storage == Storage::slot) slots[static_cast<std::size_t>(out.place)] = stage.output;
       if (out.storage == Storage::buffer) buffers[static_cast<std::size_t>(out.place)] = stage.output;
     }
@@ -159,4 +183,5 @@ TEST_CASE("slots and buffers that are alive at the same time never share memory"
   check(program<npt::PoseTransferNet<128, npt::ConvRelu, npt::Pooled>>);
   check(program<npt::PoseTransferNet<128, npt::ReluConv, npt::Pooled>>);
   check(program<SharedNet>);
+  check(program<ConditionedNet>);
 }

@@ -377,14 +377,22 @@ class Forward {
         });
   }
 
-  /// Whether the output's tile lies where a narrower source's does: its first panel then covers others of the source.
+  /// Whether the output's tile lies where a narrower one does that the prologue reads: its first panel then covers others of
+  /// that tile.
   bool overwrites_sources(const Stage& stage, const Item& item, std::size_t number, bool over_pose, T* scratch) {
     const T* out = output_tile(stage.output, number, scratch);
+    const auto overwrites = [&](int t) {
+      const Tensor& tensor = program_.tensor(t);
+      return tensor.storage != Storage::pooled && tensor.channels < stage.rows &&
+             tile(t, item, number, over_pose, scratch) == out;
+    };
     for (int s = 0; s < stage.source_count; ++s) {
       const graph::Source& source = stage.sources[index(s)];
-      if (program_.tensor(source.tensor).storage != Storage::pooled && source.channels < stage.rows &&
-          tile(source.tensor, item, number, over_pose, scratch) == out)
-        return true;
+      if (overwrites(source.tensor)) return true;
+      for (int c = 0; c < source.chain.count; ++c) {
+        const int other = source.chain.steps[index(c)].other;
+        if (other >= 0 && overwrites(other)) return true;
+      }
     }
     return false;
   }

@@ -106,7 +106,10 @@ class TapeBackward : TapeView<T> {
       const Tensor& tensor = tape_.tensor(port.tensor);
       const Side<T>& side = this->side_of(tensor.from_pose);
       if (port.normalises) {
-        memory_.norm_partials[index(p)].grow_to(side.items.size() * 2 * index(tensor.channels));
+        const std::size_t size = side.items.size() * 2 * index(tensor.channels);
+        memory_.norm_partials[index(p)].grow_to(size);
+        if (port.starts_at_zero)
+          std::fill(memory_.norm_partials[index(p)].data(), memory_.norm_partials[index(p)].data() + size, T(0));
         memory_.norm_gradients[index(p)].grow_to(side.instances.size() * 2 * index(tensor.channels));
       }
       if (port.starts_at_zero && wanted(p)) {

@@ -270,7 +270,27 @@ using Input = Expression<3, Extent::vertices, OperationList<>>;
 template <class Net>
 using ResultOf = decltype(std::declval<const Net&>()(std::declval<Input>(), std::declval<Input>()));
 
-/// Runs the network on symbols. Its parameters must be bound.
+/// The nodes that the output is made of, and both inputs: what was recorded and is not used costs nothing.
+constexpr Graph reaching_output(const Graph& all) {
+  std::array<bool, max_nodes> reached{true, true};
+  reached[static_cast<std::size_t>(all.output)] = true;
+  for (int n = all.count - 1; n >= 0; --n)
+    for (const int operand : {all[n].first, all[n].second})
+      if (reached[static_cast<std::size_t>(n)] && operand >= 0) reached[static_cast<std::size_t>(operand)] = true;
+  Graph graph;
+  std::array<int, max_nodes> moved{};
+  for (int n = 0; n < all.count; ++n) {
+    if (!reached[static_cast<std::size_t>(n)]) continue;
+    Node node = all[n];
+    for (int* operand : {&node.first, &node.second})
+      if (*operand >= 0) *operand = moved[static_cast<std::size_t>(*operand)];
+    moved[static_cast<std::size_t>(n)] = graph.add(node);
+  }
+  graph.output = moved[static_cast<std::size_t>(all.output)];
+  return graph;
+}
+
+/// Runs the network on symbols and keeps what reaches its output. Its parameters must be bound.
 template <class Net>
 constexpr Graph record(const Net& net) {
   Graph graph;
@@ -280,7 +300,7 @@ constexpr Graph record(const Net& net) {
   if constexpr (check_channels<decltype(result)::channels, 3>() && check_per_vertex<decltype(result)::extent>()) {
   }
   graph.output = result.node;
-  return graph;
+  return reaching_output(graph);
 }
 
 }  // namespace graph

@@ -150,7 +150,8 @@ class Lowering {
     if (operand.count != 1 || tensor(source.tensor).stage < 0)
       throw "npt: max_pool must follow a convolution and increasing layers (instance_norm, relu, tanh)";
     for (int m = graph_[n].first; tensor_of_[index(m)] < 0; m = graph_[m].first)
-      if (!graph_[m].increasing) throw "npt: only increasing layers may stand between a convolution and max_pool";
+      if (!graph_[m].increasing || graph_[m].second >= 0)
+        throw "npt: only increasing layers may stand between a convolution and max_pool";
     stage(tensor(source.tensor).stage).gathers_maxima = true;
     const int pooled = add_tensor({.channels = graph_[n].channels,
                                    .storage = Storage::pooled,
@@ -196,6 +197,7 @@ class Lowering {
       const int next = user_[index(n)];
       const Node& user = graph_[next];
       if (user.kind == NodeKind::pointwise && user.first == n && !user.normalises) {
+        if (user.second >= 0 && tensor_of_[index(user.second)] < 0) break;  // its condition isn't stored yet
         epilogue.push(step_of(user, 0, user.channels));
       } else if (user.kind == NodeKind::sum) {
         const int other = tensor_of_[index(user.first == n ? user.second : user.first)];
@@ -373,7 +375,8 @@ class Lowering {
 
   // Lifetimes are counted in quarter stages: a prologue writes its operand at 4 i and reads its sources then, the
   // product and the epilogue end at 4 i + 2, where the output appears. What the epilogue adds is read just before the
-  // output takes its place, row by row, so that both may share memory: it ends at 4 i + 1.
+  // output takes its place, row by row, so that both may share memory: it ends at 4 i + 1. What its other steps read is
+  // needed for every row.
   struct Lifetime {
     int begin = 0, end = 0;
     constexpr bool overlaps(const Lifetime& o) const { return begin <= o.end && o.begin <= end; }
@@ -393,10 +396,8 @@ class Lowering {
           if (source.chain.steps[index(c)].other == t) extend(4 * i);
       }
       for (int c = 0; c < s.epilogue.count; ++c)
-        if (s.epilogue.steps[index(c)].other == t) {
-          const bool aligned = c == s.epilogue.count - 1 || tensor(t).channels == s.rows;
-          extend(aligned ? 4 * i + 1 : 4 * i + 2);
-        }
+        if (s.epilogue.steps[index(c)].other == t)
+          extend(s.epilogue.steps[index(c)].operation == operation_id<kernel::AddTile> ? 4 * i + 1 : 4 * i + 2);
     }
     if (t == program_.output) extend(4 * tensor(t).stage + 3);
     return life;
@@ -453,6 +454,8 @@ class Lowering {
         out.place = slots.take(life, max_stages);
         widen(program_.slot_channels[index(out.place)], out.channels);
       } else if (out.from_pose && used_by_decoder(s.output)) {
+        if (program_.code_count == max_buffers)
+          throw "npt: more than graph::max_buffers feature maps of the pose meet the identity";
         out.storage = Storage::code;
         out.place = program_.code_count++;
         if (out.place == 0) code_life = life;
@@ -488,12 +491,17 @@ class Lowering {
   constexpr void find_dead_biases() {
     for (int i = 0; i < program_.stage_count; ++i) {
       const int out = stage(i).output;
-      bool dead = stage(i).epilogue.count == 0 && tensor(out).moments;
+      bool dead = stage(i).epilogue.count == 0 && tensor(out).moments && out != program_.output;
       const auto check = [&](const Chain& chain) { dead = dead && chain.count > 0 && chain.steps[0].normalises; };
+      const auto check_others = [&](const Chain& chain) {
+        for (int c = 0; c < chain.count; ++c) dead = dead && chain.steps[index(c)].other != out;
+      };
       for (int j = 0; j < program_.stage_count; ++j) {
-        for (int s = 0; s < stage(j).source_count; ++s)
+        for (int s = 0; s < stage(j).source_count; ++s) {
           if (stage(j).sources[index(s)].tensor == out) check(stage(j).sources[index(s)].chain);
-        for (int c = 0; c < stage(j).epilogue.count; ++c) dead = dead && stage(j).epilogue.steps[index(c)].other != out;
+          check_others(stage(j).sources[index(s)].chain);
+        }
+        check_others(stage(j).epilogue);
       }
       for (int t = 0; t < program_.tensor_count; ++t)
         if (tensor(t).pooled_from == out) check(tensor(t).chain);

@@ -150,6 +150,9 @@ class TapeLowering {
         route.adds = route.adds || sum;
         operand.push(route);
       }
+      for (int r = 0; r < operand.count; ++r)
+        if (sum && tensor(operand.routes[index(r)].tensor).pooled_from >= 0)
+          throw "npt: a pooled feature can't be added to others where a network is trained";
     } else {
       operand.push({.tensor = pool(n), .channels = node.channels});
     }
@@ -173,7 +176,7 @@ class TapeLowering {
     Operand operand = resolve(graph_[n].first);
     bool increasing = operand.count == 1 && tensor(operand.routes[0].tensor).stage >= 0;
     for (int m = graph_[n].first; increasing && tensor_of_[index(m)] < 0; m = graph_[m].first)
-      increasing = graph_[m].increasing;
+      increasing = graph_[m].increasing && graph_[m].second < 0;
     if (!increasing) {
       operand = {};
       operand.push({.tensor = gather(graph_[n].first), .channels = graph_[n].channels});
@@ -238,6 +241,15 @@ class TapeLowering {
       }
     for (int t = 0; t < tape_.tensor_count; ++t)
       if (tensor(t).pooled_from >= 0) tensor(t).port = port_of(tensor(t).pooled_from, tensor(t).chain, tensor(t).norm);
+    // Rows of the operand come block by block, and in each block the routes in their order. Where one route's rows come
+    // before those of an earlier one into the same port, neither is the first for all of them.
+    for (int i = 0; i < tape_.stage_count; ++i)
+      for (int r = 0; r < stage(i).route_count; ++r)
+        for (int before = 0; before < r; ++before) {
+          const Route &first = stage(i).routes[index(before)], &second = stage(i).routes[index(r)];
+          if (second.port >= 0 && first.port == second.port && second.row < first.row)
+            port(second.port).starts_at_zero = true;
+        }
     std::array<bool, max_ports> open{};
     for (int p = 0; p < tape_.port_count; ++p) open[index(p)] = port(p).starts_at_zero;
     for (int i = tape_.stage_count - 1; i >= 0; --i)

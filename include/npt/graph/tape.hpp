@@ -27,7 +27,7 @@ struct Port {
   bool normalises = false;
   Chain prefix{};               ///< the layers in front of the norm
   bool dense = false;           ///< gradients come for all vertices, in a buffer; else only from maxima
-  bool starts_at_zero = false;  ///< the buffer is cleared first, since layers conditioned on the tensor add to it
+  bool starts_at_zero = false;  ///< the buffer is cleared first: no route is the first into it everywhere
   int buffer = -1;              ///< number among the buffers of the tensor's side
 };
 
