@@ -12,11 +12,11 @@
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/mannequin.hpp>
-#include <npt/classic/control_points.hpp>
-#include <npt/classic/correspondence.hpp>
-#include <npt/classic/deformation_evaluation.hpp>
-#include <npt/classic/deformation_transfer.hpp>
-#include <npt/classic/markers.hpp>
+#include <npt/deformation/control_points.hpp>
+#include <npt/deformation/correspondence.hpp>
+#include <npt/deformation/deformation_evaluation.hpp>
+#include <npt/deformation/deformation_transfer.hpp>
+#include <npt/deformation/markers.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/parallel/tbb_executor.hpp>

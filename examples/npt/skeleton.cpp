@@ -11,11 +11,11 @@
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/mannequin.hpp>
-#include <npt/classic/skeleton_transfer.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/parallel/tbb_executor.hpp>
+#include <npt/skeleton/skeleton_transfer.hpp>
 
 #include <algorithm>
 #include <array>

@@ -84,7 +84,7 @@ TEST_CASE("the tree finds what a look at every triangle finds") {
     npt::ClosestPoint all, odd_only;
     for (std::uint32_t t = 0; t < s.triangles.size(); ++t) {
       const auto [a, b, c] = s.triangles[t];
-      const auto w = npt::classic::closest_on_triangle(p, s.points[a], s.points[b], s.points[c]);
+      const auto w = npt::closest_on_triangle(p, s.points[a], s.points[b], s.points[c]);
       REQUIRE(std::abs(w[0] + w[1] + w[2] - 1) < 1e-12);
       const Vec3d q = s.points[a] * w[0] + s.points[b] * w[1] + s.points[c] * w[2];
       const double squared = dot(q - p, q - p);

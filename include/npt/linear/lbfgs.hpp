@@ -37,7 +37,7 @@ struct LbfgsResult {
   bool converged = false;  ///< by gradient or by decrease; false: iterations or the line search ran out
 };
 
-namespace classic::internal {
+namespace linear::internal {
 
 /// What liblbfgs's callbacks get. Exceptions must not pass through its C code.
 template <class Objective>
@@ -72,7 +72,7 @@ struct LbfgsCall {
   }
 };
 
-}  // namespace classic::internal
+}  // namespace linear::internal
 
 template <class Objective>
 LbfgsResult minimise_lbfgs(Objective&& objective, std::span<double> x, const LbfgsOptions& options = {}) {
@@ -92,7 +92,7 @@ LbfgsResult minimise_lbfgs(Objective&& objective, std::span<double> x, const Lbf
   parameters.epsilon = options.gradient_tolerance;
   parameters.past = options.least_decrease > 0 ? std::max(1, options.over_iterations) : 0;
   parameters.delta = options.least_decrease;
-  using Call = classic::internal::LbfgsCall<std::remove_reference_t<Objective>>;
+  using Call = linear::internal::LbfgsCall<std::remove_reference_t<Objective>>;
   Call call{.objective = objective, .result = {}};
   const int status =
       lbfgs(static_cast<int>(x.size()), point.get(), nullptr, &Call::evaluate, &Call::progress, &call, &parameters);

@@ -31,8 +31,6 @@ struct ClosestPoint {
   double squared_distance = std::numeric_limits<double>::infinity();
 };
 
-namespace classic {
-
 /// The point of segment ab closest to p, as the weight of b.
 inline double closest_on_segment(Vec3d p, Vec3d a, Vec3d b) {
   const double squared = dot(b - a, b - a);
@@ -71,8 +69,6 @@ inline std::array<double, 3> closest_on_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3
   }
   return best;
 }
-
-}  // namespace classic
 
 class TriangleTree {
  public:
@@ -222,7 +218,7 @@ class TriangleTree {
   template <class Accept>
   void visit(std::uint32_t triangle, Vec3d p, const Accept& accept, ClosestPoint& best) const {
     const auto& [a, b, c] = corners_[triangle];
-    const std::array<double, 3> weights = classic::closest_on_triangle(p, a, b, c);
+    const std::array<double, 3> weights = closest_on_triangle(p, a, b, c);
     const Vec3d point = a * weights[0] + b * weights[1] + c * weights[2];
     const double squared = dot(point - p, point - p);
     if (squared > best.squared_distance || (squared == best.squared_distance && triangle > best.triangle)) return;

@@ -1,0 +1,131 @@
+/// A mesh as deformation transfer sees it: triangles in double, coincident vertices welded, and what hangs together.
+/// Exporters split vertices along seams of texture or of hard edges; unwelded, such a mesh falls apart when it is deformed.
+/// Errors    npt::Error for what validate() finds, for a mesh without faces, and for one without a face that has an area
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/core/vec3.hpp>
+#include <npt/deformation/deformation_gradient.hpp>
+#include <npt/mesh/mesh.hpp>
+#include <npt/mesh/triangles.hpp>
+#include <npt/mesh/validate.hpp>
+#include <npt/mesh/vertex_order.hpp>
+#include <npt/surface/piece_links.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+namespace deformation {
+
+/// P points and T triangles of a mesh with V vertices.
+struct Surface {
+  std::vector<Vec3d> points;             ///< [P]
+  std::vector<std::uint32_t> point_of;   ///< [V] the point that a vertex became
+  std::vector<std::uint32_t> vertex_of;  ///< [P] the first vertex that became this point
+  std::vector<Triangle> triangles;       ///< [T] of points; numbered as triangulate() numbers them
+  std::vector<char> flat;                ///< [T] whether is_flat
+
+  std::array<Vec3d, 3> corners(std::size_t t) const { return corners(t, points); }
+  /// The triangle where its points are at `positions` instead. [P]
+  std::array<Vec3d, 3> corners(std::size_t t, std::span<const Vec3d> positions) const {
+    return {positions[triangles[t][0]], positions[triangles[t][1]], positions[triangles[t][2]]};
+  }
+  Vec3d centroid(std::size_t t) const { return centroid(t, points); }
+  Vec3d centroid(std::size_t t, std::span<const Vec3d> positions) const {
+    const auto [a, b, c] = corners(t, positions);
+    return (a + b + c) / 3.0;
+  }
+  /// The mean length of the triangles' sides.
+  double mean_side() const {
+    double sum = 0;
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      const auto [a, b, c] = corners(t);
+      sum += length(b - a) + length(c - b) + length(a - c);
+    }
+    return sum / (3 * static_cast<double>(triangles.size()));
+  }
+  /// Gradients are differences over heights, so that the energies here weigh a triangle by the inverse square of its height. Below
+  /// a hundredth of `side`, the mean side, that is taken back: else a few slivers would drown all others in rounding errors.
+  double weight(std::size_t t, double side) const {
+    const auto [a, b, c] = corners(t);
+    const double height = length(cross(b - a, c - a)) / std::max({length(b - a), length(c - b), length(a - c)});
+    const double share = height / (0.01 * side);
+    return std::min(1.0, share * share);
+  }
+  /// The points at the positions of other vertices of the mesh, [V, 3].
+  void points_at(std::span<const float> xyz, std::span<Vec3d> positions) const {
+    for (std::size_t p = 0; p < positions.size(); ++p) {
+      const std::size_t v = 3 * std::size_t{vertex_of[p]};
+      positions[p] = {xyz[v], xyz[v + 1], xyz[v + 2]};
+    }
+  }
+};
+
+/// `name` stands in messages of errors.
+inline Surface surface_of(const Mesh& mesh, const std::string& name, bool weld = true) {
+  validate(mesh, name);
+  if (mesh.face_count() == 0) throw Error({.file = name, .found = "no faces", .expected = "a mesh with faces"});
+  Surface surface;
+  surface.point_of.resize(mesh.vertex_count());
+  std::vector<std::uint32_t> representative(mesh.vertex_count());
+  std::iota(representative.begin(), representative.end(), 0U);
+  if (weld) representative = coincident_representatives(mesh.coordinates());
+  std::vector<std::uint32_t> point(mesh.vertex_count(), no_index);
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    std::uint32_t& p = point[representative[v]];
+    if (p == no_index) {
+      p = static_cast<std::uint32_t>(surface.points.size());
+      surface.points.push_back(mesh.positions[v].as<double>());
+      surface.vertex_of.push_back(v);
+    }
+    surface.point_of[v] = p;
+  }
+  surface.triangles = triangulate(mesh);
+  surface.flat.resize(surface.triangles.size());
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    for (std::uint32_t& corner : surface.triangles[t]) corner = surface.point_of[corner];
+    const auto [a, b, c] = surface.corners(t);
+    surface.flat[t] = is_flat(a, b, c) ? 1 : 0;
+  }
+  if (std::ranges::count(surface.flat, 0) == 0)
+    throw Error({.file = name, .found = "faces without an area", .expected = "a face with an area"});
+  return surface;
+}
+
+/// Which piece each point belongs to: pieces hang together by triangles. Piece 0 has the most triangles that are not flat;
+/// points of no triangle are pieces of their own, at the end.
+struct Pieces {
+  std::vector<std::uint32_t> of_point;  ///< [P]
+  std::size_t count = 0;
+};
+
+inline Pieces pieces_of(const Surface& surface) {
+  const std::size_t point_count = surface.points.size();
+  const std::vector<std::uint32_t> root = npt::internal::piece_of_points(surface.triangles, point_count);
+  // Flat triangles count too, but less than one that isn't.
+  std::vector<std::size_t> size(point_count);
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+    size[root[surface.triangles[t][0]]] += surface.flat[t] != 0 ? 1 : 1 + surface.triangles.size();
+  std::vector<std::uint32_t> roots;
+  for (std::uint32_t p = 0; p < point_count; ++p)
+    if (root[p] == p) roots.push_back(p);
+  std::ranges::stable_sort(roots, [&size](std::uint32_t a, std::uint32_t b) { return size[a] > size[b]; });
+  std::vector<std::uint32_t> number(point_count);
+  for (std::uint32_t i = 0; i < roots.size(); ++i) number[roots[i]] = i;
+  Pieces pieces{std::vector<std::uint32_t>(point_count), roots.size()};
+  for (std::uint32_t p = 0; p < point_count; ++p) pieces.of_point[p] = number[root[p]];
+  return pieces;
+}
+
+}  // namespace deformation
+
+}  // namespace npt::inline NPT_ABI

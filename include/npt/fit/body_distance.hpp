@@ -1,0 +1,159 @@
+/// How far a posed body and a mesh are apart, as a smooth function of the body's parameters that L-BFGS can minimise.
+///   E(x) = sum_i a_i rho(|v_i(x) - mesh|^2) + sum_k b_k rho(|q_k - body(x)|^2) + priors
+/// v_i are the body's vertices with a_i their share of its area, q_k points of the mesh spread evenly, and |. - surface| is
+/// the distance to the closest point of the other surface whose normal faces the same way. Both are found anew at every x, so E is
+/// what it says and not a surrogate with fixed pairs; the gradient follows from the closest points, which do not
+/// change to first order.
+/// Units     E in square centimetres for meshes in metres
+/// Numerics  rho(s) = s c^2 / (s + c^2) (Geman and McClure): a point farther away than a few c stops counting. Sums are in index
+///           order, so that results don't depend on the executor
+/// Source    Wang et al., CVPR 2020, supplement C.1; the priors as in Bogo et al., "Keep it SMPL", ECCV 2016, section 3.3
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/vec3.hpp>
+#include <npt/fit/body_level.hpp>
+#include <npt/fit/differentiable_body.hpp>
+#include <npt/fit/fit_target.hpp>
+#include <npt/fit/pose_prior.hpp>
+#include <npt/surface/closest_point.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// What is minimised besides the distance, and how.
+struct BodyDistanceOptions {
+  double scale = 0.1;             ///< c, in metres
+  double facing = 0.0;            ///< least cosine between the normals of a point and of its closest point
+  double pose_prior = 0.0;        ///< times PosePrior's quadratic part
+  double shape_prior = 0.0;       ///< times |betas|^2
+  double bend_prior = 0.0;        ///< times its one-sided part
+  double mesh_share = 1.0;        ///< weight of the sum over the mesh's points
+  std::size_t mesh_points = 700;  ///< of the target's points, so many are used
+};
+
+class BodyDistance {
+ public:
+  /// All three must outlive this.
+  BodyDistance(const BodyLevel& level, const FitTarget& target, const BodyDistanceOptions& options,
+               const PosePrior& prior)
+      : level_(level),
+        target_(target),
+        options_(options),
+        prior_(prior),
+        tree_(level.rest_points(), level.triangles()),
+        points_(level.body().vertex_count()),
+        gradient_(points_.size()),
+        on_mesh_(level.probes().size(), no_index),
+        on_body_(std::min(options.mesh_points, target.samples().size()), no_index) {}
+
+  const BodyDistanceOptions& options() const noexcept { return options_; }
+  void set_options(const BodyDistanceOptions& options) {
+    options_ = options;
+    on_body_.assign(std::min(options.mesh_points, target_.samples().size()), no_index);
+  }
+
+  /// The value at x, [3 + 3 J + S]; the gradient is written to `gradient`, of the same size.
+  double operator()(std::span<const double> x, std::span<double> gradient) {
+    const DifferentiableBody& body = level_.body();
+    body.forward(x, state_, points_);
+    std::fill(gradient_.begin(), gradient_.end(), Vec3d{});
+    std::fill(gradient.begin(), gradient.end(), 0.0);
+    data_value_ = from_body() + from_mesh();
+    body.backward(x, state_, gradient_, gradient);
+    return data_value_ + priors(x, gradient);
+  }
+
+  /// The value of the last call without the priors.
+  double data_value() const noexcept { return data_value_; }
+
+  static constexpr double per_square_metre = 1e4;
+
+ private:
+  /// rho(s) and its derivative.
+  std::array<double, 2> robust(double s) const {
+    const double c = options_.scale * options_.scale, share = c / (s + c);
+    return {s * share, share * share};
+  }
+
+  double from_body() {
+    double value = 0;
+    for (std::size_t i = 0; i < on_mesh_.size(); ++i) {
+      const BodyLevel::Probe& probe = level_.probes()[i];
+      const Vec3d point = points_[probe.vertex], normal = level_.body().carried(probe.vertex, probe.normal, state_);
+      const double least = options_.facing * length(normal);
+      const ClosestPoint c = target_.tree().closest(
+          point, [&](std::uint32_t t) { return !target_.oriented(t) || dot(normal, target_.normal(t)) > least; },
+          on_mesh_[i]);
+      on_mesh_[i] = c.triangle;
+      const double weight = per_square_metre * probe.area;
+      if (c.triangle == no_index) {
+        value += weight * options_.scale * options_.scale;
+        continue;
+      }
+      const auto [rho, slope] = robust(c.squared_distance);
+      value += weight * rho;
+      gradient_[probe.vertex] += (point - c.point) * (2 * weight * slope);
+    }
+    return value;
+  }
+
+  double from_mesh() {
+    if (options_.mesh_share == 0) return 0;
+    tree_.move(points_, level_.triangles());
+    const double weight = per_square_metre * options_.mesh_share / static_cast<double>(on_body_.size());
+    double value = 0;
+    for (std::size_t k = 0; k < on_body_.size(); ++k) {
+      const FitTarget::Sample& sample = target_.samples()[k];
+      const ClosestPoint c = tree_.closest(
+          sample.point, [&](std::uint32_t t) { return faces(t, sample); }, on_body_[k]);
+      on_body_[k] = c.triangle;
+      if (c.triangle == no_index) {
+        value += weight * options_.scale * options_.scale;
+        continue;
+      }
+      const auto [rho, slope] = robust(c.squared_distance);
+      value += weight * rho;
+      const Vec3d g = (c.point - sample.point) * (2 * weight * slope);
+      for (std::size_t corner = 0; corner < 3; ++corner)
+        gradient_[level_.triangles()[c.triangle][corner]] += g * c.weights[corner];
+    }
+    return value;
+  }
+
+  bool faces(std::uint32_t triangle, const FitTarget::Sample& sample) const {
+    if (sample.normal == Vec3d{}) return true;
+    const Triangle& t = level_.triangles()[triangle];
+    const Vec3d normal = cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]]);
+    return dot(normal, sample.normal) > options_.facing * length(normal);
+  }
+
+  double priors(std::span<const double> x, std::span<double> gradient) const {
+    const std::size_t angles = 3 * level_.body().joint_count();
+    double value = prior_(x.subspan(3, angles), options_.pose_prior, options_.bend_prior, gradient.subspan(3, angles));
+    for (std::size_t i = 3 + angles; i < x.size(); ++i) {
+      value += options_.shape_prior * x[i] * x[i];
+      gradient[i] += 2 * options_.shape_prior * x[i];
+    }
+    return value;
+  }
+
+  const BodyLevel& level_;
+  const FitTarget& target_;
+  BodyDistanceOptions options_;
+  const PosePrior& prior_;
+  TriangleTree tree_;
+  double data_value_ = 0;
+  DifferentiableBody::State state_;
+  std::vector<Vec3d> points_, gradient_;
+  std::vector<std::uint32_t> on_mesh_, on_body_;  ///< closest triangles of the last call: where the next search starts
+};
+
+}  // namespace npt::inline NPT_ABI

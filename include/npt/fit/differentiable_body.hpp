@@ -1,0 +1,306 @@
+/// A body's vertices as a function of its parameters, and the gradient of a function of the vertices with respect to the
+/// parameters: reverse mode through linear blend skinning, the kinematic tree and Rodrigues' formula.
+///   parameters   x = [translation 3, axis angles 3 J, betas S], all in one row: BodyModel's, and a translation added to
+///                every vertex
+/// Shapes    vertices, gradients: [n] for the n vertices that were named at construction
+/// Numerics  double; the forward pass agrees with BodyModel::posed() to float's rounding, gradients with finite differences
+/// Source    Loper et al., "SMPL", 2015; the derivative of a rotation: Gallego and Yezzi, "A compact formula for the
+///           derivative of a 3-D rotation in exponential coordinates", 2015
+#pragma once
+
+#include <npt/body/body_model.hpp>
+#include <npt/config.hpp>
+#include <npt/core/vec3.hpp>
+#include <npt/linear/matrix3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+namespace fit::internal {
+
+inline Matrix3 rotation(Vec3d axis_angle) {
+  const std::array<double, 9> r = rotation_matrix(axis_angle);
+  return {{{{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, {r[6], r[7], r[8]}}}};
+}
+
+/// m^T v
+constexpr Vec3d transposed_times(const Matrix3& m, Vec3d v) {
+  return m.rows[0] * v.x + m.rows[1] * v.y + m.rows[2] * v.z;
+}
+
+/// The sum of the products of entries.
+constexpr double inner(const Matrix3& a, const Matrix3& b) {
+  return dot(a.rows[0], b.rows[0]) + dot(a.rows[1], b.rows[1]) + dot(a.rows[2], b.rows[2]);
+}
+
+/// From d/dR to d/d(axis angle), R = rotation(axis_angle).
+inline Vec3d axis_angle_gradient(Vec3d axis_angle, const Matrix3& r, const Matrix3& gradient) {
+  // With a generator w, dR = [w]x R: the sum of entries of `gradient` times [w]x R is w . turn.
+  const Matrix3 m = gradient * r.transposed();
+  const Vec3d turn{m.rows[2].y - m.rows[1].z, m.rows[0].z - m.rows[2].x, m.rows[1].x - m.rows[0].y};
+  const double square = dot(axis_angle, axis_angle);
+  // Below 1e-7 rad the formula's quotient is rounding noise, and its limit, w = e, good to 1e-7.
+  if (square < 1e-14) return turn;
+  const auto along = [&](Vec3d e, double component) {
+    return dot(turn, (axis_angle * component + cross(axis_angle, e - r * e)) / square);
+  };
+  return {along({1, 0, 0}, axis_angle.x), along({0, 1, 0}, axis_angle.y), along({0, 0, 1}, axis_angle.z)};
+}
+
+}  // namespace fit::internal
+
+class DifferentiableBody {
+ public:
+  /// The pose of every bone for one set of parameters, as forward() leaves it for backward() and for normals.
+  struct State {
+    std::vector<Vec3d> joints;        ///< [J] of the rest pose
+    std::vector<Matrix3> local;       ///< [J] rotation relative to the parent
+    std::vector<Matrix3> rotation;    ///< [J] rotation from the rest pose
+    std::vector<Vec3d> posed_joints;  ///< [J] without the translation
+    std::vector<Vec3d> offset;        ///< [J] a bone moves x to rotation * x + offset
+    std::vector<double> bend;         ///< [9 (J - 1)] R - I, or empty without posedirs
+    std::vector<Vec3d> shaped;        ///< [n] vertices of the rest pose
+  };
+
+  /// Of all vertices.
+  explicit DifferentiableBody(const BodyModel& model) : DifferentiableBody(model, all_of(model)) {}
+
+  /// Requires  vertices below the model's count
+  DifferentiableBody(const BodyModel& model, std::vector<std::uint32_t> vertices) : vertices_(std::move(vertices)) {
+    const BodyTables& tables = model.tables();
+    shapes_ = model.shape_count();
+    parents_ = tables.parents;
+    corrections_ = tables.posedirs.empty() ? 0 : 9 * (parents_.size() - 1);
+    gather(tables.v_template, 1, template_);
+    gather(tables.shapedirs, shapes_, shapedirs_);
+    gather(tables.posedirs, corrections_, posedirs_);
+    skin_start_.push_back(0);
+    for (const std::uint32_t v : vertices_) {
+      NPT_ASSERT(v < model.vertex_count());
+      for (std::size_t i = tables.weights.start[v]; i < tables.weights.start[v + 1]; ++i) {
+        skin_joint_.push_back(tables.weights.column[i]);
+        skin_weight_.push_back(static_cast<double>(tables.weights.value[i]));
+      }
+      skin_start_.push_back(skin_joint_.size());
+    }
+    regress_joints(tables);
+  }
+
+  std::size_t vertex_count() const noexcept { return vertices_.size(); }
+  std::size_t joint_count() const noexcept { return parents_.size(); }
+  std::size_t shape_count() const noexcept { return shapes_; }
+  std::size_t parameter_count() const noexcept { return 3 + 3 * joint_count() + shapes_; }
+  std::span<const std::uint32_t> vertices() const noexcept { return vertices_; }
+  std::span<const int> parents() const noexcept { return parents_; }
+
+  /// out: [n]
+  void forward(std::span<const double> x, State& state, std::span<Vec3d> out) const {
+    NPT_ASSERT(x.size() == parameter_count() && out.size() == vertex_count());
+    pose_bones(x, state);
+    shape_vertices(betas(x), state);
+    const Vec3d translation{x[0], x[1], x[2]};
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const Vec3d p = state.shaped[i];
+      Vec3d sum = translation;
+      for (std::size_t s = skin_start_[i]; s < skin_start_[i + 1]; ++s) {
+        const std::size_t j = skin_joint_[s];
+        sum += (state.rotation[j] * p + state.offset[j]) * skin_weight_[s];
+      }
+      out[i] = sum;
+    }
+  }
+
+  /// Adds the gradient with respect to the parameters to `gradient`, [3 + 3 J + S]. `state` is forward's for this x.
+  void backward(std::span<const double> x, const State& state, std::span<const Vec3d> out_gradient,
+                std::span<double> gradient) const {
+    NPT_ASSERT(out_gradient.size() == vertex_count() && gradient.size() == parameter_count());
+    Bones bones(joint_count());
+    std::vector<double> bend_gradient(corrections_, 0.0);
+    const std::span<double> beta_gradient = gradient.subspan(3 + 3 * joint_count());
+    for (std::size_t i = 0; i < out_gradient.size(); ++i) {
+      const Vec3d g = out_gradient[i];
+      if (g == Vec3d{}) continue;
+      const Vec3d at_rest = skin_backward(i, g, state, bones);
+      gradient[0] += g.x, gradient[1] += g.y, gradient[2] += g.z;
+      const double d[3] = {at_rest.x, at_rest.y, at_rest.z};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const float* shape = shapedirs_.data() + (3 * i + k) * shapes_;
+        for (std::size_t b = 0; b < shapes_; ++b) beta_gradient[b] += d[k] * static_cast<double>(shape[b]);
+        const float* correction = posedirs_.data() + (3 * i + k) * corrections_;
+        for (std::size_t b = 0; b < corrections_; ++b) bend_gradient[b] += d[k] * static_cast<double>(correction[b]);
+      }
+    }
+    bones_backward(x, state, bend_gradient, bones, gradient);
+  }
+
+  /// The direction `rest` of vertex i in the rest pose, carried along by the skin; not normalised.
+  Vec3d carried(std::size_t i, Vec3d rest, const State& state) const {
+    Vec3d sum;
+    for (std::size_t s = skin_start_[i]; s < skin_start_[i + 1]; ++s)
+      sum += (state.rotation[skin_joint_[s]] * rest) * skin_weight_[s];
+    return sum;
+  }
+
+  /// Rest joints and bones for x; forward() calls it.
+  void pose_bones(std::span<const double> x, State& state) const {
+    const std::size_t joints = joint_count();
+    state.joints.resize(joints);
+    state.local.resize(joints);
+    state.rotation.resize(joints);
+    state.posed_joints.resize(joints);
+    state.offset.resize(joints);
+    state.bend.resize(corrections_);
+    const std::span<const double> shape = betas(x);
+    for (std::size_t j = 0; j < joints; ++j) {
+      double p[3];
+      for (std::size_t k = 0; k < 3; ++k) {
+        p[k] = joint_template_[3 * j + k];
+        for (std::size_t b = 0; b < shapes_; ++b) p[k] += joint_shapedirs_[(3 * j + k) * shapes_ + b] * shape[b];
+      }
+      const Vec3d rest{p[0], p[1], p[2]};
+      state.joints[j] = rest;
+      state.local[j] = fit::internal::rotation(axis_angle(x, j));
+      if (j == 0) {
+        state.rotation[0] = state.local[0];
+        state.posed_joints[0] = rest;
+      } else {
+        const auto parent = static_cast<std::size_t>(parents_[j]);
+        state.rotation[j] = state.rotation[parent] * state.local[j];
+        state.posed_joints[j] = state.rotation[parent] * (rest - state.joints[parent]) + state.posed_joints[parent];
+        if (corrections_ > 0) store(state.local[j] - Matrix3::identity(), &state.bend[9 * (j - 1)]);
+      }
+      state.offset[j] = state.posed_joints[j] - state.rotation[j] * rest;
+    }
+  }
+
+ private:
+  /// Gradients with respect to what State holds for each bone.
+  struct Bones {
+    explicit Bones(std::size_t n) : rotation(n), offset(n), joints(n), posed_joints(n) {}
+    std::vector<Matrix3> rotation;
+    std::vector<Vec3d> offset, joints, posed_joints;
+  };
+
+  static std::vector<std::uint32_t> all_of(const BodyModel& model) {
+    std::vector<std::uint32_t> all(model.vertex_count());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::uint32_t>(i);
+    return all;
+  }
+  /// The rows [3 * width] of this body's vertices.
+  void gather(std::span<const float> table, std::size_t width, std::vector<float>& rows) const {
+    if (table.empty()) return;
+    rows.reserve(vertices_.size() * 3 * width);
+    for (const std::uint32_t v : vertices_) {
+      const auto row = table.subspan(std::size_t{v} * 3 * width, 3 * width);
+      rows.insert(rows.end(), row.begin(), row.end());
+    }
+  }
+  void regress_joints(const BodyTables& tables) {
+    const SparseMatrix& regressor = tables.J_regressor;
+    joint_template_.assign(3 * joint_count(), 0.0);
+    joint_shapedirs_.assign(3 * joint_count() * shapes_, 0.0);
+    for (std::size_t j = 0; j < joint_count(); ++j)
+      for (std::size_t i = regressor.start[j]; i < regressor.start[j + 1]; ++i) {
+        const double w = static_cast<double>(regressor.value[i]);
+        const std::size_t v = regressor.column[i];
+        for (std::size_t k = 0; k < 3; ++k)
+          joint_template_[3 * j + k] += w * static_cast<double>(tables.v_template[3 * v + k]);
+        for (std::size_t k = 0; k < 3 * shapes_; ++k)
+          joint_shapedirs_[3 * shapes_ * j + k] += w * static_cast<double>(tables.shapedirs[3 * shapes_ * v + k]);
+      }
+  }
+
+  std::span<const double> betas(std::span<const double> x) const { return x.subspan(3 + 3 * joint_count()); }
+  static Vec3d axis_angle(std::span<const double> x, std::size_t j) {
+    return {x[3 + 3 * j], x[4 + 3 * j], x[5 + 3 * j]};
+  }
+
+  static void store(const Matrix3& m, double* to) {
+    for (const Vec3d row : m.rows) *to++ = row.x, *to++ = row.y, *to++ = row.z;
+  }
+  static Matrix3 loaded(const double* m) { return {{{{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}}}}; }
+
+  void shape_vertices(std::span<const double> shape, State& state) const {
+    state.shaped.resize(vertex_count());
+    for (std::size_t i = 0; i < state.shaped.size(); ++i) {
+      double p[3];
+      for (std::size_t k = 0; k < 3; ++k) {
+        p[k] = static_cast<double>(template_[3 * i + k]);
+        const float* direction = shapedirs_.data() + (3 * i + k) * shapes_;
+        for (std::size_t b = 0; b < shapes_; ++b) p[k] += static_cast<double>(direction[b]) * shape[b];
+        const float* correction = posedirs_.data() + (3 * i + k) * corrections_;
+        for (std::size_t b = 0; b < corrections_; ++b) p[k] += static_cast<double>(correction[b]) * state.bend[b];
+      }
+      state.shaped[i] = {p[0], p[1], p[2]};
+    }
+  }
+
+  /// Adds vertex i to its bones' gradients; returns the gradient with respect to the vertex in the rest pose.
+  Vec3d skin_backward(std::size_t i, Vec3d g, const State& state, Bones& bones) const {
+    Vec3d at_rest;
+    for (std::size_t s = skin_start_[i]; s < skin_start_[i + 1]; ++s) {
+      const std::size_t j = skin_joint_[s];
+      const Vec3d share = g * skin_weight_[s];
+      bones.rotation[j] += outer(share, state.shaped[i]);
+      bones.offset[j] += share;
+      at_rest += fit::internal::transposed_times(state.rotation[j], share);
+    }
+    return at_rest;
+  }
+
+  /// From the bones to the parameters, children before parents.
+  void bones_backward(std::span<const double> x, const State& state, std::span<const double> bend_gradient,
+                      Bones& bones, std::span<double> gradient) const {
+    using fit::internal::transposed_times;
+    for (std::size_t j = joint_count(); j-- > 0;) {
+      // offset = posed_joint - rotation * joint
+      bones.posed_joints[j] += bones.offset[j];
+      bones.rotation[j] += outer(-bones.offset[j], state.joints[j]);
+      bones.joints[j] += -transposed_times(state.rotation[j], bones.offset[j]);
+      Matrix3 local = bones.rotation[j];
+      if (j == 0) {
+        bones.joints[0] += bones.posed_joints[0];
+      } else {
+        const auto parent = static_cast<std::size_t>(parents_[j]);
+        const Vec3d g = bones.posed_joints[j];
+        bones.rotation[parent] += outer(g, state.joints[j] - state.joints[parent]);
+        bones.posed_joints[parent] += g;
+        const Vec3d at_rest = transposed_times(state.rotation[parent], g);
+        bones.joints[j] += at_rest;
+        bones.joints[parent] += -at_rest;
+        bones.rotation[parent] += bones.rotation[j] * state.local[j].transposed();
+        local = state.rotation[parent].transposed() * bones.rotation[j];
+        if (corrections_ > 0) local += loaded(&bend_gradient[9 * (j - 1)]);
+      }
+      const Vec3d g = fit::internal::axis_angle_gradient(axis_angle(x, j), state.local[j], local);
+      gradient[3 + 3 * j] += g.x, gradient[4 + 3 * j] += g.y, gradient[5 + 3 * j] += g.z;
+    }
+    for (std::size_t j = 0; j < joint_count(); ++j) {
+      const double d[3] = {bones.joints[j].x, bones.joints[j].y, bones.joints[j].z};
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t b = 0; b < shapes_; ++b)
+          gradient[3 + 3 * joint_count() + b] += d[k] * joint_shapedirs_[(3 * j + k) * shapes_ + b];
+    }
+  }
+
+  std::vector<std::uint32_t> vertices_;
+  std::size_t shapes_ = 0, corrections_ = 0;
+  std::vector<int> parents_;
+  std::vector<float> template_;   ///< [n, 3]
+  std::vector<float> shapedirs_;  ///< [n, 3, S]
+  std::vector<float> posedirs_;   ///< [n, 3, 9 (J - 1)] or empty
+  std::vector<std::size_t> skin_start_;
+  std::vector<std::uint32_t> skin_joint_;
+  std::vector<double> skin_weight_;
+  std::vector<double> joint_template_;   ///< [J, 3]
+  std::vector<double> joint_shapedirs_;  ///< [J, 3, S]
+};
+
+}  // namespace npt::inline NPT_ABI

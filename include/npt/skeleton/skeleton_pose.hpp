@@ -1,0 +1,96 @@
+/// The skeleton of a fitted body: where its bones are, and how they move from one pose to another with their lengths kept.
+/// A bone goes from a joint to each of its children and is moved by the joint that it starts from. A joint without children
+/// (head, hands, toes) has a bone to the far side of what it moves: from the joint through the centre of its skin.
+/// Source    Wang et al., CVPR 2020, supplement C.1
+#pragma once
+
+#include <npt/body/body_model.hpp>
+#include <npt/config.hpp>
+#include <npt/core/vec3.hpp>
+#include <npt/fit/body_fit.hpp>
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+struct Bone {
+  Vec3d from, to;
+  std::size_t joint = 0;  ///< that moves it
+};
+
+/// m p
+constexpr Vec3d moved(const RigidMotion& m, Vec3d p) {
+  return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3], m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
+          m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
+}
+
+/// x -> a (b x)
+constexpr RigidMotion composed(const RigidMotion& a, const RigidMotion& b) {
+  RigidMotion c{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 4; ++k)
+      c[4 * i + k] = a[4 * i] * b[k] + a[4 * i + 1] * b[4 + k] + a[4 * i + 2] * b[8 + k];
+    c[4 * i + 3] += a[4 * i + 3];
+  }
+  return c;
+}
+
+constexpr RigidMotion inverse_motion(const RigidMotion& m) {
+  RigidMotion r{m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0};
+  const Vec3d shift = moved(r, {m[3], m[7], m[11]});
+  r[3] = -shift.x, r[7] = -shift.y, r[11] = -shift.z;
+  return r;
+}
+
+/// The bones of a body as it was fitted to a mesh.
+inline std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit) {
+  const BodyTables& tables = model.tables();
+  const std::size_t joints = model.joint_count();
+  const std::vector<Vec3d> rest = model.joints(fit.betas);
+  const std::vector<RigidMotion> motions = model.bone_motions(fit.betas, fit.axis_angles);
+  std::vector<Vec3d> place(joints), skin(joints);
+  for (std::size_t j = 0; j < joints; ++j) place[j] = moved(motions[j], rest[j]) + fit.translation;
+  std::vector<float> vertices(3 * model.vertex_count());
+  model.posed(fit.betas, fit.axis_angles, vertices);
+  std::vector<double> weight(joints);
+  for (std::size_t v = 0; v < model.vertex_count(); ++v)
+    for (std::size_t i = tables.weights.start[v]; i < tables.weights.start[v + 1]; ++i) {
+      // Squared: a leaf's centre is that of the skin which is its own, not of what fades in along the limb.
+      const double w = static_cast<double>(tables.weights.value[i]) * static_cast<double>(tables.weights.value[i]);
+      skin[tables.weights.column[i]] +=
+          (Vec3f{vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]}.as<double>() + fit.translation) * w;
+      weight[tables.weights.column[i]] += w;
+    }
+  std::vector<Bone> bones;
+  std::vector<bool> leaf(joints, true);
+  for (std::size_t j = 1; j < joints; ++j) {
+    const auto parent = static_cast<std::size_t>(tables.parents[j]);
+    bones.push_back({place[parent], place[j], parent});
+    leaf[parent] = false;
+  }
+  // From the joint to the centre of the skin and half as far again stays inside of it.
+  for (std::size_t j = 0; j < joints; ++j)
+    if (leaf[j])
+      bones.push_back({place[j], weight[j] > 0 ? place[j] + (skin[j] / weight[j] - place[j]) * 1.5 : place[j], j});
+  return bones;
+}
+
+/// [J] The motion that takes each bone of the identity's skeleton from where it was fitted to the pose's angles. Bone lengths are the
+/// identity's; its root joint stays in place.
+inline std::vector<RigidMotion> skeleton_motions(const BodyModel& model, const BodyFit& identity,
+                                                 std::span<const float> axis_angles) {
+  const std::vector<RigidMotion> from = model.bone_motions(identity.betas, identity.axis_angles);
+  std::vector<RigidMotion> to = model.bone_motions(identity.betas, axis_angles);
+  const auto shift = [](RigidMotion m, Vec3d by) {
+    m[3] += by.x, m[7] += by.y, m[11] += by.z;
+    return m;
+  };
+  for (std::size_t j = 0; j < to.size(); ++j)
+    to[j] = composed(shift(to[j], identity.translation), inverse_motion(shift(from[j], identity.translation)));
+  return to;
+}
+
+}  // namespace npt::inline NPT_ABI
