@@ -272,3 +272,33 @@ TEST_CASE("wrong sizes are errors that say which argument, found and expected") 
   CHECK_NOTHROW(pooled(a, b, c));
   CHECK_THROWS_AS(engine.decode(npt::PoseCode<float>{}, b, c), npt::Error);
 }
+
+TEST_CASE("an engine refuses the code of another") {
+  using Net = npt::PoseTransferNet<16>;
+  const auto pose = random_points<float>(100, 1), identity = random_points<float>(100, 2);
+  std::vector<float> result(identity.size());
+  npt::Engine engine(random_model<Net>(), 1);
+  npt::PoseCode<float> code = engine.encode(pose);
+  const auto refuses = [&](const auto& other) {
+    CHECK_THROWS_WITH_AS(other.decode(code, identity, result),
+                         "pose: found a code that another engine made, expected one made by this engine", npt::Error);
+  };
+  refuses(npt::Engine(random_model<Net>(), 1));  // the same weights, and memory of the same shape, but who could tell
+  refuses(npt::Engine(random_model<Net>(12), 1));
+  refuses(npt::Engine(random_model<npt::PoseTransferNet<64>>(), 1));
+  refuses(npt::Engine(random_model<npt::PoseTransferNet<16, npt::ConvRelu, npt::Pooled>>(), 1));
+  if (npt::Engine<Net>::supports(npt::Precision::bf16))
+    refuses(npt::Engine(random_model<Net>(), 1, npt::Precision::bf16));
+  const auto expected = apply(engine, pose, identity);
+  const auto same = [&](const auto& e) {
+    e.decode(code, identity, result);
+    return same_bits(expected, result);
+  };
+  CHECK(same(engine));
+  const npt::Engine moved = std::move(engine);
+  CHECK(same(moved));
+  const npt::Engine other(random_model<Net>(), 1);
+  other.encode(pose, code);  // now it is that one's
+  CHECK(same(other));
+  CHECK_THROWS_AS(moved.decode(code, identity, result), npt::Error);
+}

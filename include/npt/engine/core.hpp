@@ -8,6 +8,7 @@
 #include <npt/engine/forward.hpp>
 #include <npt/engine/packed_program.hpp>
 #include <npt/engine/row_transforms.hpp>
+#include <npt/engine/transfer_pair.hpp>
 #include <npt/engine/workspace.hpp>
 #include <npt/parallel/executor.hpp>
 
@@ -15,19 +16,10 @@
 #include <memory>
 #include <mutex>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
-
-/// One transfer of a batch, on borrowed memory: [Vp, 3] and [V, 3] coordinates in, [V, 3] out, row major.
-template <class T = float>
-struct TransferPair {
-  std::span<const T> pose;
-  std::span<const T> identity;
-  std::span<T> result;
-};
 
 namespace engine {
 
@@ -76,7 +68,7 @@ class Core {
     run(*lease.workspace, pairs);
   }
   void run(Workspace<T>& workspace, std::span<const TransferPair<T>> pairs) const {
-    for (std::size_t i = 0; i < pairs.size(); ++i) check(pairs[i], i, pairs.size());
+    for (std::size_t i = 0; i < pairs.size(); ++i) check_pair(pairs[i], i, pairs.size(), packed_->program().paired);
     while (!pairs.empty()) {
       const std::size_t count = chunk_size(pairs);
       run_chunk(workspace.storage_, pairs.first(count));
@@ -91,8 +83,10 @@ class Core {
     WorkspaceStorage<T>& memory = lease.workspace->storage_;
     memory.pose.clear();
     memory.pose.add({.coordinates = pose, .result = {}});
+    code.vertices_ = 0;  // should anything be thrown
     forward(memory).encode(code.storage_, executor_);
     code.vertices_ = static_cast<int>(pose.size() / 3);
+    code.program_ = packed_->id();
   }
   PoseCode<T> encode(std::span<const T> pose) const {
     PoseCode<T> code;
@@ -100,11 +94,14 @@ class Core {
     return code;
   }
 
-  /// Gives an encoded pose to an identity.
+  /// Gives an encoded pose to an identity. Errors: npt::Error for a code of another engine, even one with the same weights.
   void decode(const PoseCode<T>& code, std::span<const T> identity, std::span<T> result) const {
     check_coordinates(identity.size(), "identity");
     check_result(identity.size(), result.size());
-    check_pairing(static_cast<std::size_t>(code.vertices_), identity.size() / 3);
+    if (code.vertices_ == 0) throw Error({.file = "pose", .found = "an empty code", .expected = "one made by encode"});
+    if (code.program_ != packed_->id())
+      throw Error({.file = "pose", .found = "a code that another engine made", .expected = "one made by this engine"});
+    check_pairing(packed_->program().paired, static_cast<std::size_t>(code.vertices_), identity.size() / 3);
     const Lease lease(*pool_);
     WorkspaceStorage<T>& memory = lease.workspace->storage_;
     memory.identity.clear();
@@ -119,7 +116,9 @@ class Core {
 
   struct Pool {
     std::mutex mutex;
-    std::vector<std::unique_ptr<Workspace<T>>> free;
+    std::vector<std::unique_ptr<Workspace<T>>>
+        free;  ///< with room for all that were made, so that giving back can't fail
+    std::size_t made = 0;
   };
   /// A workspace for the duration of a call.
   struct Lease {
@@ -129,7 +128,9 @@ class Core {
         workspace = std::move(pool.free.back());
         pool.free.pop_back();
       } else {
+        pool.free.reserve(pool.made + 1);
         workspace = std::make_unique<Workspace<T>>();
+        ++pool.made;
       }
     }
     ~Lease() {
@@ -143,44 +144,6 @@ class Core {
   };
 
   Forward<T> forward(WorkspaceStorage<T>& memory) const { return Forward<T>(*packed_, transforms_, memory); }
-
-  // Names are composed only where an error is thrown: a warm call allocates nothing.
-  static std::string name_of(const char* what, std::size_t pair) {
-    return pair == single ? what : std::string(what) + " of pair " + std::to_string(pair);
-  }
-  static void check_coordinates(std::size_t size, const char* what, std::size_t pair = single) {
-    if (size == 0) throw Error({.file = name_of(what, pair), .found = "no vertices", .expected = "at least one"});
-    if (size % 3 != 0)
-      throw Error({.file = name_of(what, pair),
-                   .found = std::to_string(size) + " numbers",
-                   .expected = "three for each vertex"});
-    if (size / 3 > max_vertices)
-      throw Error({.file = name_of(what, pair),
-                   .found = std::to_string(size / 3) + " vertices",
-                   .expected = "at most " + std::to_string(max_vertices)});
-  }
-  static void check_result(std::size_t identity, std::size_t result, std::size_t pair = single) {
-    if (identity != result)
-      throw Error({.file = name_of("result", pair),
-                   .found = std::to_string(result) + " numbers",
-                   .expected = std::to_string(identity) + ", as many as the identity has"});
-  }
-  void check_pairing(std::size_t pose, std::size_t identity, std::size_t pair = single) const {
-    if (pose == 0) throw Error({.file = "pose", .found = "an empty code", .expected = "one made by encode"});
-    if (packed_->program().paired && pose != identity)
-      throw Error({.file = name_of("pose", pair),
-                   .found = std::to_string(pose) + " vertices",
-                   .expected = std::to_string(identity) +
-                               ", as many as the identity has: this network pairs vertices (resample the pose mesh, or "
-                               "use a network with the pooled feature)"});
-  }
-  void check(const TransferPair<T>& pair, std::size_t i, std::size_t count) const {
-    const std::size_t number = count == 1 ? single : i;
-    check_coordinates(pair.pose.size(), "pose", number);
-    check_coordinates(pair.identity.size(), "identity", number);
-    check_result(pair.identity.size(), pair.result.size(), number);
-    check_pairing(pair.pose.size() / 3, pair.identity.size() / 3, number);
-  }
 
   static std::size_t chunk_size(std::span<const TransferPair<T>> pairs) {
     std::size_t count = 0;
@@ -211,9 +174,6 @@ class Core {
     else
       pass.decode(memory.code, executor_);
   }
-
-  static constexpr std::size_t max_vertices = std::size_t{1} << 28;
-  static constexpr std::size_t single = static_cast<std::size_t>(-1);  ///< not one of several pairs
 
   std::unique_ptr<PackedProgram<T>> packed_;
   RowTransforms<T> transforms_;

@@ -16,20 +16,18 @@
 
 namespace npt::inline NPT_ABI {
 
-/// A network ready to run, in the network's own coordinates (transfer/ maps meshes to and from them).
-///
-/// Thread safety  All members are const and may be called by any number of threads at a time. Each running call uses
-/// one workspace,
-///                the caller's or one from a pool inside.
-/// Memory         Weights are packed once; the model isn't needed afterwards. A call whose shapes were seen before
-/// allocates nothing. Numerics       within 1e-5 relative of a double reference in fp32; the same bits for any number
-/// of threads, any batch, and for
-///                encode + decode. NaN in gives NaN out.
-/// Precision      fp32's error by the fastest unit unless told otherwise; bf16 where the processor multiplies it: about 1e-2 relative
-///                (docs/performance.md)
-/// Errors         npt::Error on sizes that are not three a vertex, empty meshes, and unequal vertex counts where the
-/// network
-///                pairs vertices (every feature but the pooled one).
+/// A network ready to run, in the network's own coordinates: meshes centred, scaled and turned as in its training, vertices
+/// paired at random. PoseTransfer (transfer/pose_transfer.hpp) does that for meshes as they come and is the front door.
+/// Shapes     pose: [Vp, 3]   identity, result: [V, 3], row major; Vp = V where the network pairs vertices
+/// Threads    all members are const and may be called by any number of threads at a time; each running call uses one workspace,
+///            the caller's or one from a pool inside
+/// Memory     weights are packed once, the model isn't needed afterwards; a call whose shapes were seen before allocates nothing
+/// Numerics   within 1e-5 relative of a double reference in fp32; the same bits for any number of threads, any batch, and for
+///            encode + decode; NaN in gives NaN out
+/// Precision  fp32's error by the fastest unit unless told otherwise; bf16 where the processor multiplies it: about 1e-2 relative
+///            (docs/performance.md)
+/// Errors     npt::Error on sizes that are not three a vertex, empty meshes, a pose code of another engine, and unequal vertex
+///            counts where the network pairs vertices (every feature but the pooled one)
 template <class Net, class T = float, class Exec = DefaultExecutor>
 class Engine : public engine::Core<T, Exec> {
  public:

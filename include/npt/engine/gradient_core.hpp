@@ -4,11 +4,11 @@
 
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
-#include <npt/engine/core.hpp>
 #include <npt/engine/packed_program.hpp>
 #include <npt/engine/tape_backward.hpp>
 #include <npt/engine/tape_forward.hpp>
 #include <npt/engine/tape_memory.hpp>
+#include <npt/engine/transfer_pair.hpp>
 #include <npt/kernel/matrix_product.hpp>
 #include <npt/parallel/executor.hpp>
 #include <npt/simd/amx.hpp>
@@ -82,7 +82,7 @@ class GradientCore {
     memory_->pose.clear();
     memory_->identity.clear();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      check(pairs[i], i);
+      check_pair(pairs[i], i, pairs.size(), tape_->paired);
       memory_->pose.add({.coordinates = pairs[i].pose, .result = {}, .code = static_cast<int>(i)});
       memory_->identity.add({.coordinates = pairs[i].identity, .result = pairs[i].result, .code = static_cast<int>(i)});
     }
@@ -162,30 +162,6 @@ class GradientCore {
     for (std::size_t i = 0; i < gradients.size(); ++i)
       expect(what, gradients[i].size(), side.instances[i].coordinates.size());
   }
-  void check(const TransferPair<T>& pair, std::size_t number) const {
-    const std::string place = "pair " + std::to_string(number);
-    const auto points = [&place](const char* what, std::size_t size) {
-      if (size == 0 || size % 3 != 0)
-        throw Error({.file = what,
-                     .place = place,
-                     .found = std::to_string(size) + " numbers",
-                     .expected = "three for each of at least one vertex"});
-    };
-    points("pose", pair.pose.size());
-    points("identity", pair.identity.size());
-    if (pair.result.size() != pair.identity.size())
-      throw Error({.file = "result",
-                   .place = place,
-                   .found = std::to_string(pair.result.size()) + " numbers",
-                   .expected = std::to_string(pair.identity.size()) + ", as many as the identity has"});
-    if (tape_->paired && pair.pose.size() != pair.identity.size())
-      throw Error({.file = "pose",
-                   .place = place,
-                   .found = std::to_string(pair.pose.size() / 3) + " vertices",
-                   .expected = std::to_string(pair.identity.size() / 3) +
-                               ", as many as the identity has: this network pairs vertices"});
-  }
-
   const graph::Tape* tape_;
   std::size_t parameter_count_;
   std::span<const ChainLoops<T>> loops_;

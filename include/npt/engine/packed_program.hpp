@@ -10,7 +10,9 @@
 #include <npt/simd/bf16.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -91,6 +93,8 @@ class PackedProgram {
   }
 
   const graph::Program& program() const { return program_; }
+  /// Differs from that of every other packed program of the process, 0 is none's: what an engine knows its pose codes by.
+  std::uint64_t id() const { return id_; }
   Precision precision() const { return precision_; }
   /// bfloat16 parts of a value, where products run on matrix registers; 0: they don't.
   int parts() const { return parts_; }
@@ -225,6 +229,12 @@ class PackedProgram {
 
   static constexpr int padding = -1;  ///< a column without a channel
 
+  static std::uint64_t draw_id() {
+    static std::atomic<std::uint64_t> last{0};
+    return ++last;
+  }
+
+  std::uint64_t id_ = draw_id();
   graph::Program program_;
   Precision precision_;
   int parts_;

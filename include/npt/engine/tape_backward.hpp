@@ -60,8 +60,11 @@ class TapeBackward : TapeView<T> {
   using TapeView<T>::tape_;
   using TapeView<T>::memory_;
 
-  static constexpr int most_chunks = 16;
-  static constexpr int least_items = 8;  ///< in a chunk, if there are several chunks
+  // Every chunk has sums of its own, 4.2 MB for 1027 rows, which are added up at the end: enough groups must pay for them. Batches
+  // that keep more than 16 threads busy are large, and pay with 32 groups a chunk.
+  static constexpr int few_chunks = 16;
+  static constexpr int least_items = 8;  ///< in a chunk, if there are several, up to few_chunks of them
+  static constexpr int least_items_of_many = 32;
 
   // ---- what takes part ----
 
@@ -215,7 +218,7 @@ class TapeBackward : TapeView<T> {
     layout.size = next;
     // A power of two, so that equal threads get equally many, and enough groups in each to pay for the sums.
     int chunks = 1;
-    while (chunks < most_chunks && 2 * chunks * least_items <= items) chunks *= 2;
+    while (2 * chunks * (chunks < few_chunks ? least_items : least_items_of_many) <= items) chunks *= 2;
     layout.items = (items + chunks - 1) / chunks;
     layout.count = (items + layout.items - 1) / layout.items;
     return layout;

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -118,7 +119,8 @@ class Core;
 
 namespace npt::inline NPT_ABI {
 
-/// An encoded pose, to be given to many identities. Belongs to the engine that made it.
+/// An encoded pose, to be given to many identities. Belongs to the engine that made it, as long as that lives: the engine may be
+/// moved, and every other one refuses the code.
 template <class T = float>
 class PoseCode {
  public:
@@ -129,6 +131,7 @@ class PoseCode {
   template <class, class>
   friend class engine::Core;
   int vertices_ = 0;
+  std::uint64_t program_ = 0;  ///< PackedProgram::id of the engine that made it
   engine::CodeStorage<T> storage_;
 };
 
