@@ -7,6 +7,7 @@
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>
+#include <npt/mesh/union_find.hpp>
 
 #include <algorithm>
 #include <array>
@@ -19,7 +20,6 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <numeric>
 #include <set>
 #include <string>
 #include <system_error>
@@ -35,26 +35,13 @@ struct Options {
   bool json = false;
 };
 
-/// Sets of connected elements.
-class Components {
- public:
-  explicit Components(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), std::uint32_t{0}); }
-  std::uint32_t find(std::uint32_t v) {
-    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
-    return v;
-  }
-  void join(std::uint32_t a, std::uint32_t b) { parent_[find(a)] = find(b); }
-  /// Sets among the elements for which `counts` holds.
-  std::size_t count(const std::vector<bool>& counts) {
-    std::set<std::uint32_t> roots;
-    for (std::uint32_t v = 0; v < parent_.size(); ++v)
-      if (counts[v]) roots.insert(find(v));
-    return roots.size();
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
+/// Sets among the vertices for which `counts` holds.
+std::size_t set_count(npt::UnionFind& sets, const std::vector<bool>& counts) {
+  std::set<std::uint32_t> names;
+  for (std::uint32_t v = 0; v < counts.size(); ++v)
+    if (counts[v]) names.insert(sets.find(v));
+  return names.size();
+}
 
 /// Sides of faces by how many faces have them: 1 at a border, 2 inside, more where surfaces meet.
 struct EdgeUse {
@@ -92,22 +79,22 @@ void describe_topology(Report& report, const npt::Mesh& mesh) {
   if (mesh.face_count() == 0) return;
 
   const EdgeUse use = edge_use(mesh);
-  Components pieces(mesh.vertex_count()), borders(mesh.vertex_count());
+  npt::UnionFind pieces(mesh.vertex_count()), borders(mesh.vertex_count());
   std::vector<bool> used(mesh.vertex_count()), at_border(mesh.vertex_count());
   for (std::size_t f = 0; f < mesh.face_count(); ++f)
     for (std::uint32_t v : mesh.face(f)) {
       used[v] = true;
-      pieces.join(v, mesh.face(f)[0]);
+      pieces.unite(v, mesh.face(f)[0]);
     }
   for (const npt::Edge& edge : use.border) {
     at_border[edge[0]] = at_border[edge[1]] = true;
-    borders.join(edge[0], edge[1]);
+    borders.unite(edge[0], edge[1]);
   }
   report["edges"] = use.edges;
-  report["components"] = pieces.count(used);
+  report["components"] = set_count(pieces, used);
   report["surface"] = use.border.empty() ? "closed"
                                          : "open: " + std::to_string(use.border.size()) + " border edges in " +
-                                               std::to_string(borders.count(at_border)) + " borders";
+                                               std::to_string(set_count(borders, at_border)) + " borders";
   report["border_edges"] = use.border.size();
   if (use.crowded != 0) report["edges_of_more_than_two_faces"] = use.crowded;
   const auto unused = std::ranges::count(used, false);

@@ -28,6 +28,7 @@
 #include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
+#include <npt/mesh/union_find.hpp>
 #include <npt/parallel/executor.hpp>
 #include <npt/surface/closest_point.hpp>
 #include <npt/surface/piece_links.hpp>
@@ -37,7 +38,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -151,17 +151,9 @@ class DeformationTransfer {
       area += length(cross(b - a, c - a)) / 2;
     }
     links_ = piece_links(target_.points, target_.triangles, link_reach * std::sqrt(area));
-    std::vector<std::uint32_t> to(pieces_.count);
-    std::iota(to.begin(), to.end(), 0U);
-    const auto root = [&to](std::uint32_t i) {
-      while (to[i] != i) i = to[i] = to[to[i]];
-      return i;
-    };
-    for (const auto& [p, q] : links_) {
-      const std::uint32_t a = root(pieces_.of_point[p]), b = root(pieces_.of_point[q]);
-      to[std::max(a, b)] = std::min(a, b);
-    }
-    for (std::uint32_t& piece : pieces_.of_point) piece = root(piece);
+    UnionFind linked(pieces_.count);
+    for (const auto& [p, q] : links_) linked.unite(pieces_.of_point[p], pieces_.of_point[q]);
+    for (std::uint32_t& piece : pieces_.of_point) piece = linked.find(piece);
   }
 
   std::size_t pair_count(std::size_t t) const { return source_start_[t + 1] - source_start_[t]; }

@@ -9,13 +9,13 @@
 #include <npt/core/vec3.hpp>
 #include <npt/deformation/surface.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/union_find.hpp>
 #include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -38,7 +38,7 @@ class PieceTree {
         piece_(piece),
         roots_(roots),
         some_triangle_(surface.points.size(), no_index),
-        cluster_(roots.size()),
+        clusters_(roots.size()),
         tree_(surface.points, surface.triangles) {
     for (std::uint32_t t = 0; t < surface.triangles.size(); ++t)
       if (surface.flat[t] == 0)
@@ -51,11 +51,10 @@ class PieceTree {
   /// The hook of every piece that isn't a root, parents before children. Pieces that no root holds are left out, which happens
   /// only where all roots are leaves.
   std::vector<Hook> hooks() {
-    std::iota(cluster_.begin(), cluster_.end(), 0U);
     for (std::uint32_t i = 0, first = no_index; i < roots_.size(); ++i) {
       if (roots_[i] == 0 || inner_[i] == 0) continue;
       if (first == no_index) first = i;
-      unite(first, i);
+      clusters_.unite(first, i);
     }
     while (join_nearest()) {
     }
@@ -71,20 +70,12 @@ class PieceTree {
     ClosestPoint at;
   };
 
-  std::uint32_t cluster(std::uint32_t piece) {
-    while (cluster_[piece] != piece) piece = cluster_[piece] = cluster_[cluster_[piece]];
-    return piece;
-  }
-  void unite(std::uint32_t a, std::uint32_t b) {
-    cluster_[std::max(cluster(a), cluster(b))] = std::min(cluster(a), cluster(b));
-  }
-
   std::uint32_t piece_of_triangle(std::uint32_t t) const { return piece_[surface_.triangles[t][0]]; }
 
   /// Boruvka's step: each cluster but the one with the most points joins what is nearest to it. False when there is one cluster.
   bool join_nearest() {
     std::vector<std::uint32_t> of(roots_.size()), size(roots_.size());
-    for (std::uint32_t i = 0; i < of.size(); ++i) of[i] = cluster(i);
+    for (std::uint32_t i = 0; i < of.size(); ++i) of[i] = clusters_.find(i);
     for (std::size_t p = 0; p < piece_.size(); ++p)
       if (inner_[piece_[p]] != 0) ++size[of[piece_[p]]];
     const auto largest = static_cast<std::uint32_t>(std::ranges::max_element(size) - size.begin());
@@ -102,8 +93,7 @@ class PieceTree {
     for (const Joint& joint : joints) {
       if (joint.point == no_index) continue;
       const std::uint32_t a = piece_[joint.point], b = piece_of_triangle(joint.at.triangle);
-      if (cluster(a) == cluster(b)) continue;  // both chose each other
-      unite(a, b);
+      if (!clusters_.unite(a, b)) continue;  // both chose each other
       joints_.push_back(joint);
       joined = true;
     }
@@ -164,7 +154,7 @@ class PieceTree {
   std::span<const char> roots_;
   std::vector<char> inner_;                   ///< [count] whether a piece has a triangle with an area
   std::vector<std::uint32_t> some_triangle_;  ///< [P] with an area, at the point; no_index: none
-  std::vector<std::uint32_t> cluster_;        ///< [count] union-find
+  UnionFind clusters_;                        ///< of pieces
   std::vector<Joint> joints_;
   TriangleTree tree_;
 };

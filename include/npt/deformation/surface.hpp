@@ -8,10 +8,10 @@
 #include <npt/core/vec3.hpp>
 #include <npt/deformation/deformation_gradient.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/topology.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/mesh/vertex_order.hpp>
-#include <npt/surface/piece_links.hpp>
 
 #include <algorithm>
 #include <array>
@@ -110,7 +110,7 @@ struct Pieces {
 
 inline Pieces pieces_of(const Surface& surface) {
   const std::size_t point_count = surface.points.size();
-  const std::vector<std::uint32_t> root = npt::internal::piece_of_points(surface.triangles, point_count);
+  const std::vector<std::uint32_t> root = connected_components(surface.triangles, point_count);
   // Flat triangles count too, but less than one that isn't.
   std::vector<std::size_t> size(point_count);
   for (std::size_t t = 0; t < surface.triangles.size(); ++t)

@@ -19,7 +19,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <span>
 #include <string>
 #include <utility>
@@ -66,23 +65,6 @@ class FitTarget {
     return kept;
   }
 
-  /// Connected components of triangles, by shared vertices: a number for each triangle.
-  std::vector<std::uint32_t> components(std::size_t vertex_count) const {
-    std::vector<std::uint32_t> parent(vertex_count);
-    std::iota(parent.begin(), parent.end(), 0U);
-    const auto root = [&](std::uint32_t v) {
-      while (parent[v] != v) v = parent[v] = parent[parent[v]];
-      return v;
-    };
-    for (const Triangle& t : triangles_) {
-      parent[root(t[1])] = root(t[0]);
-      parent[root(t[2])] = root(t[0]);
-    }
-    std::vector<std::uint32_t> result;
-    for (const Triangle& t : triangles_) result.push_back(root(t[0]));
-    return result;
-  }
-
   struct Component {
     Vec3d centre;
     double area = 0, volume = 0;
@@ -91,7 +73,7 @@ class FitTarget {
   };
 
   void orient(std::span<const Vec3d> points) {
-    const std::vector<std::uint32_t> component = components(points.size());
+    const std::vector<std::uint32_t> components = connected_components(triangles_, points.size());
     std::map<std::uint32_t, Component> all;
     std::vector<std::pair<Edge, std::uint32_t>> directed;
     normals_.resize(triangles_.size());
@@ -101,12 +83,12 @@ class FitTarget {
       const Vec3d centre = (points[t[0]] + points[t[1]] + points[t[2]]) / 3.0;
       const double area = 0.5 * length(twice);
       normals_[i] = normalised(twice);
-      Component& c = all[component[i]];
+      Component& c = all[components[triangles_[i][0]]];
       c.area += area;
       c.centre += centre * area;
       centroid_ += centre * area;
       area_ += area;
-      for (std::size_t k = 0; k < 3; ++k) directed.push_back({{t[k], t[(k + 1) % 3]}, component[i]});
+      for (std::size_t k = 0; k < 3; ++k) directed.push_back({{t[k], t[(k + 1) % 3]}, components[t[0]]});
     }
     centroid_ = centroid_ / area_;
     std::sort(directed.begin(), directed.end());
@@ -116,12 +98,13 @@ class FitTarget {
       if (i > 0 && directed[i].first == directed[i - 1].first) ++c.clashes;
     }
     for (std::size_t i = 0; i < triangles_.size(); ++i) {
-      Component& c = all[component[i]];
+      Component& c = all[components[triangles_[i][0]]];
       const Triangle& t = triangles_[i];
       const Vec3d o = c.centre / c.area;
       c.volume += dot(points[t[0]] - o, cross(points[t[1]] - o, points[t[2]] - o)) / 6.0;
     }
-    for (std::size_t i = 0; i < triangles_.size(); ++i) normals_[i] = normals_[i] * side(all[component[i]]);
+    for (std::size_t i = 0; i < triangles_.size(); ++i)
+      normals_[i] = normals_[i] * side(all[components[triangles_[i][0]]]);
   }
 
   /// 1: faces outwards, -1: inwards, 0: can't be said. A flat patch has no volume: 1e-3 of a ball's of the same area is

@@ -1,4 +1,4 @@
-/// What a mesh's faces say without its positions: edges and neighbours; triangles.hpp has the triangles.
+/// What a mesh's faces say without its positions: edges, neighbours and components; triangles.hpp has the triangles.
 /// Requires  a valid mesh (validate.hpp)
 #pragma once
 
@@ -6,6 +6,7 @@
 #include <npt/core/sort.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/triangles.hpp>
+#include <npt/mesh/union_find.hpp>
 
 #include <algorithm>
 #include <array>
@@ -59,6 +60,16 @@ inline std::vector<Edge> unique_edges(std::span<const Triangle> triangles) {
       if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
     }
   return internal::sorted_once(edges);
+}
+
+/// [V] The least vertex that each vertex hangs together with by triangles.
+inline std::vector<std::uint32_t> connected_components(std::span<const Triangle> triangles, std::size_t vertex_count) {
+  UnionFind components(vertex_count);
+  for (const Triangle& t : triangles) {
+    components.unite(t[0], t[1]);
+    components.unite(t[0], t[2]);
+  }
+  return components.sets();
 }
 
 /// The neighbours of every vertex in compressed rows: those of v are vertices[start[v]] .. vertices[start[v + 1] - 1],

@@ -120,7 +120,7 @@ class BoneHeat {
   }
 
   void find_sources() {
-    const std::vector<std::uint32_t> piece = npt::internal::piece_of_points(triangles_, points_.size());
+    const std::vector<std::uint32_t> piece = connected_components(triangles_, points_.size());
     std::vector<bool> warm(points_.size(), false);
     sources_.resize(points_.size());
     for (std::uint32_t p = 0; p < points_.size(); ++p) {

@@ -14,7 +14,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -22,23 +21,6 @@
 namespace npt::inline NPT_ABI {
 
 namespace internal {
-
-/// The lowest point that each point hangs together with by triangles.
-inline std::vector<std::uint32_t> piece_of_points(std::span<const Triangle> triangles, std::size_t points) {
-  std::vector<std::uint32_t> parent(points);
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&parent](std::uint32_t p) {
-    while (parent[p] != p) p = parent[p] = parent[parent[p]];
-    return p;
-  };
-  for (const Triangle& t : triangles)
-    for (const std::uint32_t corner : {t[1], t[2]}) {
-      const std::uint32_t a = root(t[0]), b = root(corner);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
-  for (std::uint32_t p = 0; p < points; ++p) parent[p] = root(p);
-  return parent;
-}
 
 /// Points sorted by the cells of a grid; equal cells stand together.
 class PointGrid {
@@ -82,7 +64,7 @@ class PointGrid {
 /// Links {a, b}, a < b, each once, ascending: for every point the nearest one of another piece, where one is within `reach`
 /// and the normals are less than 60 degrees apart. Points of no triangle aren't linked.
 inline std::vector<Edge> piece_links(std::span<const Vec3d> points, std::span<const Triangle> triangles, double reach) {
-  const std::vector<std::uint32_t> piece = internal::piece_of_points(triangles, points.size());
+  const std::vector<std::uint32_t> piece = connected_components(triangles, points.size());
   std::vector<Vec3d> normals(points.size());
   for (const Triangle& t : triangles) {
     const Vec3d area = cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]);
