@@ -4,12 +4,12 @@
 
 #include "networks.hpp"
 
-#include <npt/engine/gradient_core.hpp>
+#include <npt/tape/gradient_core.hpp>
 
 namespace program {
 
-using FloatGradients = npt::engine::GradientCore<float, npt::TbbExecutor>;
-using DoubleGradients = npt::engine::GradientCore<double, npt::TbbExecutor>;
+using FloatGradients = npt::tape::GradientCore<float, npt::TbbExecutor>;
+using DoubleGradients = npt::tape::GradientCore<double, npt::TbbExecutor>;
 
 struct TrainableNetwork {
   Variant variant;

@@ -16,7 +16,7 @@ constexpr int stages_in_sweep(const graph::Program& p, int sweep) { return p.swe
 
 constexpr int count_storage(const graph::Program& p, Storage storage) {
   int n = 0;
-  for (int t = 0; t < p.tensor_count; ++t) n += p.tensor(t).storage == storage ? 1 : 0;
+  for (int t = 0; t < p.activation_count; ++t) n += p.activation(t).storage == storage ? 1 : 0;
   return n;
 }
 
@@ -33,16 +33,16 @@ TEST_CASE("the paper's network lowers to 16 stages in 10 sweeps with two feature
   // h and the residual unit's output; the code takes the place of h when nobody else needs it.
   static_assert(p.buffer_count == 2);
   static_assert(p.code_alias >= 0);
-  static_assert(p.slot_count == 2);
-  CHECK(p.tensor(p.output).channels == 3);
+  static_assert(p.scratch_count == 2);
+  CHECK(p.activation(p.output).channels == 3);
 }
 
 TEST_CASE("a block's second half and the next convolution run in one sweep, without a feature map in between") {
   constexpr const graph::Program& p = program<npt::PoseTransferNet<>>;
   static_assert(stages_in_sweep(p, 5) == 3);
   constexpr int first = p.sweep(5).first_stage;
-  CHECK(p.tensor(p.stage(first).output).storage == Storage::slot);
-  CHECK(p.tensor(p.stage(first + 1).output).storage == Storage::slot);
+  CHECK(p.activation(p.stage(first).output).storage == Storage::scratch);
+  CHECK(p.activation(p.stage(first + 1).output).storage == Storage::scratch);
   CHECK(p.stage(first + 2).direct);  // reads the sum as it lies
   // The sum rides in the skip branch's epilogue: relu, then add.
   CHECK(p.stage(first + 1).epilogue.count == 2);
@@ -139,42 +139,42 @@ TEST_CASE("an expression that is used several times is computed once") {
   CHECK(p.encoder_sweeps == 0);
 }
 
-TEST_CASE("slots and buffers that are alive at the same time never share memory") {
+TEST_CASE("scratch tiles and buffers that are alive at the same time never share memory") {
   const auto check = [](const graph::Program& p) {
     // Replay: when a stage runs, whatever it reads must still hold the tensor that it means.
-    std::array<int, graph::max_stages> slots{}, buffers{};
-    slots.fill(-1);
+    std::array<int, graph::max_stages> scratch{}, buffers{};
+    scratch.fill(-1);
     buffers.fill(-1);
     const auto holds = [&](int t) {
-      const graph::Tensor& tensor = p.tensor(t);
-      const auto place = static_cast<std::size_t>(tensor.place);
-      if (tensor.storage == Storage::slot) return slots[place] == t;
-      if (tensor.storage == Storage::buffer) return buffers[place] == t;
+      const graph::Activation& activation = p.activation(t);
+      const auto place = static_cast<std::size_t>(activation.place);
+      if (activation.storage == Storage::scratch) return scratch[place] == t;
+      if (activation.storage == Storage::buffer) return buffers[place] == t;
       return true;
     };
     for (int i = 0; i < p.stage_count; ++i) {
       const graph::Stage& stage = p.stage(i);
       for (int s = 0; s < stage.source_count; ++s) {
         const graph::Source& source = stage.sources[static_cast<std::size_t>(s)];
-        CHECK(holds(source.tensor));
+        CHECK(holds(source.activation));
         for (int c = 0; c < source.chain.count; ++c)
           if (source.chain.steps[static_cast<std::size_t>(c)].other >= 0)
             CHECK(holds(source.chain.steps[static_cast<std::size_t>(c)].other));
       }
-      if (!stage.direct) slots[static_cast<std::size_t>(stage.operand_slot)] = 1000 + i;
+      if (!stage.direct) scratch[static_cast<std::size_t>(stage.operand_scratch)] = 1000 + i;
       for (int c = 0; c < stage.epilogue.count; ++c)
         if (stage.epilogue.steps[static_cast<std::size_t>(c)].other >= 0)
           CHECK(holds(stage.epilogue.steps[static_cast<std::size_t>(c)].other));
-      const graph::Tensor& out = p.tensor(stage.output);
-      if (stage.direct) CHECK(holds(stage.sources[0].tensor));
-      if (!stage.direct && out.storage == Storage::slot) CHECK(out.place != stage.operand_slot);
+      const graph::Activation& out = p.activation(stage.output);
+      if (stage.direct) CHECK(holds(stage.sources[0].activation));
+      if (!stage.direct && out.storage == Storage::scratch) CHECK(out.place != stage.operand_scratch);
       // Rows of the output are written while others are still to come: what these read must lie elsewhere.
       for (int c = 0; c < stage.epilogue.count; ++c) {
         const graph::Step& step = stage.epilogue.steps[static_cast<std::size_t>(c)];
         if (step.other < 0 || step.operation == graph::operation_id<npt::kernel::AddTile>) continue;
-        CHECK((p.tensor(step.other).storage != out.storage || p.tensor(step.other).place != out.place));
+        CHECK((p.activation(step.other).storage != out.storage || p.activation(step.other).place != out.place));
       }
-      if (out.storage == Storage::slot) slots[static_cast<std::size_t>(out.place)] = stage.output;
+      if (out.storage == Storage::scratch) scratch[static_cast<std::size_t>(out.place)] = stage.output;
       if (out.storage == Storage::buffer) buffers[static_cast<std::size_t>(out.place)] = stage.output;
     }
   };

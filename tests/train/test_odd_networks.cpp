@@ -164,7 +164,7 @@ TEST_CASE("what doesn't reach the output changes nothing and costs nothing") {
   check<Unused>();
   constexpr const auto& program = npt::graph::program_of<Unused>;
   static_assert(program.stage_count == 3);
-  static_assert(npt::graph::tape_of<Unused>.stage_count == 4);  // and one that gathers the result
+  static_assert(npt::tape::tape_of<Unused>.stage_count == 4);  // and one that gathers the result
   static_assert(program.multiply_adds == 24 + 64 + 24);
 }
 

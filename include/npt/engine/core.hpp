@@ -70,8 +70,8 @@ class Core {
   void run(Workspace<T>& workspace, std::span<const TransferPair<T>> pairs) const {
     for (std::size_t i = 0; i < pairs.size(); ++i) check_pair(pairs[i], i, pairs.size(), packed_->program().paired);
     while (!pairs.empty()) {
-      const std::size_t count = chunk_size(pairs);
-      run_chunk(workspace.storage_, pairs.first(count));
+      const std::size_t count = batch_size(pairs);
+      run_batch(workspace.storage_, pairs.first(count));
       pairs = pairs.subspan(count);
     }
   }
@@ -112,7 +112,7 @@ class Core {
  private:
   /// Vertices that a batch carries through its sweeps together. More would only grow the feature maps past the caches;
   /// fewer leave threads idle at barriers.
-  static constexpr std::size_t chunk_vertices = 16384;
+  static constexpr std::size_t batch_vertices = 16384;
 
   struct Pool {
     std::mutex mutex;
@@ -145,15 +145,15 @@ class Core {
 
   Forward<T> forward(WorkspaceStorage<T>& memory) const { return Forward<T>(*packed_, transforms_, memory); }
 
-  static std::size_t chunk_size(std::span<const TransferPair<T>> pairs) {
+  static std::size_t batch_size(std::span<const TransferPair<T>> pairs) {
     std::size_t count = 0;
     std::size_t vertices = 0;
-    while (count < pairs.size() && (count == 0 || vertices + pairs[count].identity.size() / 3 <= chunk_vertices))
+    while (count < pairs.size() && (count == 0 || vertices + pairs[count].identity.size() / 3 <= batch_vertices))
       vertices += pairs[count++].identity.size() / 3;
     return count;
   }
 
-  void run_chunk(WorkspaceStorage<T>& memory, std::span<const TransferPair<T>> pairs) const {
+  void run_batch(WorkspaceStorage<T>& memory, std::span<const TransferPair<T>> pairs) const {
     const auto same_pose = [](std::span<const T> a, std::span<const T> b) {
       return a.data() == b.data() && a.size() == b.size();
     };
@@ -170,7 +170,7 @@ class Core {
     Forward<T> pass = forward(memory);
     pass.encode(memory.code, executor_);
     if (memory.pose.instances.size() == pairs.size())
-      pass.decode_and_spend(memory.code, executor_);
+      pass.decode_and_consume(memory.code, executor_);
     else
       pass.decode(memory.code, executor_);
   }

@@ -30,11 +30,11 @@ class Forward {
   template <Executor E>
   void encode(CodeStorage<T>& code, const E& executor) {
     code_ = own_code_ = &code;
-    const Side<T>& side = memory_.pose;
+    const MeshBatch<T>& side = memory_.pose;
     side.split(code.coordinates);
     code.first_item.clear();
     for (const Instance<T>& pose : side.instances) code.first_item.push_back(pose.first_item);
-    for (const Tensor& t : program_.tensors)
+    for (const Activation& t : program_.activations)
       if (t.storage == Storage::code) code.tiles[index(t.place)].grow_to(side.items.size() * code_stride(t));
     prepare(side, true, executor.slots());
     for (int s = 0; s < program_.encoder_sweeps; ++s) run(program_.sweep(s), side, executor);
@@ -51,14 +51,14 @@ class Forward {
   /// The same for a code that nobody reads afterwards and of which each identity takes its own pose, group by group:
   /// its memory becomes the decoder's first feature map.
   template <Executor E>
-  void decode_and_spend(CodeStorage<T>& code, const E& executor) {
+  void decode_and_consume(CodeStorage<T>& code, const E& executor) {
     code_ = &code;
     own_code_ = program_.code_alias >= 0 ? &code : nullptr;
     run_decoder(executor);
   }
 
  private:
-  using Tensor = graph::Tensor;
+  using Activation = graph::Activation;
   using Stage = graph::Stage;
   using Storage = graph::Storage;
   struct Partial {
@@ -76,7 +76,7 @@ class Forward {
   // ---- memory ----
 
   /// The feature map that the decoder overwrites must have the wider of both strides.
-  std::size_t code_stride(const Tensor& t) const {
+  std::size_t code_stride(const Activation& t) const {
     int channels = t.channels;
     if (program_.code_alias >= 0)
       channels = std::max(channels, program_.buffer_channels[1][index(program_.code_alias)]);
@@ -84,7 +84,7 @@ class Forward {
   }
   std::size_t buffer_stride(int b, bool over_pose) const {
     if (!over_pose && b == program_.code_alias) {
-      for (const Tensor& t : program_.tensors)
+      for (const Activation& t : program_.activations)
         if (t.storage == Storage::code && t.place == 0) return code_stride(t);
     }
     return kernel::tile_size(program_.buffer_channels[over_pose ? 0 : 1][index(b)]);
@@ -92,86 +92,86 @@ class Forward {
 
   template <Executor E>
   void run_decoder(const E& executor) {
-    const Side<T>& side = memory_.identity;
+    const MeshBatch<T>& side = memory_.identity;
     side.split(memory_.identity_coordinates);
     prepare(side, false, executor.slots());
     for (int s = program_.encoder_sweeps; s < program_.sweep_count; ++s) run(program_.sweep(s), side, executor);
   }
 
-  void prepare(const Side<T>& side, bool over_pose, int slots) {
+  void prepare(const MeshBatch<T>& side, bool over_pose, int slots) {
     for (int b = 0; b < program_.buffer_count; ++b) {
-      const bool spend = !over_pose && own_code_ != nullptr && b == program_.code_alias;
+      const bool consume = !over_pose && own_code_ != nullptr && b == program_.code_alias;
       buffer_stride_[index(b)] = buffer_stride(b, over_pose);
-      if (!spend) memory_.buffers[index(b)].grow_to(side.items.size() * buffer_stride_[index(b)]);
-      buffer_[index(b)] = spend ? own_code_->tiles[0].data() : memory_.buffers[index(b)].data();
+      if (!consume) memory_.buffers[index(b)].grow_to(side.items.size() * buffer_stride_[index(b)]);
+      buffer_[index(b)] = consume ? own_code_->tiles[0].data() : memory_.buffers[index(b)].data();
     }
     scratch_stride_ = 0;
-    for (int s = 0; s < program_.slot_count; ++s) {
-      slot_offset_[index(s)] = scratch_stride_;
-      scratch_stride_ += kernel::tile_size(program_.slot_channels[index(s)]);
+    for (int s = 0; s < program_.scratch_count; ++s) {
+      scratch_offset_[index(s)] = scratch_stride_;
+      scratch_stride_ += kernel::tile_size(program_.scratch_channels[index(s)]);
     }
     memory_.scratch.grow_to(scratch_stride_ * index(slots));
     memory_.words.grow_to(packed_.operand_words() * index(slots));
     memory_.operands.grow_to(packed_.operand_values() * index(slots));
     int widest = 0;
-    for (int t = 0; t < program_.tensor_count; ++t) {
-      const Tensor& tensor = program_.tensor(t);
-      widest = tensor.channels > widest ? tensor.channels : widest;
-      if (tensor.from_pose != over_pose) continue;
+    for (int t = 0; t < program_.activation_count; ++t) {
+      const Activation& activation = program_.activation(t);
+      widest = activation.channels > widest ? activation.channels : widest;
+      if (activation.from_pose != over_pose) continue;
       MeshValues<T>& values = over_pose ? own_code_->values[index(t)] : memory_.values[index(t)];
-      values.stride = tensor.storage == Storage::pooled ? index(tensor.channels) * kernel::panel_width<T>
-                      : tensor.moments                  ? 2 * index(tensor.channels)
-                                                        : 0;
+      values.stride = activation.storage == Storage::pooled ? index(activation.channels) * kernel::panel_width<T>
+                      : activation.moments                  ? 2 * index(activation.channels)
+                                                            : 0;
       values.values.grow_to(side.instances.size() * values.stride);
     }
     memory_.sums.grow_to(2 * index(widest));
   }
 
   const MeshValues<T>& values_of(int t) const {
-    return program_.tensor(t).from_pose ? code_->values[index(t)] : memory_.values[index(t)];
+    return program_.activation(t).from_pose ? code_->values[index(t)] : memory_.values[index(t)];
   }
   /// For the sweep's own outputs.
   MeshValues<T>& own_values_of(int t) {
-    return program_.tensor(t).from_pose ? own_code_->values[index(t)] : memory_.values[index(t)];
+    return program_.activation(t).from_pose ? own_code_->values[index(t)] : memory_.values[index(t)];
   }
 
-  /// The instance of a tensor's own side that an item of the running side reads.
-  int instance_for(const Tensor& t, const Item& item, bool over_pose) const {
+  /// The instance of an activation's own side that an item of the running side reads.
+  int instance_for(const Activation& t, const Item& item, bool over_pose) const {
     if (over_pose || !t.from_pose) return item.instance;
     return memory_.identity.instances[index(item.instance)].code;
   }
 
-  /// Number of the item on the tensor's own side.
-  std::size_t item_of(const Tensor& t, const Item& item, std::size_t number, bool over_pose) const {
+  /// Number of the item on the activation's own side.
+  std::size_t item_of(const Activation& t, const Item& item, std::size_t number, bool over_pose) const {
     if (over_pose || !t.from_pose) return number;
     return index(code_->first_item[index(instance_for(t, item, over_pose))] + item.group);
   }
 
   /// Where the stage that runs writes its output.
   T* output_tile(int t, std::size_t number, T* scratch) {
-    const Tensor& tensor = program_.tensor(t);
-    if (tensor.storage == Storage::buffer)
-      return buffer_[index(tensor.place)] + number * buffer_stride_[index(tensor.place)];
-    if (tensor.storage == Storage::code)
-      return own_code_->tiles[index(tensor.place)].data() + number * code_stride(tensor);
-    return scratch + slot_offset_[index(tensor.place)];
+    const Activation& activation = program_.activation(t);
+    if (activation.storage == Storage::buffer)
+      return buffer_[index(activation.place)] + number * buffer_stride_[index(activation.place)];
+    if (activation.storage == Storage::code)
+      return own_code_->tiles[index(activation.place)].data() + number * code_stride(activation);
+    return scratch + scratch_offset_[index(activation.place)];
   }
 
-  /// Where a tensor's tile for this item lies.
+  /// Where an activation's tile for this item lies.
   const T* tile(int t, const Item& item, std::size_t number, bool over_pose, const T* scratch) const {
-    const Tensor& tensor = program_.tensor(t);
-    switch (tensor.storage) {
+    const Activation& activation = program_.activation(t);
+    switch (activation.storage) {
       case Storage::input:
-        return (tensor.from_pose ? code_->coordinates : memory_.identity_coordinates).data() +
-               item_of(tensor, item, number, over_pose) * kernel::tile_size(3);
-      case Storage::slot:
+        return (activation.from_pose ? code_->coordinates : memory_.identity_coordinates).data() +
+               item_of(activation, item, number, over_pose) * kernel::tile_size(3);
+      case Storage::scratch:
       case Storage::none:
-        return scratch + slot_offset_[index(tensor.place)];
+        return scratch + scratch_offset_[index(activation.place)];
       case Storage::buffer:
-        return buffer_[index(tensor.place)] + number * buffer_stride_[index(tensor.place)];
+        return buffer_[index(activation.place)] + number * buffer_stride_[index(activation.place)];
       case Storage::code:
-        return code_->tiles[index(tensor.place)].data() +
-               item_of(tensor, item, number, over_pose) * code_stride(tensor);
+        return code_->tiles[index(activation.place)].data() +
+               item_of(activation, item, number, over_pose) * code_stride(activation);
       case Storage::pooled:
         break;
     }
@@ -182,7 +182,7 @@ class Forward {
   // ---- one sweep ----
 
   template <Executor E>
-  void run(const graph::Sweep& sweep, const Side<T>& side, const E& executor) {
+  void run(const graph::Sweep& sweep, const MeshBatch<T>& side, const E& executor) {
     add_pooled_sources(sweep, side);
     place_partials(sweep, side);
     executor.for_each(static_cast<int>(side.items.size()), [&](int number, int slot) {
@@ -196,7 +196,7 @@ class Forward {
   }
 
   /// Biases of this sweep's stages with the pooled sources' products, for every mesh.
-  void add_pooled_sources(const graph::Sweep& sweep, const Side<T>& side) {
+  void add_pooled_sources(const graph::Sweep& sweep, const MeshBatch<T>& side) {
     std::size_t total = 0;
     for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i) {
       if (packed_.stage(i).pooled_columns == 0) continue;
@@ -222,9 +222,9 @@ class Forward {
     const T* NPT_RESTRICT weights = packed.pooled_weights.data();
     for (int s = 0; s < stage.source_count; ++s) {
       const graph::Source& source = stage.sources[index(s)];
-      const Tensor& tensor = program_.tensor(source.tensor);
-      if (tensor.storage != Storage::pooled) continue;
-      const T* values = values_of(source.tensor).of(instance_for(tensor, Item{mesh, 0, 0}, sweep.over_pose));
+      const Activation& activation = program_.activation(source.activation);
+      if (activation.storage != Storage::pooled) continue;
+      const T* values = values_of(source.activation).of(instance_for(activation, Item{mesh, 0, 0}, sweep.over_pose));
       for (int c = 0; c < source.channels; ++c, weights += stage.rows) {
         const T x = values[index(c) * kernel::panel_width<T>];
         for (int r = 0; r < stage.rows; ++r) bias[r] += weights[r] * x;
@@ -235,7 +235,7 @@ class Forward {
   }
 
   /// Room for what each group contributes to moments and maxima.
-  void place_partials(const graph::Sweep& sweep, const Side<T>& side) {
+  void place_partials(const graph::Sweep& sweep, const MeshBatch<T>& side) {
     std::size_t total = 0;
     const auto place = [&](std::size_t& offset, int channels) {
       offset = total;
@@ -244,7 +244,7 @@ class Forward {
     for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i) {
       const Stage& stage = program_.stage(i);
       Partial& partial = partial_[index(i)];
-      if (program_.tensor(stage.output).moments) {
+      if (program_.activation(stage.output).moments) {
         place(partial.mean, stage.rows);
         place(partial.squares, stage.rows);
       }
@@ -257,7 +257,7 @@ class Forward {
 
   using Args = std::array<kernel::PointwiseArgs<T>, graph::max_chain>;
 
-  /// What the steps of a chain read when it is applied to (a part of) tensor t.
+  /// What the steps of a chain read when it is applied to (a part of) activation t.
   Args arguments(const graph::Chain& chain, int t, const Item& item, std::size_t number, bool over_pose, T* scratch) {
     Args args;
     for (int c = 0; c < chain.count; ++c) {
@@ -266,13 +266,13 @@ class Forward {
       for (std::size_t k = 0; k < step.parameters.size(); ++k)
         if (step.parameters[k] >= 0) a.parameters[k] = packed_.pointwise_parameters() + step.parameters[k];
       if (step.normalises) {
-        const Tensor& tensor = program_.tensor(t);
-        a.mean = values_of(t).of(instance_for(tensor, item, over_pose));
-        a.inverse_deviation = a.mean + tensor.channels;
+        const Activation& activation = program_.activation(t);
+        a.mean = values_of(t).of(instance_for(activation, item, over_pose));
+        a.inverse_deviation = a.mean + activation.channels;
       }
       if (step.other >= 0) {
         a.other = tile(step.other, item, number, over_pose, scratch);
-        a.other_channels = program_.tensor(step.other).channels;
+        a.other_channels = program_.activation(step.other).channels;
       }
     }
     return args;
@@ -280,15 +280,15 @@ class Forward {
 
   /// Runs the sources through their chains into the operand tile, or finds the tile that already is the operand.
   const T* operand(const Stage& stage, const Item& item, std::size_t number, bool over_pose, T* scratch, int steps) {
-    if (stage.direct) return tile(stage.sources[0].tensor, item, number, over_pose, scratch);
-    T* packed = scratch + slot_offset_[index(stage.operand_slot)];
+    if (stage.direct) return tile(stage.sources[0].activation, item, number, over_pose, scratch);
+    T* packed = scratch + scratch_offset_[index(stage.operand_scratch)];
     T* to = packed;
     for (int s = 0; s < stage.source_count; ++s) {
       const graph::Source& source = stage.sources[index(s)];
-      if (program_.tensor(source.tensor).storage == Storage::pooled) continue;
-      const Args args = arguments(source.chain, source.tensor, item, number, over_pose, scratch);
+      if (program_.activation(source.activation).storage == Storage::pooled) continue;
+      const Args args = arguments(source.chain, source.activation, item, number, over_pose, scratch);
       transforms_.prologue[index(source.chain.signature)](
-          {.from = tile(source.tensor, item, number, over_pose, scratch),
+          {.from = tile(source.activation, item, number, over_pose, scratch),
            .to = to,
            .from_stride = kernel::panel_stride<T>(source.channels),
            .to_stride = kernel::panel_stride<T>(steps),
@@ -310,7 +310,7 @@ class Forward {
     kernel::Word* words = memory.words + weights.panel_words() * index(place);
     const int valid = item.valid - p * kernel::panel_width<T>;
     if (stage.direct) {
-      const T* source = tile(stage.sources[0].tensor, item, number, over_pose, scratch);
+      const T* source = tile(stage.sources[0].activation, item, number, over_pose, scratch);
       return kernel::split_panel(weights, source + kernel::panel_stride<T>(weights.columns()) * index(p), valid, words);
     }
     T* values = memory.values + kernel::panel_stride<T>(weights.value_rows()) * index(place);
@@ -318,11 +318,11 @@ class Forward {
     int column = 0;
     for (int s = 0; s < stage.source_count; ++s) {
       const graph::Source& source = stage.sources[index(s)];
-      if (program_.tensor(source.tensor).storage == Storage::pooled) continue;
+      if (program_.activation(source.activation).storage == Storage::pooled) continue;
       if (column % 2 != 0) std::fill_n(row(column++), kernel::panel_width<T>, T(0));  // words hold pairs of one source
-      const Args args = arguments(source.chain, source.tensor, item, number, over_pose, scratch);
-      const T* panel =
-          tile(source.tensor, item, number, over_pose, scratch) + kernel::panel_stride<T>(source.channels) * index(p);
+      const Args args = arguments(source.chain, source.activation, item, number, over_pose, scratch);
+      const T* panel = tile(source.activation, item, number, over_pose, scratch) +
+                       kernel::panel_stride<T>(source.channels) * index(p);
       for (int c = 0, rows = 0; c < source.channels; c += rows, column += rows) {
         const bool split = column < weights.word_columns();
         rows = std::min(source.channels - c, split ? weights.word_columns() - column : source.channels);
@@ -343,7 +343,7 @@ class Forward {
     return {words, values, row(weights.word_columns()), kernel::used_halves(valid)};
   }
 
-  void run_stage(int i, const graph::Sweep& sweep, const Side<T>& side, std::size_t number, T* scratch,
+  void run_stage(int i, const graph::Sweep& sweep, const MeshBatch<T>& side, std::size_t number, T* scratch,
                  const Operands& memory) {
     const Stage& stage = program_.stage(i);
     const Item& item = side.items[number];
@@ -382,13 +382,13 @@ class Forward {
   bool overwrites_sources(const Stage& stage, const Item& item, std::size_t number, bool over_pose, T* scratch) {
     const T* out = output_tile(stage.output, number, scratch);
     const auto overwrites = [&](int t) {
-      const Tensor& tensor = program_.tensor(t);
-      return tensor.storage != Storage::pooled && tensor.channels < stage.rows &&
+      const Activation& activation = program_.activation(t);
+      return activation.storage != Storage::pooled && activation.channels < stage.rows &&
              tile(t, item, number, over_pose, scratch) == out;
     };
     for (int s = 0; s < stage.source_count; ++s) {
       const graph::Source& source = stage.sources[index(s)];
-      if (overwrites(source.tensor)) return true;
+      if (overwrites(source.activation)) return true;
       for (int c = 0; c < source.chain.count; ++c) {
         const int other = source.chain.steps[index(c)].other;
         if (other >= 0 && overwrites(other)) return true;
@@ -400,7 +400,7 @@ class Forward {
   /// The product and what follows it. make_operand(panel) comes first for each panel; product(block, panel, bias, to) computes a block's rows of
   /// one. `by_panel`: see AmxWeights::panel_by_panel.
   template <class Weights, class MakeOperand, class Product>
-  void multiply(int i, const graph::Sweep& sweep, const Side<T>& side, std::size_t number, T* scratch,
+  void multiply(int i, const graph::Sweep& sweep, const MeshBatch<T>& side, std::size_t number, T* scratch,
                 const Weights& weights, const T* own_bias, bool by_panel, MakeOperand&& make_operand,
                 Product&& product) {
     const Stage& stage = program_.stage(i);
@@ -458,7 +458,7 @@ class Forward {
     const Partial& partial = partial_[index(i)];
     const std::size_t at = number * index(stage.rows) + index(row);
     T* partials = memory_.partial.data();
-    if (program_.tensor(stage.output).moments)
+    if (program_.activation(stage.output).moments)
       kernel::gather_moments(values, stride, valid, rows, partials + partial.mean + at,
                              partials + partial.squares + at);
     if (stage.gathers_maxima) kernel::gather_maxima(values, stride, valid, rows, partials + partial.maximum + at);
@@ -466,10 +466,10 @@ class Forward {
 
   // ---- the barrier ----
 
-  void merge(int i, const graph::Sweep& sweep, const Side<T>& side) {
+  void merge(int i, const graph::Sweep& sweep, const MeshBatch<T>& side) {
     const Stage& stage = program_.stage(i);
     const Partial& partial = partial_[index(i)];
-    if (program_.tensor(stage.output).moments) {
+    if (program_.activation(stage.output).moments) {
       for (int m = 0; m < static_cast<int>(side.instances.size()); ++m) {
         const Instance<T>& mesh = side.instances[index(m)];
         const std::size_t first = index(mesh.first_item) * index(stage.rows);
@@ -480,33 +480,33 @@ class Forward {
       }
     }
     if (stage.gathers_maxima)
-      for (int t = 0; t < program_.tensor_count; ++t)
-        if (program_.tensor(t).pooled_from == stage.output)
+      for (int t = 0; t < program_.activation_count; ++t)
+        if (program_.activation(t).pooled_from == stage.output)
           for (int m = 0; m < static_cast<int>(side.instances.size()); ++m) pool(t, m, partial, sweep, side);
   }
 
   /// The groups' maxima merged, then the layers that stand between convolution and max_pool.
-  void pool(int t, int m, const Partial& partial, const graph::Sweep& sweep, const Side<T>& side) {
-    const Tensor& tensor = program_.tensor(t);
+  void pool(int t, int m, const Partial& partial, const graph::Sweep& sweep, const MeshBatch<T>& side) {
+    const Activation& activation = program_.activation(t);
     const Instance<T>& mesh = side.instances[index(m)];
     T* pooled = own_values_of(t).of(m);  // a tile of one panel, of which only the first lane counts
-    const T* maxima = memory_.partial.data() + partial.maximum + index(mesh.first_item) * index(tensor.channels);
-    for (int c = 0; c < tensor.channels; ++c) {
+    const T* maxima = memory_.partial.data() + partial.maximum + index(mesh.first_item) * index(activation.channels);
+    for (int c = 0; c < activation.channels; ++c) {
       T best = maxima[c];
       for (int g = 1; g < kernel::group_count(mesh.vertices); ++g)
-        best = kernel::larger_or_nan(best, maxima[index(g) * index(tensor.channels) + index(c)]);
+        best = kernel::larger_or_nan(best, maxima[index(g) * index(activation.channels) + index(c)]);
       pooled[index(c) * kernel::panel_width<T>] = best;
     }
-    const Args args = arguments(tensor.chain, tensor.pooled_from, Item{m, 0, 0}, 0, sweep.over_pose, nullptr);
-    transforms_.epilogue[index(tensor.chain.signature)]({.from = pooled,
-                                                         .to = pooled,
-                                                         .from_stride = 0,
-                                                         .to_stride = 0,
-                                                         .first_panel = 0,
-                                                         .panels = 1,
-                                                         .first_channel = 0,
-                                                         .rows = tensor.channels,
-                                                         .args = args.data()});
+    const Args args = arguments(activation.chain, activation.pooled_from, Item{m, 0, 0}, 0, sweep.over_pose, nullptr);
+    transforms_.epilogue[index(activation.chain.signature)]({.from = pooled,
+                                                             .to = pooled,
+                                                             .from_stride = 0,
+                                                             .to_stride = 0,
+                                                             .first_panel = 0,
+                                                             .panels = 1,
+                                                             .first_channel = 0,
+                                                             .rows = activation.channels,
+                                                             .args = args.data()});
   }
 
   const PackedProgram<T>& packed_;
@@ -517,7 +517,7 @@ class Forward {
   CodeStorage<T>* own_code_ = nullptr;  ///< the code, if it may be written
   std::array<T*, graph::max_buffers> buffer_{};
   std::array<std::size_t, graph::max_buffers> buffer_stride_{};
-  std::array<std::size_t, graph::max_stages> slot_offset_{};
+  std::array<std::size_t, graph::max_stages> scratch_offset_{};
   std::array<std::size_t, graph::max_stages> bias_offset_{};
   std::array<Partial, graph::max_stages> partial_{};
   std::size_t scratch_stride_ = 0;

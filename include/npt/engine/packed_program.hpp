@@ -148,7 +148,7 @@ class PackedProgram {
     std::vector<int> pooled;
     for (int s = 0; s < stage.source_count; ++s) {
       const graph::Source& source = stage.sources[static_cast<std::size_t>(s)];
-      const bool is_pooled = program_.tensor(source.tensor).storage == graph::Storage::pooled;
+      const bool is_pooled = program_.activation(source.activation).storage == graph::Storage::pooled;
       for (int c = 0; c < source.channels; ++c) (is_pooled ? pooled : columns).push_back(source.first + c);
       if (!is_pooled && precision_ != Precision::native && source.channels % 2 != 0) columns.push_back(padding);
     }
@@ -203,7 +203,7 @@ class PackedProgram {
       for (graph::Source& source : stage.sources) each(source.chain);
       each(stage.epilogue);
     }
-    for (graph::Tensor& tensor : program_.tensors) each(tensor.chain);
+    for (graph::Activation& activation : program_.activations) each(activation.chain);
   }
 
   void copy_pointwise_parameters(std::span<const T> parameters) {

@@ -16,27 +16,12 @@ namespace npt::inline NPT_ABI::engine {
 
 namespace internal {
 
-/// Position of an operation in a list.
-template <class... Ops>
-constexpr std::size_t find_operation(graph::OperationList<Ops...>, graph::OperationId id) {
-  std::size_t next = 0;
-  std::size_t found = sizeof...(Ops);
-  ((graph::operation_id<Ops> == id ? found = next++ : next++), ...);
-  return found;
-}
-
-template <std::size_t I, class List>
-struct OperationAt;
-template <std::size_t I, class... Ops>
-struct OperationAt<I, graph::OperationList<Ops...>> {
-  using type = std::tuple_element_t<I, std::tuple<Ops...>>;
-};
-
 /// The operation at position I of chain signature S of the network.
 template <class Net, std::size_t S, std::size_t I>
-using SignatureOperation = typename OperationAt<find_operation(typename graph::ResultOf<Net>::Operations{},
-                                                               graph::program_of<Net>.signatures[S].operations[I]),
-                                                typename graph::ResultOf<Net>::Operations>::type;
+using SignatureOperation =
+    typename graph::OperationAt<graph::find_operation(typename graph::ResultOf<Net>::Operations{},
+                                                      graph::program_of<Net>.signatures[S].operations[I]),
+                                typename graph::ResultOf<Net>::Operations>::type;
 
 template <class T, class Net, kernel::Product P, std::size_t S, std::size_t... I>
 constexpr kernel::RowTransform<T> transform_of(std::index_sequence<I...>) {

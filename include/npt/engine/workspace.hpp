@@ -34,7 +34,7 @@ struct Item {
 
 /// The meshes of one side and their groups.
 template <class T>
-struct Side {
+struct MeshBatch {
   std::vector<Instance<T>> instances;
   std::vector<Item> items;
 
@@ -63,7 +63,7 @@ struct Side {
   }
 };
 
-/// Values that the stages of one side leave for each mesh: a tensor's mean and 1 / deviation, or its pooled maxima.
+/// Values that the stages of one side leave for each mesh: an activation's mean and 1 / deviation, or its pooled maxima.
 template <class T>
 struct MeshValues {
   AlignedBuffer<T> values;
@@ -75,10 +75,10 @@ struct MeshValues {
 /// What the encoder leaves for the decoder, for one or several poses: feature maps, moments, pooled features.
 template <class T>
 struct CodeStorage {
-  std::vector<int> first_item;                             ///< by pose
-  AlignedBuffer<T> coordinates;                            ///< [items] coordinate tiles
-  std::array<AlignedBuffer<T>, graph::max_buffers> tiles;  ///< by code tensor: [items] tiles
-  std::array<MeshValues<T>, graph::max_tensors> values;    ///< by tensor
+  std::vector<int> first_item;                               ///< by pose
+  AlignedBuffer<T> coordinates;                              ///< [items] coordinate tiles
+  std::array<AlignedBuffer<T>, graph::max_buffers> tiles;    ///< by code activation: [items] tiles
+  std::array<MeshValues<T>, graph::max_activations> values;  ///< by activation
 
   std::size_t size() const {
     std::size_t n = coordinates.size();
@@ -91,14 +91,14 @@ struct CodeStorage {
 /// The memory of one call. Not for use by two calls at a time.
 template <class T>
 struct WorkspaceStorage {
-  Side<T> pose, identity;
+  MeshBatch<T> pose, identity;
   CodeStorage<T> code;
   AlignedBuffer<T> identity_coordinates;  ///< [items] coordinate tiles
   std::array<AlignedBuffer<T>, graph::max_buffers> buffers;
-  std::array<MeshValues<T>, graph::max_tensors> values;  ///< by tensor
+  std::array<MeshValues<T>, graph::max_activations> values;  ///< by activation
   AlignedBuffer<T> partial;  ///< by group: means and squared differences, or maxima, of the running sweep's outputs
   AlignedBuffer<T> bias;     ///< by mesh: biases that hold a pooled source's share
-  AlignedBuffer<T> scratch;  ///< [slots of the executor][slots of the program] tiles
+  AlignedBuffer<T> scratch;  ///< [slots of the executor][scratch tiles of the program]
   AlignedBuffer<kernel::Word> words;  ///< [slots of the executor] operands on matrix registers
   AlignedBuffer<T> operands;          ///< [slots of the executor] the same in T, as far as needed
   AlignedBuffer<double> sums;         ///< for merging moments

@@ -41,10 +41,10 @@ class Explanation {
     std::size_t channels = 0;
     for (int b = 0; b < program_.buffer_count; ++b)
       channels += std::max(width(program_.buffer_channels[0], b), width(program_.buffer_channels[1], b));
-    for (const Tensor& t : program_.tensors)
+    for (const Activation& t : program_.activations)
       if (t.storage == Storage::code && program_.code_alias < 0) channels += static_cast<std::size_t>(t.channels);
     line("Feature maps kept between sweeps: %zu floats a vertex. Scratch of a task: %d tiles.", channels,
-         program_.slot_count);
+         program_.scratch_count);
     for (int s = 0; s < program_.sweep_count; ++s) sweep(s);
     return text_;
   }
@@ -82,17 +82,17 @@ class Explanation {
     for (int s = 0; s < stage.source_count; ++s) {
       const Source& source = stage.sources[static_cast<std::size_t>(s)];
       if (s != 0) text += " ++ ";
-      text += tensor_name(source.tensor) + chain(source.chain);
+      text += name_of_activation(source.activation) + chain(source.chain);
     }
     return text;
   }
 
   std::string output(const Stage& stage) {
-    const Tensor& out = program_.tensor(stage.output);
+    const Activation& out = program_.activation(stage.output);
     std::string text = stage.bias_is_dead ? "(bias unused)" : "+ bias";
     text += chain(stage.epilogue);
     switch (out.storage) {
-      case Storage::slot:
+      case Storage::scratch:
         text += stage.output == program_.output ? " -> result" : " -> scratch " + std::to_string(out.place);
         break;
       case Storage::buffer:
@@ -118,20 +118,20 @@ class Explanation {
       const Step& step = chain.steps[static_cast<std::size_t>(c)];
       for (const OperationName& operation : operations_)
         if (operation.id == step.operation) text += std::string(" | ") + operation.name;
-      if (step.other >= 0) text.append("(").append(tensor_name(step.other)).append(")");
+      if (step.other >= 0) text.append("(").append(name_of_activation(step.other)).append(")");
     }
     return text;
   }
 
-  std::string tensor_name(int t) const {
-    const Tensor& tensor = program_.tensor(t);
-    switch (tensor.storage) {
+  std::string name_of_activation(int t) const {
+    const Activation& activation = program_.activation(t);
+    switch (activation.storage) {
       case Storage::input:
-        return tensor.place == 0 ? "pose" : "identity";
-      case Storage::slot:
-        return "scratch " + std::to_string(tensor.place);
+        return activation.place == 0 ? "pose" : "identity";
+      case Storage::scratch:
+        return "scratch " + std::to_string(activation.place);
       case Storage::buffer:
-        return "map " + std::to_string(tensor.place);
+        return "map " + std::to_string(activation.place);
       case Storage::code:
         return "code";
       case Storage::pooled:

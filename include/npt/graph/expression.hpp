@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -77,6 +78,22 @@ struct Graph {
 template <class... Ops>
 struct OperationList {
   static constexpr int size = static_cast<int>(sizeof...(Ops));
+};
+
+/// Position of an operation in a list.
+template <class... Ops>
+constexpr std::size_t find_operation(OperationList<Ops...>, OperationId id) {
+  std::size_t next = 0;
+  std::size_t found = sizeof...(Ops);
+  ((operation_id<Ops> == id ? found = next++ : next++), ...);
+  return found;
+}
+
+template <std::size_t I, class List>
+struct OperationAt;
+template <std::size_t I, class... Ops>
+struct OperationAt<I, OperationList<Ops...>> {
+  using type = std::tuple_element_t<I, std::tuple<Ops...>>;
 };
 
 namespace internal {

@@ -3,13 +3,13 @@
 /// 1. Every convolution becomes a stage. Its epilogue absorbs what follows and needs no moments: activations, and the
 /// sum with
 ///    an earlier stage's output.
-/// 2. Its sources are what its operand resolves to: stored tensors, each read through the pointwise layers in between.
+/// 2. Its sources are what its operand resolves to: stored activations, each read through the pointwise layers in between.
 /// 3. A convolution that reads a sum of convolutions, with nothing in between, takes their weights into its own: in the
 ///    ReLU-before-conv order conv2, conv_res and the next decoder convolution become one, and a third of the work goes.
 /// 4. A stage runs in the first sweep in which the moments and maxima that it needs are known, or later if its output
 /// is
 ///    only used later: a residual branch then lives and dies inside one task.
-/// 5. Tensors used within their sweep get a scratch slot, others a buffer; both are shared by lifetime.
+/// 5. Tensors used within their sweep get a scratch tile, others a buffer; both are shared by lifetime.
 #pragma once
 
 #include <npt/config.hpp>
@@ -39,8 +39,8 @@ class Lowering {
     add_inputs();
     for (int n = 0; n < graph_.count; ++n)
       if (graph_[n].kind == NodeKind::conv) add_stage(n);
-    program_.output = tensor_of_[index(graph_.output)];
-    if (program_.output < 0 || tensor(program_.output).stage < 0)
+    program_.output = activation_of_[index(graph_.output)];
+    if (program_.output < 0 || activation(program_.output).stage < 0)
       throw "npt: a network must end in a convolution, with activations that need no moments behind it";
     if (options_.fold) fold_convolutions();
     if (options_.pack_every_operand)
@@ -58,7 +58,7 @@ class Lowering {
  private:
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
   constexpr Stage& stage(int i) { return program_.stages[index(i)]; }
-  constexpr Tensor& tensor(int i) { return program_.tensors[index(i)]; }
+  constexpr Activation& activation(int i) { return program_.activations[index(i)]; }
 
   struct Operand {
     std::array<Source, max_sources> sources{};
@@ -77,27 +77,28 @@ class Lowering {
           user_[index(operand)] = n;
         }
     ++uses_[index(graph_.output)];
-    for (int& t : tensor_of_) t = -1;
+    for (int& t : activation_of_) t = -1;
   }
 
-  constexpr int add_tensor(const Tensor& t) {
-    if (program_.tensor_count == max_tensors) throw "npt: a network has more than graph::max_tensors stored tensors";
-    program_.tensors[index(program_.tensor_count)] = t;
-    return program_.tensor_count++;
+  constexpr int add_activation(const Activation& t) {
+    if (program_.activation_count == max_activations)
+      throw "npt: a network has more than graph::max_activations stored activations";
+    program_.activations[index(program_.activation_count)] = t;
+    return program_.activation_count++;
   }
 
   constexpr void add_inputs() {
     for (int n = 0; n < 2; ++n)
-      tensor_of_[index(n)] =
-          add_tensor({.channels = graph_[n].channels, .storage = Storage::input, .place = n, .from_pose = n == 0});
+      activation_of_[index(n)] =
+          add_activation({.channels = graph_[n].channels, .storage = Storage::input, .place = n, .from_pose = n == 0});
   }
 
   /// `first` and `channels`: the part of the node's channels that the step is applied to.
   constexpr Step step_of(const Node& node, int first, int channels) const {
     Step step{.operation = node.operation, .normalises = node.normalises};
     if (node.second >= 0) {
-      step.other = tensor_of_[index(node.second)];
-      if (step.other < 0) throw "npt: a layer can only be conditioned on a network input or a stored tensor";
+      step.other = activation_of_[index(node.second)];
+      if (step.other < 0) throw "npt: a layer can only be conditioned on a network input or a stored activation";
     }
     for (std::size_t i = 0; i < step.parameters.size(); ++i) {
       if (node.parameters[i] < 0) continue;
@@ -109,12 +110,12 @@ class Lowering {
     return step;
   }
 
-  /// Stored tensors and the chains through which node n is read from them.
+  /// Stored activations and the chains through which node n is read from them.
   constexpr Operand resolve(int n) {
     const Node& node = graph_[n];
     Operand operand;
-    if (tensor_of_[index(n)] >= 0) {
-      operand.push({.tensor = tensor_of_[index(n)], .channels = node.channels});
+    if (activation_of_[index(n)] >= 0) {
+      operand.push({.activation = activation_of_[index(n)], .channels = node.channels});
     } else if (node.kind == NodeKind::pointwise) {
       operand = resolve(node.first);
       for (int s = 0; s < operand.count; ++s) {
@@ -122,8 +123,8 @@ class Lowering {
         if (node.normalises && source.chain.count != 0)
           throw "npt: instance_norm must follow a convolution and activations that nothing else uses";
         const Step step = step_of(node, source.first, source.channels);
-        if (tensor(source.tensor).pooled_from >= 0)
-          source.tensor = behind_pool(source.tensor, step);
+        if (activation(source.activation).pooled_from >= 0)
+          source.activation = behind_pool(source.activation, step);
         else
           source.chain.push(step);
       }
@@ -136,7 +137,7 @@ class Lowering {
         operand.push(source);
       }
     } else if (node.kind == NodeKind::max_pool) {
-      operand.push({.tensor = pool(n), .channels = node.channels});
+      operand.push({.activation = pool(n), .channels = node.channels});
     } else {
       throw "npt: one operand of a sum must be a convolution, with activations behind it that nothing else uses";
     }
@@ -147,31 +148,31 @@ class Lowering {
   constexpr int pool(int n) {
     const Operand operand = resolve(graph_[n].first);
     const Source& source = operand.sources[0];
-    if (operand.count != 1 || tensor(source.tensor).stage < 0)
+    if (operand.count != 1 || activation(source.activation).stage < 0)
       throw "npt: max_pool must follow a convolution and increasing layers (instance_norm, relu, tanh)";
-    for (int m = graph_[n].first; tensor_of_[index(m)] < 0; m = graph_[m].first)
+    for (int m = graph_[n].first; activation_of_[index(m)] < 0; m = graph_[m].first)
       if (!graph_[m].increasing || graph_[m].second >= 0)
         throw "npt: only increasing layers may stand between a convolution and max_pool";
-    stage(tensor(source.tensor).stage).gathers_maxima = true;
-    const int pooled = add_tensor({.channels = graph_[n].channels,
-                                   .storage = Storage::pooled,
-                                   .stage = tensor(source.tensor).stage,
-                                   .pooled_from = source.tensor,
-                                   .chain = source.chain,
-                                   .from_pose = graph_[n].depends == depends_on_pose});
-    tensor_of_[index(n)] = pooled;
+    stage(activation(source.activation).stage).gathers_maxima = true;
+    const int pooled = add_activation({.channels = graph_[n].channels,
+                                       .storage = Storage::pooled,
+                                       .stage = activation(source.activation).stage,
+                                       .pooled_from = source.activation,
+                                       .chain = source.chain,
+                                       .from_pose = graph_[n].depends == depends_on_pose});
+    activation_of_[index(n)] = pooled;
     return pooled;
   }
 
-  /// Pooled tensor t with one more layer behind it, which the pooled values go through like those in front of max_pool.
+  /// Pooled activation t with one more layer behind it, which the pooled values go through like those in front of max_pool.
   constexpr int behind_pool(int t, const Step& step) {
     if (step.normalises || step.other >= 0)
       throw "npt: behind max_pool no layer may need values per vertex: instance_norm, or one that is conditioned on others";
-    Tensor longer = tensor(t);
+    Activation longer = activation(t);
     longer.chain.push(step);
-    for (int p = 0; p < program_.tensor_count; ++p)
-      if (tensor(p).pooled_from == longer.pooled_from && tensor(p).chain == longer.chain) return p;
-    return add_tensor(longer);
+    for (int p = 0; p < program_.activation_count; ++p)
+      if (activation(p).pooled_from == longer.pooled_from && activation(p).chain == longer.chain) return p;
+    return add_activation(longer);
   }
 
   constexpr void add_stage(int conv) {
@@ -184,9 +185,9 @@ class Lowering {
     s.sources = operand.sources;
     s.direct = operand.count == 1 && operand.sources[0].chain.count == 0;
     const int out = absorb_epilogue(conv, s.epilogue);
-    s.output = add_tensor(
+    s.output = add_activation(
         {.channels = s.rows, .stage = program_.stage_count, .from_pose = graph_[out].depends == depends_on_pose});
-    tensor_of_[index(out)] = s.output;
+    activation_of_[index(out)] = s.output;
     stage(program_.stage_count++) = s;
   }
 
@@ -197,10 +198,10 @@ class Lowering {
       const int next = user_[index(n)];
       const Node& user = graph_[next];
       if (user.kind == NodeKind::pointwise && user.first == n && !user.normalises) {
-        if (user.second >= 0 && tensor_of_[index(user.second)] < 0) break;  // its condition isn't stored yet
+        if (user.second >= 0 && activation_of_[index(user.second)] < 0) break;  // its condition isn't stored yet
         epilogue.push(step_of(user, 0, user.channels));
       } else if (user.kind == NodeKind::sum) {
-        const int other = tensor_of_[index(user.first == n ? user.second : user.first)];
+        const int other = activation_of_[index(user.first == n ? user.second : user.first)];
         if (other < 0) break;
         epilogue.push({.operation = operation_id<kernel::AddTile>, .other = other});
       } else {
@@ -211,7 +212,7 @@ class Lowering {
     return n;
   }
 
-  /// Calls f(tensor, whether it is needed complete: its moments or its maxima) for everything stage i reads.
+  /// Calls f(activation, whether it is needed complete: its moments or its maxima) for everything stage i reads.
   template <class F>
   constexpr void for_each_use(int i, F&& f) {
     const auto others = [&](const Chain& chain) {
@@ -220,18 +221,18 @@ class Lowering {
     };
     for (int s = 0; s < stage(i).source_count; ++s) {
       const Source& source = stage(i).sources[index(s)];
-      bool complete = tensor(source.tensor).storage == Storage::pooled;
+      bool complete = activation(source.activation).storage == Storage::pooled;
       for (int c = 0; c < source.chain.count; ++c) complete = complete || source.chain.steps[index(c)].normalises;
-      f(source.tensor, complete);
+      f(source.activation, complete);
       others(source.chain);
     }
     others(stage(i).epilogue);
   }
 
-  constexpr int uses_of_tensor(int t) {
+  constexpr int uses_of(int t) {
     int uses = t == program_.output ? 1 : 0;
     for (int i = 0; i < program_.stage_count; ++i) for_each_use(i, [&](int u, bool) { uses += u == t ? 1 : 0; });
-    for (int p = 0; p < program_.tensor_count; ++p) uses += tensor(p).pooled_from == t ? 1 : 0;
+    for (int p = 0; p < program_.activation_count; ++p) uses += activation(p).pooled_from == t ? 1 : 0;
     return uses;
   }
 
@@ -243,10 +244,10 @@ class Lowering {
   constexpr Summands summands(int d) {
     Summands found;
     if (!stage(d).direct || stage(d).folded_count != 0) return {};
-    for (int t = stage(d).sources[0].tensor;;) {
-      const int s = tensor(t).stage;
-      if (s < 0 || found.count == 2 || uses_of_tensor(t) != 1 || tensor(t).storage == Storage::pooled ||
-          tensor(t).from_pose != tensor(stage(d).output).from_pose || stage(s).folded_count != 0)
+    for (int t = stage(d).sources[0].activation;;) {
+      const int s = activation(t).stage;
+      if (s < 0 || found.count == 2 || uses_of(t) != 1 || activation(t).storage == Storage::pooled ||
+          activation(t).from_pose != activation(stage(d).output).from_pose || stage(s).folded_count != 0)
         return {};
       found.stages[index(found.count++)] = s;
       const Chain& epilogue = stage(s).epilogue;
@@ -290,42 +291,43 @@ class Lowering {
       if (!gone[index(i)]) stage(count++) = Stage(stage(i));
     }
     program_.stage_count = count;
-    for (int t = 0; t < program_.tensor_count; ++t)
-      if (tensor(t).stage >= 0) tensor(t).stage = moved[index(tensor(t).stage)];
+    for (int t = 0; t < program_.activation_count; ++t)
+      if (activation(t).stage >= 0) activation(t).stage = moved[index(activation(t).stage)];
   }
 
   constexpr void mark_moments() {
     const auto mark = [this](int t, const Chain& chain) {
       for (int i = 0; i < chain.count; ++i)
         if (chain.steps[index(i)].normalises) {
-          if (tensor(t).stage < 0 || tensor(t).storage == Storage::pooled)
+          if (activation(t).stage < 0 || activation(t).storage == Storage::pooled)
             throw "npt: instance_norm needs the output of a convolution";
-          tensor(t).moments = true;
+          activation(t).moments = true;
         }
     };
     for (int i = 0; i < program_.stage_count; ++i)
       for (int s = 0; s < stage(i).source_count; ++s)
-        mark(stage(i).sources[index(s)].tensor, stage(i).sources[index(s)].chain);
-    for (int t = 0; t < program_.tensor_count; ++t)
-      if (tensor(t).pooled_from >= 0) mark(tensor(t).pooled_from, tensor(t).chain);
+        mark(stage(i).sources[index(s)].activation, stage(i).sources[index(s)].chain);
+    for (int t = 0; t < program_.activation_count; ++t)
+      if (activation(t).pooled_from >= 0) mark(activation(t).pooled_from, activation(t).chain);
   }
 
   constexpr void assign_levels() {
     int encoder_end = 0;
     for (const bool encoder : {true, false}) {
       for (int i = 0; i < program_.stage_count; ++i) {
-        if (tensor(stage(i).output).from_pose != encoder) continue;
+        if (activation(stage(i).output).from_pose != encoder) continue;
         int level = encoder ? 0 : encoder_end;
         for_each_use(i, [&](int t, bool complete) {
-          if (tensor(t).stage < 0) return;
-          const int needed = stage(tensor(t).stage).level + (complete ? 1 : 0);
+          if (activation(t).stage < 0) return;
+          const int needed = stage(activation(t).stage).level + (complete ? 1 : 0);
           if (needed > level) level = needed;
         });
         stage(i).level = level;
       }
       if (encoder)
         for (int i = 0; i < program_.stage_count; ++i)
-          if (tensor(stage(i).output).from_pose && stage(i).level + 1 > encoder_end) encoder_end = stage(i).level + 1;
+          if (activation(stage(i).output).from_pose && stage(i).level + 1 > encoder_end)
+            encoder_end = stage(i).level + 1;
     }
     delay_stages();
   }
@@ -334,7 +336,8 @@ class Lowering {
   constexpr void delay_stages() {
     for (int i = program_.stage_count - 1; i >= 0; --i) {
       const int out = stage(i).output;
-      if (tensor(out).from_pose || out == program_.output || tensor(out).moments || stage(i).gathers_maxima) continue;
+      if (activation(out).from_pose || out == program_.output || activation(out).moments || stage(i).gathers_maxima)
+        continue;
       int latest = 1 << 20;
       for (int j = i + 1; j < program_.stage_count; ++j)
         for_each_use(j, [&](int t, bool) {
@@ -355,15 +358,15 @@ class Lowering {
           sorted[index(count++)] = stage(i);
         }
     program_.stages = sorted;
-    for (int t = 0; t < program_.tensor_count; ++t)
-      if (tensor(t).stage >= 0) tensor(t).stage = moved[index(tensor(t).stage)];
+    for (int t = 0; t < program_.activation_count; ++t)
+      if (activation(t).stage >= 0) activation(t).stage = moved[index(activation(t).stage)];
   }
 
   constexpr void make_sweeps() {
     for (int i = 0; i < program_.stage_count; ++i) {
       if (i == 0 || stage(i).level != stage(i - 1).level) {
         program_.sweeps[index(program_.sweep_count)] = {.first_stage = i,
-                                                        .over_pose = tensor(stage(i).output).from_pose};
+                                                        .over_pose = activation(stage(i).output).from_pose};
         ++program_.sweep_count;
       }
       ++program_.sweeps[index(program_.sweep_count - 1)].stage_count;
@@ -383,7 +386,7 @@ class Lowering {
   };
 
   constexpr Lifetime lifetime(int t) {
-    Lifetime life{4 * tensor(t).stage + 2, 4 * tensor(t).stage + 2};
+    Lifetime life{4 * activation(t).stage + 2, 4 * activation(t).stage + 2};
     const auto extend = [&life](int end) {
       if (end > life.end) life.end = end;
     };
@@ -391,7 +394,7 @@ class Lowering {
       const Stage& s = stage(i);
       for (int k = 0; k < s.source_count; ++k) {
         const Source& source = s.sources[index(k)];
-        if (source.tensor == t) extend(s.direct ? 4 * i + 2 : 4 * i);
+        if (source.activation == t) extend(s.direct ? 4 * i + 2 : 4 * i);
         for (int c = 0; c < source.chain.count; ++c)
           if (source.chain.steps[index(c)].other == t) extend(4 * i);
       }
@@ -399,12 +402,12 @@ class Lowering {
         if (s.epilogue.steps[index(c)].other == t)
           extend(s.epilogue.steps[index(c)].operation == operation_id<kernel::AddTile> ? 4 * i + 1 : 4 * i + 2);
     }
-    if (t == program_.output) extend(4 * tensor(t).stage + 3);
+    if (t == program_.output) extend(4 * activation(t).stage + 3);
     return life;
   }
 
   constexpr bool used_after_sweep(int t) {
-    const int sweep = stage(tensor(t).stage).level;
+    const int sweep = stage(activation(t).stage).level;
     bool later = false;
     for (int i = 0; i < program_.stage_count; ++i)
       if (stage(i).level > sweep) for_each_use(i, [&](int u, bool) { later = later || u == t; });
@@ -427,7 +430,7 @@ class Lowering {
         for (int k = 0; k < counts[index(place)]; ++k) free = free && !tenants[index(place)][index(k)].overlaps(life);
         if (free) break;
       }
-      if (place == limit) throw "npt: a network needs more than graph::max_buffers stored tensors at a time";
+      if (place == limit) throw "npt: a network needs more than graph::max_buffers stored activations at a time";
       if (place == places) ++places;
       tenants[index(place)][index(counts[index(place)]++)] = life;
       return place;
@@ -439,20 +442,20 @@ class Lowering {
   }
 
   constexpr void assign_storage() {
-    Allocation buffers, slots;
+    Allocation buffers, scratch;
     Lifetime code_life;
     for (int i = 0; i < program_.stage_count; ++i) {
       Stage& s = stage(i);
       if (!s.direct) {
-        s.operand_slot = slots.take({4 * i, 4 * i + 2}, max_stages);
-        widen(program_.slot_channels[index(s.operand_slot)], s.columns);
+        s.operand_scratch = scratch.take({4 * i, 4 * i + 2}, max_stages);
+        widen(program_.scratch_channels[index(s.operand_scratch)], s.columns);
       }
-      Tensor& out = tensor(s.output);
+      Activation& out = activation(s.output);
       const Lifetime life = lifetime(s.output);
       if (!used_at_all(s.output) || !used_after_sweep(s.output)) {
-        out.storage = used_at_all(s.output) ? Storage::slot : Storage::none;
-        out.place = slots.take(life, max_stages);
-        widen(program_.slot_channels[index(out.place)], out.channels);
+        out.storage = used_at_all(s.output) ? Storage::scratch : Storage::none;
+        out.place = scratch.take(life, max_stages);
+        widen(program_.scratch_channels[index(out.place)], out.channels);
       } else if (out.from_pose && used_by_decoder(s.output)) {
         if (program_.code_count == max_buffers)
           throw "npt: more than graph::max_buffers feature maps of the pose meet the identity";
@@ -466,7 +469,7 @@ class Lowering {
       }
     }
     program_.buffer_count = buffers.places;
-    program_.slot_count = slots.places;
+    program_.scratch_count = scratch.places;
     for (int b = 0; program_.code_count == 1 && b < buffers.places && program_.code_alias < 0; ++b)
       if (buffers.tenants[index(b)][0].begin > code_life.end) program_.code_alias = b;
     find_pairing();
@@ -476,35 +479,35 @@ class Lowering {
   constexpr bool used_by_decoder(int t) {
     bool used = false;
     for (int i = 0; i < program_.stage_count; ++i)
-      if (!tensor(stage(i).output).from_pose) for_each_use(i, [&](int u, bool) { used = used || u == t; });
+      if (!activation(stage(i).output).from_pose) for_each_use(i, [&](int u, bool) { used = used || u == t; });
     return used;
   }
 
   constexpr void find_pairing() {
     for (int i = 0; i < program_.stage_count; ++i)
-      if (!tensor(stage(i).output).from_pose)
+      if (!activation(stage(i).output).from_pose)
         for_each_use(i, [&](int t, bool) {
-          if (tensor(t).from_pose && tensor(t).storage != Storage::pooled) program_.paired = true;
+          if (activation(t).from_pose && activation(t).storage != Storage::pooled) program_.paired = true;
         });
   }
 
   constexpr void find_dead_biases() {
     for (int i = 0; i < program_.stage_count; ++i) {
       const int out = stage(i).output;
-      bool dead = stage(i).epilogue.count == 0 && tensor(out).moments && out != program_.output;
+      bool dead = stage(i).epilogue.count == 0 && activation(out).moments && out != program_.output;
       const auto check = [&](const Chain& chain) { dead = dead && chain.count > 0 && chain.steps[0].normalises; };
       const auto check_others = [&](const Chain& chain) {
         for (int c = 0; c < chain.count; ++c) dead = dead && chain.steps[index(c)].other != out;
       };
       for (int j = 0; j < program_.stage_count; ++j) {
         for (int s = 0; s < stage(j).source_count; ++s) {
-          if (stage(j).sources[index(s)].tensor == out) check(stage(j).sources[index(s)].chain);
+          if (stage(j).sources[index(s)].activation == out) check(stage(j).sources[index(s)].chain);
           check_others(stage(j).sources[index(s)].chain);
         }
         check_others(stage(j).epilogue);
       }
-      for (int t = 0; t < program_.tensor_count; ++t)
-        if (tensor(t).pooled_from == out) check(tensor(t).chain);
+      for (int t = 0; t < program_.activation_count; ++t)
+        if (activation(t).pooled_from == out) check(activation(t).chain);
       stage(i).bias_is_dead = dead;
     }
   }
@@ -530,8 +533,8 @@ class Lowering {
       for (int s = 0; s < stage(i).source_count; ++s) sign(stage(i).sources[index(s)].chain);
       sign(stage(i).epilogue);
     }
-    for (int t = 0; t < program_.tensor_count; ++t)
-      if (tensor(t).storage == Storage::pooled) sign(tensor(t).chain);
+    for (int t = 0; t < program_.activation_count; ++t)
+      if (activation(t).storage == Storage::pooled) sign(activation(t).chain);
   }
 
   constexpr void count_work() {
@@ -549,7 +552,7 @@ class Lowering {
   Program program_{};
   std::array<int, max_nodes> uses_{};
   std::array<int, max_nodes> user_{};
-  std::array<int, max_nodes> tensor_of_{};
+  std::array<int, max_nodes> activation_of_{};
 };
 
 }  // namespace internal

@@ -18,7 +18,7 @@ namespace npt::inline NPT_ABI::graph {
 inline constexpr int max_chain = 6;
 inline constexpr int max_sources = 4;
 inline constexpr int max_stages = 40;
-inline constexpr int max_tensors = max_stages + 2;
+inline constexpr int max_activations = max_stages + 2;
 inline constexpr int max_buffers = 6;
 inline constexpr int max_signatures = 24;
 
@@ -26,7 +26,7 @@ inline constexpr int max_signatures = 24;
 struct Step {
   OperationId operation = 0;
   bool normalises = false;
-  int other = -1;                                                                ///< tensor that it also reads
+  int other = -1;                                                                ///< activation that it also reads
   std::array<int, kernel::max_pointwise_parameters> parameters{-1, -1, -1, -1};  ///< offsets in the parameter buffer
   std::array<int, kernel::max_pointwise_parameters> sizes{};                     ///< their elements
 
@@ -46,31 +46,31 @@ struct Chain {
   constexpr bool operator==(const Chain&) const = default;
 };
 
-/// Where a tensor lives.
+/// Where an activation lives.
 enum class Storage : unsigned char {
-  input,   ///< the caller's coordinates, as tiles
-  slot,    ///< scratch of the task that carries the group: never leaves the cache
-  buffer,  ///< one tile a group, for later sweeps
-  code,    ///< as buffer, but part of the encoded pose, which outlives the run
-  pooled,  ///< one value a channel for each mesh
-  none,    ///< only its maxima are used
+  input,    ///< the caller's coordinates, as tiles
+  scratch,  ///< scratch of the task that carries the group: never leaves the cache
+  buffer,   ///< one tile a group, for later sweeps
+  code,     ///< as buffer, but part of the encoded pose, which outlives the run
+  pooled,   ///< one value a channel for each mesh
+  none,     ///< only its maxima are used
 };
 
 /// An activation: an input, a stage's output or a pooled vector.
-struct Tensor {
+struct Activation {
   int channels = 0;
-  Storage storage = Storage::slot;
-  int place = -1;          ///< number of the input, slot, buffer or code tensor
+  Storage storage = Storage::scratch;
+  int place = -1;          ///< number of the input, scratch tile, buffer or code activation
   int stage = -1;          ///< that writes it, -1: an input
   bool moments = false;    ///< someone normalises it
-  int pooled_from = -1;    ///< pooled: the tensor whose maxima it holds
+  int pooled_from = -1;    ///< pooled: the activation whose maxima it holds
   Chain chain{};           ///< pooled: applied to the maxima
   bool from_pose = false;  ///< depends on the pose mesh alone
 };
 
 /// One operand of a stage: `channels` rows of its contraction, from `first` on.
 struct Source {
-  int tensor = -1;
+  int activation = -1;
   int channels = 0;
   int first = 0;
   Chain chain{};
@@ -92,9 +92,9 @@ struct Stage {
   int folded_count = 0;
   std::array<Folded, 2> folded{};  ///< inner convolutions whose sum this one reads: their operands are its sources
   bool direct = false;             ///< the single source is read as it lies, without a prologue
-  int operand_slot = -1;           ///< scratch for the prologue's output
+  int operand_scratch = -1;        ///< scratch for the prologue's output
   Chain epilogue{};
-  int output = -1;  ///< tensor
+  int output = -1;  ///< activation
   bool gathers_maxima = false;
   bool bias_is_dead = false;  ///< it only reaches an instance norm, which removes it
   int level = 0;              ///< number of its sweep
@@ -115,28 +115,28 @@ struct Signature {
 struct Program {
   std::array<Stage, max_stages> stages{};
   int stage_count = 0;
-  std::array<Tensor, max_tensors> tensors{};
-  int tensor_count = 0;
+  std::array<Activation, max_activations> activations{};
+  int activation_count = 0;
   std::array<Sweep, max_stages> sweeps{};
   int sweep_count = 0;
   int encoder_sweeps = 0;  ///< the first ones; they depend on the pose mesh alone
   std::array<Signature, max_signatures> signatures{};
   int signature_count = 0;
-  int output = -1;  ///< tensor
+  int output = -1;  ///< activation
 
   /// By side (pose 0, identity 1): widest tenant of each buffer, its tiles' stride; 0: the side doesn't use it.
   std::array<std::array<int, max_buffers>, 2> buffer_channels{};
   int buffer_count = 0;
   int code_count = 0;
-  int code_alias = -1;  ///< buffer that may be the first code tensor's memory when nobody needs the code afterwards
-  std::array<int, max_stages> slot_channels{};  ///< widest tenant of each scratch slot
-  int slot_count = 0;
+  int code_alias = -1;  ///< buffer that may be the first code activation's memory when nobody needs the code afterwards
+  std::array<int, max_stages> scratch_channels{};  ///< widest tenant of each scratch tile
+  int scratch_count = 0;
 
   bool paired = false;  ///< pose and identity must have equally many vertices: their channels meet vertex by vertex
   double multiply_adds = 0;  ///< a vertex, by the plain algorithm: every convolution, SPAdaIN's included
 
   constexpr const Stage& stage(int i) const { return stages[static_cast<std::size_t>(i)]; }
-  constexpr const Tensor& tensor(int i) const { return tensors[static_cast<std::size_t>(i)]; }
+  constexpr const Activation& activation(int i) const { return activations[static_cast<std::size_t>(i)]; }
   constexpr const Sweep& sweep(int i) const { return sweeps[static_cast<std::size_t>(i)]; }
 };
 

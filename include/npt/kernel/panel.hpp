@@ -44,6 +44,12 @@ constexpr std::size_t panel_stride(int channels) {
   return static_cast<std::size_t>(channels) * panel_width<T>;
 }
 
+/// Elements from the start of a row to its register `half` in panel p of a tile.
+template <class T>
+NPT_ALWAYS_INLINE std::size_t register_offset(std::size_t stride, int p, int half) {
+  return stride * static_cast<std::size_t>(p) + static_cast<std::size_t>(half * simd::lanes<T>);
+}
+
 /// Copies `valid` vertices of interleaved [V, 3] coordinates into a tile of three channels; the rest becomes zero.
 template <class T>
 void split_coordinates(const T* xyz, int valid, T* tile) {

@@ -35,10 +35,10 @@ struct PointwiseArgs {
   int other_channels = 0;                              ///< its channels
 };
 
-/// Where a register stands: panel of the tile, register in the panel.
+/// Where a register stands: panel of the tile, which of the two registers of the panel.
 struct Position {
   int panel;
-  int part;
+  int half;
 };
 
 /// Defaults of a pointwise operation.
@@ -70,7 +70,7 @@ struct AddTile : Pointwise {
   template <class T>
   static NPT_ALWAYS_INLINE Column<T> column(const PointwiseArgs<T>& args, Position at) {
     return {args.other + panel_stride<T>(args.other_channels) * static_cast<std::size_t>(at.panel) +
-            at.part * simd::lanes<T>};
+            at.half * simd::lanes<T>};
   }
   template <class T>
   static NPT_ALWAYS_INLINE std::size_t row(const PointwiseArgs<T>&, int c) {
@@ -109,8 +109,8 @@ NPT_ALWAYS_INLINE void for_each_row(const RowRange<T>& range, Body&& body) {
     const std::array<PointwiseArgs<T>, sizeof...(Ops)> args{range.args[I]...};
     const int first_channel = range.first_channel;
     for (int p = 0; p < range.panels; ++p) {
-      const auto columns = [&]([[maybe_unused]] int part) NPT_LAMBDA_INLINE {
-        return std::tuple{Ops::template column<T>(args[I], Position{range.first_panel + p, part})...};
+      const auto columns = [&]([[maybe_unused]] int half) NPT_LAMBDA_INLINE {
+        return std::tuple{Ops::template column<T>(args[I], Position{range.first_panel + p, half})...};
       };
       [[maybe_unused]] const std::array column{columns(0), columns(1)};
       // The values of row c in register q, through the chain.

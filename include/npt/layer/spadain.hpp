@@ -33,7 +33,7 @@ struct Modulate : kernel::Pointwise {
     const T* tile = args.other + kernel::panel_stride<T>(Cond) * static_cast<std::size_t>(at.panel);
     Column<T> column;
     simd::unroll<Cond>([&](auto i) NPT_LAMBDA_INLINE {
-      column.p[i] = simd::load(tile + i * kernel::panel_width<T> + at.part * simd::lanes<T>);
+      column.p[i] = simd::load(tile + i * kernel::panel_width<T> + at.half * simd::lanes<T>);
     });
     return column;
   }

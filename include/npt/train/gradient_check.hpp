@@ -1,4 +1,4 @@
-/// Checks gradients against finite differences, in double: for whoever writes a layer (kernel/backward.hpp says what a layer gives).
+/// Checks gradients against finite differences, in double: for whoever writes a layer (tape/chain_backward.hpp says what a layer gives).
 ///
 ///   const auto report = npt::check_layer<MyLayer<8>, 8>();          // a layer, between two convolutions
 ///   const auto report = npt::check_gradients<MyNet>();              // a network

@@ -13,10 +13,10 @@
 
 #include <npt/config.hpp>
 #include <npt/core/parameter.hpp>
-#include <npt/engine/gradient_core.hpp>
+#include <npt/tape/gradient_core.hpp>
 #include <npt/engine/model.hpp>
-#include <npt/engine/tape_loops.hpp>
-#include <npt/graph/lower_tape.hpp>
+#include <npt/tape/chain_loops.hpp>
+#include <npt/tape/lower.hpp>
 #include <npt/parallel/default_executor.hpp>
 
 #include <cstddef>
@@ -25,16 +25,16 @@
 namespace npt::inline NPT_ABI {
 
 template <class Net, class T = float, class Exec = DefaultExecutor>
-class Gradients : public engine::GradientCore<T, Exec> {
+class Gradients : public tape::GradientCore<T, Exec> {
  public:
   using Network = Net;
 
   /// `threads` as for Engine.
   explicit Gradients(int threads = 0) : Gradients(Exec(threads)) {}
   explicit Gradients(Exec executor)
-      : engine::GradientCore<T, Exec>(graph::tape_of<Net>,
+      : tape::GradientCore<T, Exec>(tape::tape_of<Net>,
                                       static_cast<std::size_t>(parameter_buffer_size(graph::bound_network<Net>)),
-                                      engine::tape_loops<T, Net>, std::move(executor)) {}
+                                      tape::chain_loops<T, Net>, std::move(executor)) {}
 };
 
 }  // namespace npt::inline NPT_ABI

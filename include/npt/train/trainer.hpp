@@ -96,7 +96,7 @@ struct StepReport {
   } seconds;
 };
 
-/// `Core`: Gradients<Net>, or the engine::GradientCore that it is behind the network's type.
+/// `Core`: Gradients<Net>, or the tape::GradientCore that it is behind the network's type.
 template <class Core>
 class Trainer {
  public:

@@ -5,13 +5,13 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/engine/packed_program.hpp>
-#include <npt/engine/tape_backward.hpp>
-#include <npt/engine/tape_forward.hpp>
-#include <npt/engine/tape_memory.hpp>
 #include <npt/engine/transfer_pair.hpp>
 #include <npt/kernel/matrix_product.hpp>
 #include <npt/parallel/executor.hpp>
 #include <npt/simd/amx.hpp>
+#include <npt/tape/backward.hpp>
+#include <npt/tape/forward.hpp>
+#include <npt/tape/memory.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -21,22 +21,22 @@
 #include <type_traits>
 #include <utility>
 
-namespace npt::inline NPT_ABI::engine {
+namespace npt::inline NPT_ABI::tape {
 
 template <class T, class Exec>
 class GradientCore {
  public:
   using Scalar = T;
 
-  GradientCore(const graph::Tape& tape, std::size_t parameters, std::span<const ChainLoops<T>> loops, Exec executor)
+  GradientCore(const Tape& tape, std::size_t parameters, std::span<const ChainLoops<T>> loops, Exec executor)
       : tape_(&tape),
         parameter_count_(parameters),
         loops_(loops),
         executor_(std::move(executor)),
-        memory_(std::make_unique<TapeMemory<T>>()) {}
+        memory_(std::make_unique<Memory<T>>()) {}
 
   const Exec& executor() const { return executor_; }
-  const graph::Tape& tape() const { return *tape_; }
+  const Tape& tape() const { return *tape_; }
   /// Elements of a parameter buffer, Model::buffer().
   std::size_t parameter_count() const { return parameter_count_; }
   /// Bytes held.
@@ -46,20 +46,20 @@ class GradientCore {
   /// What products are computed in, from the next load() on. Everything else, sums and stored values too, stays T.
   /// Errors  npt::Error where this build or machine has no matrix registers for bfloat16
   void set_precision(Precision precision) {
-    precision = resolve<T>(precision, *tape_);
+    precision = engine::resolve<T>(precision, *tape_);
     if (precision != Precision::native && !(std::is_same_v<T, float> && simd::has_matrix_registers()))
       throw Error({.file = "precision",
                    .found = std::string(name_of(precision)) + " in gradients compiled for " NPT_ISA_NAME,
                    .expected = "float and a processor and a system with AMX, or the native precision"});
     precision_ = precision;
-    *memory_ = TapeMemory<T>{};
+    *memory_ = Memory<T>{};
     memory_->parts = parts_of(precision);
   }
 
   /// Takes new weights: after every step of the optimiser.
   void load(std::span<const T> parameters) {
     expect("parameters", parameters.size(), parameter_count_);
-    TapeMemory<T>& memory = *memory_;
+    Memory<T>& memory = *memory_;
     memory.parameters.grow_to(parameter_count_);
     std::ranges::copy(parameters, memory.parameters.data());
     if (memory.weights.empty()) {
@@ -82,11 +82,11 @@ class GradientCore {
     memory_->pose.clear();
     memory_->identity.clear();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      check_pair(pairs[i], i, pairs.size(), tape_->paired);
+      engine::check_pair(pairs[i], i, pairs.size(), tape_->paired);
       memory_->pose.add({.coordinates = pairs[i].pose, .result = {}, .code = static_cast<int>(i)});
       memory_->identity.add({.coordinates = pairs[i].identity, .result = pairs[i].result, .code = static_cast<int>(i)});
     }
-    TapeForward<T>(*tape_, loops_, *memory_).run(executor_);
+    Forward<T>(*tape_, loops_, *memory_).run(executor_);
   }
 
   /// The gradient of the batch of the last forward(): result_gradient[i], [V, 3], is dL / d result of pair i. Overwrites
@@ -95,7 +95,7 @@ class GradientCore {
     backward({.result = result_gradient, .parameters = parameter_gradient, .pose = {}, .identity = {}});
   }
   /// The same with the gradients of the meshes.
-  void backward(const TapeGradients<T>& gradients) {
+  void backward(const BatchGradients<T>& gradients) {
     const auto& pairs = memory_->identity.instances;
     expect("parameter gradient", gradients.parameters.size(), parameter_count_);
     expect("result gradients", gradients.result.size(), pairs.size());
@@ -103,12 +103,12 @@ class GradientCore {
       expect("result gradient", gradients.result[i].size(), pairs[i].coordinates.size());
     check_meshes("pose gradients", gradients.pose, memory_->pose);
     check_meshes("identity gradients", gradients.identity, memory_->identity);
-    TapeBackward<T>(*tape_, loops_, *memory_, gradients).run(executor_);
+    Backward<T>(*tape_, loops_, *memory_, gradients).run(executor_);
   }
 
  private:
   void pack(int i, bool is_forward) {
-    const graph::TapeStage& stage = tape_->stage(i);
+    const Stage& stage = tape_->stage(i);
     if (!stage.product) return;
     const T* parameters = memory_->parameters.data();
     const T* weights = parameters + stage.weight;
@@ -119,14 +119,14 @@ class GradientCore {
     const auto bias = [&](int row) { return stage.bias_is_dead ? T(0) : parameters[stage.bias + row]; };
     const auto transposed = [&](int k, int row) { return weight(row, k); };
     const auto no_bias = [](int) { return T(0); };
-    TapeWeights<T>& packed = memory_->weights[static_cast<std::size_t>(i)];
+    Weights<T>& packed = memory_->weights[static_cast<std::size_t>(i)];
     if constexpr (std::is_same_v<T, float>) {
       if (const int parts = memory_->parts; parts > 0) {
         // Columns that meet no pooled feature nearly always stand side by side.
         const bool contiguous =
             columns.back() - columns.front() + 1 == stage.operand_rows && std::ranges::is_sorted(columns);
         const auto stride = static_cast<std::size_t>(stage.columns);
-        AlignedBuffer<float>& turned = memory_->transposed[static_cast<std::size_t>(i)];
+        AlignedBuffer<float>& transposed_weights = memory_->transposed[static_cast<std::size_t>(i)];
         if (!contiguous) {
           if (is_forward)
             packed.amx_forward.pack(stage.rows, stage.operand_rows, parts, weight, bias);
@@ -136,12 +136,12 @@ class GradientCore {
           packed.amx_forward.pack_matrix(stage.rows, stage.operand_rows, parts, weights + columns.front(), stride,
                                          bias);
         } else {
-          turned.grow_to(static_cast<std::size_t>(stage.rows) * stride);
-          kernel::transpose_matrix(weights, stage.rows, stage.columns, turned.data());
+          transposed_weights.grow_to(static_cast<std::size_t>(stage.rows) * stride);
+          kernel::transpose_matrix(weights, stage.rows, stage.columns, transposed_weights.data());
           const auto rows = static_cast<std::size_t>(stage.rows);
           packed.amx_backward.pack_matrix(stage.operand_rows, stage.rows, parts,
-                                          turned.data() + static_cast<std::size_t>(columns.front()) * rows, rows,
-                                          no_bias);
+                                          transposed_weights.data() + static_cast<std::size_t>(columns.front()) * rows,
+                                          rows, no_bias);
         }
         return;
       }
@@ -156,18 +156,19 @@ class GradientCore {
     if (found != expected)
       throw Error({.file = what, .found = std::to_string(found), .expected = std::to_string(expected)});
   }
-  static void check_meshes(const char* what, std::span<const std::span<T>> gradients, const Side<T>& side) {
+  static void check_meshes(const char* what, std::span<const std::span<T>> gradients,
+                           const engine::MeshBatch<T>& side) {
     if (gradients.empty()) return;
     expect(what, gradients.size(), side.instances.size());
     for (std::size_t i = 0; i < gradients.size(); ++i)
       expect(what, gradients[i].size(), side.instances[i].coordinates.size());
   }
-  const graph::Tape* tape_;
+  const Tape* tape_;
   std::size_t parameter_count_;
   std::span<const ChainLoops<T>> loops_;
   Exec executor_;
   Precision precision_ = Precision::native;
-  std::unique_ptr<TapeMemory<T>> memory_;
+  std::unique_ptr<Memory<T>> memory_;
 };
 
-}  // namespace npt::inline NPT_ABI::engine
+}  // namespace npt::inline NPT_ABI::tape

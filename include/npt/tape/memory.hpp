@@ -4,15 +4,15 @@
 
 #include <npt/config.hpp>
 #include <npt/core/aligned.hpp>
-#include <npt/engine/tape_loops.hpp>
 #include <npt/engine/workspace.hpp>
-#include <npt/graph/tape.hpp>
-#include <npt/kernel/amx_outer_product.hpp>
 #include <npt/kernel/amx_product.hpp>
 #include <npt/kernel/micro_kernel.hpp>
-#include <npt/kernel/outer_product.hpp>
 #include <npt/kernel/packed_weights.hpp>
 #include <npt/kernel/panel.hpp>
+#include <npt/tape/amx_outer_product.hpp>
+#include <npt/tape/chain_loops.hpp>
+#include <npt/tape/outer_product.hpp>
+#include <npt/tape/tape.hpp>
 
 #include <algorithm>
 #include <array>
@@ -21,11 +21,11 @@
 #include <type_traits>
 #include <vector>
 
-namespace npt::inline NPT_ABI::engine {
+namespace npt::inline NPT_ABI::tape {
 
 /// A convolution's weights for the forward product, and transposed for the one that takes gradients back.
 template <class T>
-struct TapeWeights {
+struct Weights {
   kernel::PackedWeights<T> forward;   ///< [rows][operand rows]
   kernel::PackedWeights<T> backward;  ///< [operand rows][rows], no bias
   kernel::AmxWeights amx_forward;     ///< the same, if products run on matrix registers
@@ -36,11 +36,11 @@ struct TapeWeights {
 
 /// A stage's product for one group: packed weights and an operand in either form.
 template <class T>
-class TapeProduct {
+class Product {
  public:
   /// `operand`: a tile of as many channels as the weights have columns, with `valid` vertices. `words`: memory for it in parts, if amx is not nullptr.
-  TapeProduct(const kernel::PackedWeights<T>& plain, const T* operand) : plain_(&plain), operand_(operand) {}
-  TapeProduct(const kernel::AmxWeights& amx, const T* operand, int valid, kernel::Word* words) : amx_(&amx) {
+  Product(const kernel::PackedWeights<T>& plain, const T* operand) : plain_(&plain), operand_(operand) {}
+  Product(const kernel::AmxWeights& amx, const T* operand, int valid, kernel::Word* words) : amx_(&amx) {
     if constexpr (std::is_same_v<T, float>)
       for (int p = 0; p < kernel::used_panels<T>(valid); ++p)
         panels_[static_cast<std::size_t>(p)] = kernel::split_panel(
@@ -95,11 +95,11 @@ class TapeProduct {
 };
 
 /// Columns of the weights, by row of the operand tile.
-inline int column_of_row(const graph::Tape& tape, const graph::TapeStage& stage, int row) {
-  for (int r = 0; r < stage.route_count; ++r) {
-    const graph::Route& route = stage.routes[static_cast<std::size_t>(r)];
-    if (tape.tensor(route.tensor).pooled_from < 0 && row >= route.row && row < route.row + route.channels)
-      return route.column + row - route.row;
+inline int column_of_row(const Tape& tape, const Stage& stage, int row) {
+  for (int r = 0; r < stage.path_count; ++r) {
+    const ReadPath& path = stage.paths[static_cast<std::size_t>(r)];
+    if (tape.activation(path.activation).pooled_from < 0 && row >= path.row && row < path.row + path.channels)
+      return path.column + row - path.row;
   }
   NPT_ASSERT(false);
   return 0;
@@ -107,31 +107,30 @@ inline int column_of_row(const graph::Tape& tape, const graph::TapeStage& stage,
 
 /// The memory of one tape.
 template <class T>
-struct TapeMemory {
-  Side<T> pose, identity;
+struct Memory {
+  engine::MeshBatch<T> pose, identity;
   AlignedBuffer<T> parameters;               ///< as Model::buffer(): pointwise layers and pooled columns read it
-  std::vector<TapeWeights<T>> weights;       ///< by stage
+  std::vector<Weights<T>> weights;           ///< by stage
   std::vector<std::vector<int>> columns;     ///< by stage and row of the operand
   std::vector<AlignedBuffer<T>> transposed;  ///< by stage: [columns][rows], on the way to matrix registers
 
   // forward
-  std::array<AlignedBuffer<T>, graph::max_tape_tensors> maps;     ///< by tensor: [items] tiles; pooled: [meshes] panels
-  std::array<AlignedBuffer<int>, graph::max_tape_tensors> peaks;  ///< pooled: [meshes][channels] vertex of the maximum
-  std::array<AlignedBuffer<T>, graph::max_ports> statistics;      ///< normalising ports: [meshes][mean, 1 / deviation]
+  std::array<AlignedBuffer<T>, max_activations> maps;      ///< by activation: [items] tiles; pooled: [meshes] panels
+  std::array<AlignedBuffer<int>, max_activations> argmax;  ///< pooled: [meshes][channels] vertex of the maximum
+  std::array<AlignedBuffer<T>, max_adjoints> statistics;   ///< normalising adjoints: [meshes][mean, 1 / deviation]
   AlignedBuffer<T> partial;  ///< by item: means and squares, or maxima, of the running stage
-  AlignedBuffer<T> bias;     ///< by mesh, of a stage that reads a pooled tensor
+  AlignedBuffer<T> bias;     ///< by mesh, of a stage that reads a pooled activation
   AlignedBuffer<double> sums;
 
   // backward
-  std::array<std::array<AlignedBuffer<T>, graph::max_ports>, 2> buffers;  ///< by side and buffer: [items] tiles
-  std::array<AlignedBuffer<T>, graph::max_ports> norm_partials;   ///< normalising ports: [items][two sums][channels]
-  std::array<AlignedBuffer<T>, graph::max_ports> norm_gradients;  ///< [meshes][two means][channels]
-  std::array<AlignedBuffer<T>, graph::max_tape_tensors>
-      pooled_gradients;  ///< [meshes] panels, behind and before the chain
-  std::array<AlignedBuffer<T>, graph::max_tape_tensors> peak_gradients;
+  std::array<std::array<AlignedBuffer<T>, max_adjoints>, 2> buffers;  ///< by side and buffer: [items] tiles
+  std::array<AlignedBuffer<T>, max_adjoints> norm_partials;   ///< normalising adjoints: [items][two sums][channels]
+  std::array<AlignedBuffer<T>, max_adjoints> norm_gradients;  ///< [meshes][two means][channels]
+  std::array<AlignedBuffer<T>, max_activations> pooled_gradients;  ///< [meshes] panels, behind and before the chain
+  std::array<AlignedBuffer<T>, max_activations> maximum_gradients;
   AlignedBuffer<T> pooled_sums;   ///< parameter sums of a pooled chain
   AlignedBuffer<T> chunks;        ///< [chunks] weight, bias and parameter sums of the running stage
-  AlignedBuffer<T> bias_partial;  ///< [items][rows] of a stage that reads a pooled tensor
+  AlignedBuffer<T> bias_partial;  ///< [items][rows] of a stage that reads a pooled activation
   AlignedBuffer<T> mesh_bias;     ///< [meshes][rows]
 
   AlignedBuffer<T> scratch;  ///< [slots of the executor]
@@ -156,72 +155,68 @@ struct TapeMemory {
     add(norm_partials);
     add(norm_gradients);
     add(pooled_gradients);
-    add(peak_gradients);
+    add(maximum_gradients);
     return n * sizeof(T) + sums.size() * sizeof(double);
   }
 };
 
 /// Where things lie, for both directions.
 template <class T>
-class TapeView {
+class View {
  public:
-  TapeView(const graph::Tape& tape, std::span<const ChainLoops<T>> loops, TapeMemory<T>& memory)
+  View(const Tape& tape, std::span<const ChainLoops<T>> loops, Memory<T>& memory)
       : tape_(tape), loops_(loops), memory_(memory) {}
 
  protected:
-  using Tape = graph::Tape;
-  using Stage = graph::TapeStage;
-  using Route = graph::Route;
-  using Tensor = graph::TapeTensor;
-  using Port = graph::Port;
   using Args = std::array<kernel::PointwiseArgs<T>, graph::max_chain + 1>;
 
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-  const Side<T>& side_of(bool pose) const { return pose ? memory_.pose : memory_.identity; }
-  const ChainLoops<T>& loops(const graph::Chain& chain) const { return loops_[index(chain.signature)]; }
-  bool pooled(int t) const { return tape_.tensor(t).pooled_from >= 0; }
+  const engine::MeshBatch<T>& side_of(bool pose) const { return pose ? memory_.pose : memory_.identity; }
+  const ChainLoops<T>& loops(const Chain& chain) const { return loops_[index(chain.signature)]; }
+  bool pooled(int t) const { return tape_.activation(t).pooled_from >= 0; }
 
-  /// Number on the tensor's own side of the item that a running item meets there.
-  std::size_t item_on(const Tensor& t, const Item& item, std::size_t number, bool over_pose) const {
+  /// Number on the activation's own side of the item that a running item meets there.
+  std::size_t item_on(const Activation& t, const engine::Item& item, std::size_t number, bool over_pose) const {
     if (over_pose || !t.from_pose) return number;
     return index(memory_.pose.instances[index(item.instance)].first_item + item.group);
   }
-  T* tile(int t, const Item& item, std::size_t number, bool over_pose) const {
-    const Tensor& tensor = tape_.tensor(t);
+  T* tile(int t, const engine::Item& item, std::size_t number, bool over_pose) const {
+    const Activation& activation = tape_.activation(t);
     return memory_.maps[index(t)].data() +
-           item_on(tensor, item, number, over_pose) * kernel::tile_size(tensor.channels);
+           item_on(activation, item, number, over_pose) * kernel::tile_size(activation.channels);
   }
-  /// The tile of a port's gradients.
-  T* gradient_tile(int p, const Item& item, std::size_t number, bool over_pose) const {
-    const Port& port = tape_.port(p);
-    const Tensor& tensor = tape_.tensor(port.tensor);
-    return memory_.buffers[tensor.from_pose ? 0 : 1][index(port.buffer)].data() +
-           item_on(tensor, item, number, over_pose) * kernel::tile_size(tensor.channels);
+  /// The tile of a adjoint's gradients.
+  T* gradient_tile(int p, const engine::Item& item, std::size_t number, bool over_pose) const {
+    const Adjoint& adjoint = tape_.adjoint(p);
+    const Activation& activation = tape_.activation(adjoint.activation);
+    return memory_.buffers[activation.from_pose ? 0 : 1][index(adjoint.buffer)].data() +
+           item_on(activation, item, number, over_pose) * kernel::tile_size(activation.channels);
   }
-  /// Mean and 1 / deviation of a normalising port's norm for a mesh.
+  /// Mean and 1 / deviation of a normalising adjoint's norm for a mesh.
   T* statistics(int p, int mesh) const {
-    return memory_.statistics[index(p)].data() + index(mesh) * 2 * index(tape_.tensor(tape_.port(p).tensor).channels);
+    return memory_.statistics[index(p)].data() +
+           index(mesh) * 2 * index(tape_.activation(tape_.adjoint(p).activation).channels);
   }
   T* panel(AlignedBuffer<T>& panels, int channels, int mesh) const {
     return panels.data() + index(mesh) * kernel::panel_stride<T>(channels);
   }
 
-  /// What the steps of a chain read; `port` gives the norm's moments (-1: none).
-  Args arguments(const graph::Chain& chain, int port, const Item& item, std::size_t number, bool over_pose) const {
+  /// What the steps of a chain read; `adjoint` gives the norm's moments (-1: none).
+  Args arguments(const Chain& chain, int adjoint, const engine::Item& item, std::size_t number, bool over_pose) const {
     Args args;
     for (int c = 0; c < chain.count; ++c) {
-      const graph::Step& step = chain.steps[index(c)];
+      const Step& step = chain.steps[index(c)];
       kernel::PointwiseArgs<T>& a = args[index(c)];
       for (std::size_t k = 0; k < step.parameters.size(); ++k)
         if (step.parameters[k] >= 0) a.parameters[k] = memory_.parameters.data() + step.parameters[k];
-      if (step.normalises && port >= 0) {
-        a.mean = statistics(port, item.instance);
-        a.inverse_deviation = a.mean + tape_.tensor(tape_.port(port).tensor).channels;
+      if (step.normalises && adjoint >= 0) {
+        a.mean = statistics(adjoint, item.instance);
+        a.inverse_deviation = a.mean + tape_.activation(tape_.adjoint(adjoint).activation).channels;
       }
       if (step.other >= 0) {
         a.other = tile(step.other, item, number, over_pose);
-        a.other_channels = tape_.tensor(step.other).channels;
+        a.other_channels = tape_.activation(step.other).channels;
       }
     }
     return args;
@@ -230,42 +225,42 @@ class TapeView {
   /// Products over the vertices read up to a register's rows behind a tile.
   static constexpr std::size_t slack = index(kernel::panel_width<T>) * kernel::panel_width<T>;
 
-  /// A pooled tensor's maxima for a mesh, and what the layers behind them make of these: panels.
+  /// A pooled activation's maxima for a mesh, and what the layers behind them make of these: panels.
   T* pooled_maxima(int t, int mesh) const {
-    return memory_.maps[index(t)].data() + index(mesh) * 2 * kernel::panel_stride<T>(tape_.tensor(t).channels);
+    return memory_.maps[index(t)].data() + index(mesh) * 2 * kernel::panel_stride<T>(tape_.activation(t).channels);
   }
   T* pooled_feature(int t, int mesh) const {
-    return pooled_maxima(t, mesh) + kernel::panel_stride<T>(tape_.tensor(t).channels);
+    return pooled_maxima(t, mesh) + kernel::panel_stride<T>(tape_.activation(t).channels);
   }
 
   /// A stage's operand for one group: the stored tile where that is it, else made in `tile_memory`.
-  const T* operand(const Stage& stage, const Item& item, std::size_t number, T* tile_memory) const {
-    const Route& first = stage.routes[0];
-    if (stage.route_count == 1 && first.chain.count == 0 && !pooled(first.tensor))
-      return tile(first.tensor, item, number, stage.from_pose);
+  const T* operand(const Stage& stage, const engine::Item& item, std::size_t number, T* tile_memory) const {
+    const ReadPath& first = stage.paths[0];
+    if (stage.path_count == 1 && first.chain.count == 0 && !pooled(first.activation))
+      return tile(first.activation, item, number, stage.from_pose);
     read_operand(stage, item, number, tile_memory);
     return tile_memory;
   }
 
-  /// Makes a stage's operand for one group: its routes that are not pooled, one above the other.
-  void read_operand(const Stage& stage, const Item& item, std::size_t number, T* to) const {
-    for (int r = 0; r < stage.route_count; ++r) {
-      const Route& route = stage.routes[index(r)];
-      if (pooled(route.tensor)) continue;
-      Args args = arguments(route.chain, route.port, item, number, stage.from_pose);
-      T* rows = to + index(route.row) * kernel::panel_width<T>;
-      args[index(route.chain.count)].other = rows;
-      args[index(route.chain.count)].other_channels = stage.operand_rows;
-      const ChainLoops<T>& chain = loops(route.chain);
-      (route.adds ? chain.add : chain.read)({.from = tile(route.tensor, item, number, stage.from_pose),
-                                             .to = rows,
-                                             .from_stride = kernel::panel_stride<T>(route.channels),
-                                             .to_stride = kernel::panel_stride<T>(stage.operand_rows),
-                                             .first_panel = 0,
-                                             .panels = kernel::used_panels<T>(item.valid),
-                                             .first_channel = 0,
-                                             .rows = route.channels,
-                                             .args = args.data()});
+  /// Makes a stage's operand for one group: its paths that are not pooled, one above the other.
+  void read_operand(const Stage& stage, const engine::Item& item, std::size_t number, T* to) const {
+    for (int r = 0; r < stage.path_count; ++r) {
+      const ReadPath& path = stage.paths[index(r)];
+      if (pooled(path.activation)) continue;
+      Args args = arguments(path.chain, path.adjoint, item, number, stage.from_pose);
+      T* rows = to + index(path.row) * kernel::panel_width<T>;
+      args[index(path.chain.count)].other = rows;
+      args[index(path.chain.count)].other_channels = stage.operand_rows;
+      const ChainLoops<T>& chain = loops(path.chain);
+      (path.adds ? chain.add : chain.read)({.from = tile(path.activation, item, number, stage.from_pose),
+                                            .to = rows,
+                                            .from_stride = kernel::panel_stride<T>(path.channels),
+                                            .to_stride = kernel::panel_stride<T>(stage.operand_rows),
+                                            .first_panel = 0,
+                                            .panels = kernel::used_panels<T>(item.valid),
+                                            .first_channel = 0,
+                                            .rows = path.channels,
+                                            .args = args.data()});
     }
   }
 
@@ -279,7 +274,7 @@ class TapeView {
 
   const Tape& tape_;
   std::span<const ChainLoops<T>> loops_;
-  TapeMemory<T>& memory_;
+  Memory<T>& memory_;
 };
 
-}  // namespace npt::inline NPT_ABI::engine
+}  // namespace npt::inline NPT_ABI::tape

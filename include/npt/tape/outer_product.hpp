@@ -15,7 +15,7 @@
 #include <cstddef>
 #include <utility>
 
-namespace npt::inline NPT_ABI::kernel {
+namespace npt::inline NPT_ABI::tape {
 
 /// tile[r][q] += sum over v of a[v][r] * b[v][q], for MR rows and Registers registers of columns.
 template <class T>
@@ -49,12 +49,12 @@ NPT_NOINLINE void outer_kernel(int vertices, const T* NPT_RESTRICT a, const T* N
   });
 }
 
-/// outer_kernels<T, Registers>[rows] for rows = 1 .. max_tile_rows.
+/// outer_kernels<T, Registers>[rows] for rows = 1 .. kernel::max_tile_rows.
 template <class T, int Registers>
 inline constexpr auto outer_kernels = []<int... I>(std::integer_sequence<int, I...>) {
-  return std::array<OuterKernel<T>, max_tile_rows + 1>{nullptr, &outer_kernel<T, I + 1, Registers>...};
+  return std::array<OuterKernel<T>, kernel::max_tile_rows + 1>{nullptr, &outer_kernel<T, I + 1, Registers>...};
 }
-(std::make_integer_sequence<int, max_tile_rows>{});
+(std::make_integer_sequence<int, kernel::max_tile_rows>{});
 
 /// Shape and memory layout of an outer product: columns in panels of two registers, the last of one where that is enough.
 template <class T>
@@ -67,38 +67,41 @@ struct OuterShape {
   /// As many vertices as keep both operands inside the second-level cache beside the tiles they come from.
   static OuterShape of(int rows, int columns) {
     constexpr int budget = 768 * 1024 / static_cast<int>(sizeof(T));
-    const int fitting = budget / (rows + columns) / group_width * group_width;
-    return {rows, columns, fitting < group_width ? group_width : fitting > max_vertices ? max_vertices : fitting};
+    const int fitting = budget / (rows + columns) / kernel::group_width * kernel::group_width;
+    return {rows, columns,
+            fitting < kernel::group_width ? kernel::group_width
+            : fitting > max_vertices      ? max_vertices
+                                          : fitting};
   }
 
-  RowBlocks blocks() const { return RowBlocks::of(rows); }
-  int panels() const { return (columns + panel_width<T> - 1) / panel_width<T>; }
+  kernel::RowBlocks blocks() const { return kernel::RowBlocks::of(rows); }
+  int panels() const { return (columns + kernel::panel_width<T> - 1) / kernel::panel_width<T>; }
   /// Registers of a panel.
   int registers(int panel) const {
-    const int rest = columns - panel * panel_width<T>;
-    return rest >= panel_width<T> ? panel_registers : (rest + lanes - 1) / lanes;
+    const int rest = columns - panel * kernel::panel_width<T>;
+    return rest >= kernel::panel_width<T> ? kernel::panel_registers : (rest + lanes - 1) / lanes;
   }
   /// Columns that stand side by side in the result, by panel, and the first of them.
   int panel_columns(int panel) const { return registers(panel) * lanes; }
-  static constexpr int first_column(int panel) { return panel * panel_width<T>; }
+  static constexpr int first_column(int panel) { return panel * kernel::panel_width<T>; }
   /// Elements of the result, [panel][rows][columns of the panel].
   std::size_t result_size() const { return index(panels()) * panel_size(); }
-  std::size_t panel_size() const { return index(rows) * panel_width<T>; }
+  std::size_t panel_size() const { return index(rows) * kernel::panel_width<T>; }
   /// The result's element (r, k).
   std::size_t at(int r, int k) const {
-    const int p = k / panel_width<T>;
-    return index(p) * panel_size() + index(r) * index(registers(p) * lanes) + index(k % panel_width<T>);
+    const int p = k / kernel::panel_width<T>;
+    return index(p) * panel_size() + index(r) * index(registers(p) * lanes) + index(k % kernel::panel_width<T>);
   }
   /// Elements of the collected operands. A register's worth of vertices and of rows may be written behind each part.
-  std::size_t a_stride() const { return index(vertices + lanes) * max_tile_rows + lanes; }
-  std::size_t b_stride() const { return index(vertices + lanes) * panel_width<T>; }
+  std::size_t a_stride() const { return index(vertices + lanes) * kernel::max_tile_rows + lanes; }
+  std::size_t b_stride() const { return index(vertices + lanes) * kernel::panel_width<T>; }
   std::size_t a_size() const { return a_stride() * index(blocks().count); }
   std::size_t b_size() const { return b_stride() * index(panels()); }
   /// Rows behind the last one of a tile that are read (and not used).
-  static constexpr int rows_read_behind = panel_width<T>;
+  static constexpr int rows_read_behind = kernel::panel_width<T>;
 
  private:
-  static constexpr int max_vertices = 4 * group_width;
+  static constexpr int max_vertices = 4 * kernel::group_width;
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 };
 
@@ -111,15 +114,15 @@ class OuterProduct {
       : shape_(shape), blocks_(shape.blocks()), a_(a), b_(b), result_(result) {}
 
   /// Whether another group has room.
-  bool full() const { return collected_ + group_width > shape_.vertices; }
+  bool full() const { return collected_ + kernel::group_width > shape_.vertices; }
 
-  /// First the group's b tile [panel][columns][panel_width], then its a tile: they may be in the same memory, one after the other. Row `ones` of
+  /// First the group's b tile [panel][columns][kernel::panel_width], then its a tile: they may be in the same memory, one after the other. Row `ones` of
   /// b, behind those of its tile, is 1 everywhere: the product's column for it is the sum of a.
   void collect_b(const T* tile, int tile_rows, int ones, int valid) {
     for (int p = 0; p < shape_.panels(); ++p) {
       const int width = shape_.registers(p) * simd::lanes<T>;
       T* panel = b_ + static_cast<std::size_t>(p) * shape_.b_stride();
-      transpose_rows(tile, tile_rows, p * panel_width<T>, valid, panel, width);
+      transpose_rows(tile, tile_rows, p * kernel::panel_width<T>, valid, panel, width);
     }
     collect_ones(ones, valid);
   }
@@ -131,7 +134,7 @@ class OuterProduct {
   }
   void multiply() {
     for (int p = 0; p < shape_.panels(); ++p) {
-      const auto& kernels = shape_.registers(p) == 1 ? outer_kernels<T, 1> : outer_kernels<T, panel_registers>;
+      const auto& kernels = shape_.registers(p) == 1 ? outer_kernels<T, 1> : outer_kernels<T, kernel::panel_registers>;
       const int width = shape_.registers(p) * simd::lanes<T>;
       const T* b = b_ + static_cast<std::size_t>(p) * shape_.b_stride();
       T* out = result_ + static_cast<std::size_t>(p) * shape_.panel_size();
@@ -145,9 +148,9 @@ class OuterProduct {
 
  private:
   void collect_ones(int row, int valid) {
-    const int panel = row / panel_width<T>;
+    const int panel = row / kernel::panel_width<T>;
     const int width = shape_.registers(panel) * simd::lanes<T>;
-    T* to = b_ + static_cast<std::size_t>(panel) * shape_.b_stride() + row % panel_width<T>;
+    T* to = b_ + static_cast<std::size_t>(panel) * shape_.b_stride() + row % kernel::panel_width<T>;
     for (int v = collected_; v < collected_ + valid; ++v)
       to[static_cast<std::size_t>(v) * static_cast<std::size_t>(width)] = 1;
   }
@@ -157,21 +160,21 @@ class OuterProduct {
   void transpose_rows(const T* tile, int tile_rows, int first_row, int valid, T* to, int width) const {
     constexpr int lanes = simd::lanes<T>;
     for (int v = 0; v < valid; v += lanes) {
-      const T* from = tile + panel_stride<T>(tile_rows) * static_cast<std::size_t>(v / panel_width<T>) +
-                      static_cast<std::size_t>(v % panel_width<T>);
+      const T* from = tile + kernel::panel_stride<T>(tile_rows) * static_cast<std::size_t>(v / kernel::panel_width<T>) +
+                      static_cast<std::size_t>(v % kernel::panel_width<T>);
       T* out = to + static_cast<std::size_t>(collected_ + v) * static_cast<std::size_t>(width);
       for (int row = (width - 1) / lanes * lanes; row >= 0; row -= lanes)
-        simd::transpose(from + static_cast<std::size_t>(first_row + row) * panel_width<T>, panel_width<T>, out + row,
-                        static_cast<std::size_t>(width));
+        simd::transpose(from + static_cast<std::size_t>(first_row + row) * kernel::panel_width<T>,
+                        kernel::panel_width<T>, out + row, static_cast<std::size_t>(width));
     }
   }
 
   OuterShape<T> shape_;
-  RowBlocks blocks_;
+  kernel::RowBlocks blocks_;
   T* a_;
   T* b_;
   T* result_;
   int collected_ = 0;
 };
 
-}  // namespace npt::inline NPT_ABI::kernel
+}  // namespace npt::inline NPT_ABI::tape

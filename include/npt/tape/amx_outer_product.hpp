@@ -12,17 +12,17 @@
 
 #include <npt/config.hpp>
 #include <npt/kernel/amx_product.hpp>
-#include <npt/kernel/outer_product.hpp>
 #include <npt/kernel/panel.hpp>
 #include <npt/simd/amx.hpp>
 #include <npt/simd/batch.hpp>
 #include <npt/simd/bf16.hpp>
 #include <npt/simd/transpose.hpp>
+#include <npt/tape/outer_product.hpp>
 
 #include <algorithm>
 #include <cstddef>
 
-namespace npt::inline NPT_ABI::kernel {
+namespace npt::inline NPT_ABI::tape {
 
 /// Shape and memory layout of an outer product on matrix registers.
 struct AmxOuterShape {
@@ -32,9 +32,9 @@ struct AmxOuterShape {
 
   /// As many blocks as keep both operands inside the second-level cache beside the tiles they come from.
   static AmxOuterShape of(int rows, int columns, int parts) {
-    constexpr int budget = 768 * 1024, group_blocks = group_panels<float>, most_groups = 4;
+    constexpr int budget = 768 * 1024, group_blocks = kernel::group_panels<float>, most_groups = 4;
     AmxOuterShape shape{rows, columns, parts, group_blocks};
-    const std::size_t group = (shape.a_size() + shape.b_size()) * sizeof(Word);
+    const std::size_t group = (shape.a_size() + shape.b_size()) * sizeof(kernel::Word);
     shape.blocks *= std::clamp(static_cast<int>(budget / group), 1, most_groups);
     return shape;
   }
@@ -46,16 +46,16 @@ struct AmxOuterShape {
   int panels() const { return (columns + width - 1) / width; }
   int row_registers() const { return (rows + simd::matrix_rows - 1) / simd::matrix_rows; }
   /// Elements of the result.
-  std::size_t result_size() const { return index(row_registers() * panels()) * matrix_size; }
+  std::size_t result_size() const { return index(row_registers() * panels()) * kernel::matrix_size; }
   /// The result's element (r, k).
   std::size_t at(int r, int k) const {
-    return index((r / simd::matrix_rows) * panels() + k / width) * matrix_size + index(r % simd::matrix_rows * width) +
-           index(k % width);
+    return index((r / simd::matrix_rows) * panels() + k / width) * kernel::matrix_size +
+           index(r % simd::matrix_rows * width) + index(k % width);
   }
   /// Words of the collected operands.
   std::size_t a_size() const { return index(row_registers()) * line(); }
   std::size_t b_size() const { return index(panels()) * line(); }
-  std::size_t line() const { return index(blocks * parts) * matrix_size; }
+  std::size_t line() const { return index(blocks * parts) * kernel::matrix_size; }
 
  private:
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
@@ -65,45 +65,47 @@ struct AmxOuterShape {
 /// holds simd::MatrixRegisters.
 class AmxOuterProduct {
  public:
-  AmxOuterProduct(const AmxOuterShape& shape, Word* a, Word* b, float* result)
+  AmxOuterProduct(const AmxOuterShape& shape, kernel::Word* a, kernel::Word* b, float* result)
       : shape_(shape), a_(a), b_(b), result_(result) {}
 
-  bool full() const { return collected_ + group_panels<float> > shape_.blocks; }
+  bool full() const { return collected_ + kernel::group_panels<float> > shape_.blocks; }
 
-  /// First the group's b tile [panel][columns][panel_width], then its a tile. Row `ones` of b, behind those of its tile, is 1 everywhere: the
+  /// First the group's b tile [panel][columns][kernel::panel_width], then its a tile. Row `ones` of b, behind those of its tile, is 1 everywhere: the
   /// product's column for it is the sum of a.
   void collect_b(const float* tile, int tile_rows, int ones, int valid) {
-    alignas(simd_alignment) Word lines[max_parts][matrix_size];
-    for (int p = 0; p < used_panels<float>(valid); ++p)
+    alignas(simd_alignment) kernel::Word lines[kernel::max_parts][kernel::matrix_size];
+    for (int p = 0; p < kernel::used_panels<float>(valid); ++p)
       for (int c = 0; c < shape_.panels(); ++c) {
         for (int r = 0; r < simd::matrix_rows; ++r) {
           const int row = c * simd::matrix_rows + r;
-          const float* from = tile + panel_stride<float>(tile_rows) * index(p) + index(row) * panel_width<float>;
+          const float* from =
+              tile + kernel::panel_stride<float>(tile_rows) * index(p) + index(row) * kernel::panel_width<float>;
           const simd::Batch<float> zero = simd::broadcast(0.0F), one = simd::broadcast(1.0F);
           const bool read = row < tile_rows;
           const simd::Batch<float> other = row == ones ? one : zero;
           split(read ? simd::load(from) : other, read ? simd::load(from + simd::lanes<float>) : other,
-                valid - p * panel_width<float>, lines[0] + r * simd::matrix_words, matrix_size);
+                valid - p * kernel::panel_width<float>, lines[0] + r * simd::matrix_words, kernel::matrix_size);
         }
-        Word* to = b_ + index(c) * shape_.line() + index((collected_ + p) * shape_.parts) * matrix_size;
+        kernel::Word* to = b_ + index(c) * shape_.line() + index((collected_ + p) * shape_.parts) * kernel::matrix_size;
         for (int part = 0; part < shape_.parts; ++part)
           simd::transpose(reinterpret_cast<const float*>(lines[part]), simd::matrix_words,
-                          reinterpret_cast<float*>(to + index(part) * matrix_size), simd::matrix_words);
+                          reinterpret_cast<float*>(to + index(part) * kernel::matrix_size), simd::matrix_words);
       }
   }
   void collect_a(const float* tile, int tile_rows, int valid) {
-    const int panels = used_panels<float>(valid);
+    const int panels = kernel::used_panels<float>(valid);
     for (int p = 0; p < panels; ++p)
       for (int row = 0; row < shape_.row_registers() * simd::matrix_rows; ++row) {
-        const float* from = tile + panel_stride<float>(tile_rows) * index(p) + index(row) * panel_width<float>;
+        const float* from =
+            tile + kernel::panel_stride<float>(tile_rows) * index(p) + index(row) * kernel::panel_width<float>;
         const simd::Batch<float> zero = simd::broadcast(0.0F);
         const bool read = row < shape_.rows;
         split(read ? simd::load(from) : zero, read ? simd::load(from + simd::lanes<float>) : zero,
-              valid - p * panel_width<float>,
+              valid - p * kernel::panel_width<float>,
               a_ + index(row / simd::matrix_rows) * shape_.line() +
-                  index((collected_ + p) * shape_.parts) * matrix_size +
+                  index((collected_ + p) * shape_.parts) * kernel::matrix_size +
                   index(row % simd::matrix_rows * simd::matrix_words),
-              matrix_size);
+              kernel::matrix_size);
       }
     collected_ += panels;
   }
@@ -129,18 +131,19 @@ class AmxOuterProduct {
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
   /// Values of 32 vertices, those from `valid` on as zeros, to 16 words a part: number i holds vertices i and 16 + i.
-  void split(simd::Batch<float> front, simd::Batch<float> back, int valid, Word* to, std::size_t part_stride) const {
-    if (valid < panel_width<float>) {
+  void split(simd::Batch<float> front, simd::Batch<float> back, int valid, kernel::Word* to,
+             std::size_t part_stride) const {
+    if (valid < kernel::panel_width<float>) {
       const simd::Batch<float> zero = simd::broadcast(0.0F);
       front = simd::keep_first(front, 0, valid, zero);
       back = simd::keep_first(back, simd::lanes<float>, valid, zero);
     }
-    split_pair(shape_.parts, front, back, to, part_stride);
+    kernel::split_pair(shape_.parts, front, back, to, part_stride);
   }
 
   template <int Rows, int Columns>
   void add_parts(int r, int c) const {
-    static_assert(max_parts == 3);
+    static_assert(kernel::max_parts == 3);
     if (shape_.parts == 1)
       add<Rows, Columns, 1>(r, c);
     else if (shape_.parts == 2)
@@ -152,17 +155,17 @@ class AmxOuterProduct {
   template <int Rows, int Columns, int Parts>
   NPT_NOINLINE void add(int r, int c) const {
 #if NPT_HAS_AMX
-    constexpr int stride = simd::matrix_words * static_cast<int>(sizeof(Word));
+    constexpr int stride = simd::matrix_words * static_cast<int>(sizeof(kernel::Word));
     float* out = result_ + shape_.at(r * simd::matrix_rows, c * AmxOuterShape::width);
-    float* lower = Rows == 2 ? out + index(shape_.panels()) * matrix_size : nullptr;
-    const Word *a = a_ + index(r) * shape_.line(), *b = b_ + index(c) * shape_.line();
+    float* lower = Rows == 2 ? out + index(shape_.panels()) * kernel::matrix_size : nullptr;
+    const kernel::Word *a = a_ + index(r) * shape_.line(), *b = b_ + index(c) * shape_.line();
     const std::size_t line = shape_.line();
     asm volatile("" ::: "memory");  // g++ doesn't know that loading a matrix register reads memory
     if (adds_) {
       _tile_loadd(0, out, stride);
-      if constexpr (Columns == 2) _tile_loadd(1, out + matrix_size, stride);
+      if constexpr (Columns == 2) _tile_loadd(1, out + kernel::matrix_size, stride);
       if constexpr (Rows == 2) _tile_loadd(2, lower, stride);
-      if constexpr (Rows == 2 && Columns == 2) _tile_loadd(3, lower + matrix_size, stride);
+      if constexpr (Rows == 2 && Columns == 2) _tile_loadd(3, lower + kernel::matrix_size, stride);
     } else {
       _tile_zero(0);
       _tile_zero(1);
@@ -170,27 +173,27 @@ class AmxOuterProduct {
       _tile_zero(3);
     }
     for (int v = 0; v < collected_; ++v) {
-      for_each_part_pair<Parts>([&](auto i, auto j, auto new_a, auto new_b) NPT_LAMBDA_INLINE {
+      kernel::for_each_part_pair<Parts>([&](auto i, auto j, auto new_a, auto new_b) NPT_LAMBDA_INLINE {
         if constexpr (new_a) {
-          _tile_loadd(4, a + i * matrix_size, stride);
-          if constexpr (Rows == 2) _tile_loadd(5, a + line + i * matrix_size, stride);
+          _tile_loadd(4, a + i * kernel::matrix_size, stride);
+          if constexpr (Rows == 2) _tile_loadd(5, a + line + i * kernel::matrix_size, stride);
         }
         if constexpr (new_b) {
-          _tile_loadd(6, b + j * matrix_size, stride);
-          if constexpr (Columns == 2) _tile_loadd(7, b + line + j * matrix_size, stride);
+          _tile_loadd(6, b + j * kernel::matrix_size, stride);
+          if constexpr (Columns == 2) _tile_loadd(7, b + line + j * kernel::matrix_size, stride);
         }
         _tile_dpbf16ps(0, 4, 6);
         if constexpr (Columns == 2) _tile_dpbf16ps(1, 4, 7);
         if constexpr (Rows == 2) _tile_dpbf16ps(2, 5, 6);
         if constexpr (Rows == 2 && Columns == 2) _tile_dpbf16ps(3, 5, 7);
       });
-      a += Parts * matrix_size;
-      b += Parts * matrix_size;
+      a += Parts * kernel::matrix_size;
+      b += Parts * kernel::matrix_size;
     }
     _tile_stored(0, out, stride);
-    if constexpr (Columns == 2) _tile_stored(1, out + matrix_size, stride);
+    if constexpr (Columns == 2) _tile_stored(1, out + kernel::matrix_size, stride);
     if constexpr (Rows == 2) _tile_stored(2, lower, stride);
-    if constexpr (Rows == 2 && Columns == 2) _tile_stored(3, lower + matrix_size, stride);
+    if constexpr (Rows == 2 && Columns == 2) _tile_stored(3, lower + kernel::matrix_size, stride);
     asm volatile("" ::: "memory");
 #else
     static_cast<void>(r + c);
@@ -198,11 +201,11 @@ class AmxOuterProduct {
   }
 
   AmxOuterShape shape_;
-  Word* a_;
-  Word* b_;
+  kernel::Word* a_;
+  kernel::Word* b_;
   float* result_;
   int collected_ = 0;  ///< blocks
   bool adds_ = false;  ///< to the result, which holds something
 };
 
-}  // namespace npt::inline NPT_ABI::kernel
+}  // namespace npt::inline NPT_ABI::tape

@@ -2,91 +2,87 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/engine/tape_memory.hpp>
 #include <npt/kernel/moments.hpp>
 #include <npt/parallel/executor.hpp>
+#include <npt/tape/memory.hpp>
 
 #include <array>
 #include <cstddef>
 #include <span>
 #include <type_traits>
 
-namespace npt::inline NPT_ABI::engine {
+namespace npt::inline NPT_ABI::tape {
 
 template <class T>
-class TapeForward : TapeView<T> {
+class Forward : View<T> {
  public:
-  using TapeView<T>::TapeView;
+  using View<T>::View;
 
   /// memory.pose and memory.identity, of equally many meshes, to their results.
   template <Executor E>
   void run(const E& executor) {
     prepare(executor.slots());
-    for (int t = 0; t < tape_.tensor_count; ++t)
-      if (tape_.tensor(t).input >= 0) this->side_of(t == 0).split(memory_.maps[index(t)]);
+    for (int t = 0; t < tape_.activation_count; ++t)
+      if (tape_.activation(t).input >= 0) this->side_of(t == 0).split(memory_.maps[index(t)]);
     for (int i = 0; i < tape_.stage_count; ++i) run_stage(i, executor);
   }
 
  private:
-  using typename TapeView<T>::Args;
-  using typename TapeView<T>::Stage;
-  using typename TapeView<T>::Route;
-  using typename TapeView<T>::Tensor;
-  using typename TapeView<T>::Port;
-  using TapeView<T>::index;
-  using TapeView<T>::slack;
-  using TapeView<T>::tape_;
-  using TapeView<T>::memory_;
+  using typename View<T>::Args;
+  using View<T>::index;
+  using View<T>::slack;
+  using View<T>::tape_;
+  using View<T>::memory_;
 
   void prepare(int slots) {
     std::size_t operand = 0;
     int widest = 0;
-    for (int t = 0; t < tape_.tensor_count; ++t) {
-      const Tensor& tensor = tape_.tensor(t);
-      const Side<T>& side = this->side_of(tensor.from_pose);
-      widest = std::max(widest, tensor.channels);
+    for (int t = 0; t < tape_.activation_count; ++t) {
+      const Activation& activation = tape_.activation(t);
+      const engine::MeshBatch<T>& side = this->side_of(activation.from_pose);
+      widest = std::max(widest, activation.channels);
       if (this->pooled(t)) {
-        memory_.maps[index(t)].grow_to(side.instances.size() * 2 * kernel::panel_stride<T>(tensor.channels));
-        memory_.peaks[index(t)].grow_to(side.instances.size() * index(tensor.channels));
+        memory_.maps[index(t)].grow_to(side.instances.size() * 2 * kernel::panel_stride<T>(activation.channels));
+        memory_.argmax[index(t)].grow_to(side.instances.size() * index(activation.channels));
       } else {
-        memory_.maps[index(t)].grow_to(side.items.size() * kernel::tile_size(tensor.channels) + slack);
+        memory_.maps[index(t)].grow_to(side.items.size() * kernel::tile_size(activation.channels) + slack);
       }
     }
-    for (int p = 0; p < tape_.port_count; ++p) {
-      const Tensor& tensor = tape_.tensor(tape_.port(p).tensor);
-      if (tape_.port(p).normalises)
-        memory_.statistics[index(p)].grow_to(this->side_of(tensor.from_pose).instances.size() * 2 *
-                                             index(tensor.channels));
+    for (int p = 0; p < tape_.adjoint_count; ++p) {
+      const Activation& activation = tape_.activation(tape_.adjoint(p).activation);
+      if (tape_.adjoint(p).normalises)
+        memory_.statistics[index(p)].grow_to(this->side_of(activation.from_pose).instances.size() * 2 *
+                                             index(activation.channels));
     }
     for (int i = 0; i < tape_.stage_count; ++i)
       operand = std::max(operand, kernel::tile_size(std::max(tape_.stage(i).operand_rows, tape_.stage(i).rows)));
     memory_.scratch_stride = std::max(memory_.scratch_stride, operand + slack);
     memory_.scratch.grow_to(memory_.scratch_stride * index(slots));
     std::size_t words = 0;
-    for (const TapeWeights<T>& w : memory_.weights)
+    for (const Weights<T>& w : memory_.weights)
       words = std::max(words, w.amx_forward.operand_words(kernel::group_panels<T>));
     this->reserve_words(words, slots);
     sums_stride_ = 2 * index(widest);
     memory_.sums.grow_to(sums_stride_ * index(slots));
   }
   template <class F>
-  void for_each_port(int tensor, F&& f) const {
-    for (int p = 0; p < tape_.port_count; ++p)
-      if (tape_.port(p).tensor == tensor && tape_.port(p).normalises) f(p);
+  void for_each_adjoint(int activation, F&& f) const {
+    for (int p = 0; p < tape_.adjoint_count; ++p)
+      if (tape_.adjoint(p).activation == activation && tape_.adjoint(p).normalises) f(p);
   }
   template <class F>
-  void for_each_pool(int tensor, F&& f) const {
-    for (int t = 0; t < tape_.tensor_count; ++t)
-      if (tape_.tensor(t).pooled_from == tensor) f(t);
+  void for_each_pool(int activation, F&& f) const {
+    for (int t = 0; t < tape_.activation_count; ++t)
+      if (tape_.activation(t).pooled_from == activation) f(t);
   }
 
   template <Executor E>
   void run_stage(int i, const E& executor) {
     const Stage& stage = tape_.stage(i);
-    const Side<T>& side = this->side_of(stage.from_pose);
+    const engine::MeshBatch<T>& side = this->side_of(stage.from_pose);
     part_size_ = side.items.size() * index(stage.rows);
     std::size_t parts = 0;
-    for_each_port(stage.output, [&](int p) {
+    for_each_adjoint(stage.output, [&](int p) {
       partial_[index(p)] = parts * part_size_;
       parts += 2;
     });
@@ -115,12 +111,12 @@ class TapeForward : TapeView<T> {
       T* bias = memory_.bias.data() + index(mesh) * bias_stride_;
       for (int row = 0; row < stage.rows; ++row) {
         T sum = memory_.parameters[index(stage.bias + row)];
-        for (int r = 0; r < stage.route_count; ++r) {
-          const Route& route = stage.routes[index(r)];
-          if (!this->pooled(route.tensor)) continue;
-          const T* weights = memory_.parameters.data() + stage.weight + row * stage.columns + route.column;
-          const T* feature = this->pooled_feature(route.tensor, mesh);
-          for (int c = 0; c < route.channels; ++c) sum += weights[c] * feature[index(c) * kernel::panel_width<T>];
+        for (int r = 0; r < stage.path_count; ++r) {
+          const ReadPath& path = stage.paths[index(r)];
+          if (!this->pooled(path.activation)) continue;
+          const T* weights = memory_.parameters.data() + stage.weight + row * stage.columns + path.column;
+          const T* feature = this->pooled_feature(path.activation, mesh);
+          for (int c = 0; c < path.channels; ++c) sum += weights[c] * feature[index(c) * kernel::panel_width<T>];
         }
         bias[row] = sum;
       }
@@ -129,7 +125,7 @@ class TapeForward : TapeView<T> {
     });
   }
 
-  void run_item(int i, const Item& item, std::size_t number, T* scratch, kernel::Word* words) {
+  void run_item(int i, const engine::Item& item, std::size_t number, T* scratch, kernel::Word* words) {
     const Stage& stage = tape_.stage(i);
     T* out = this->tile(stage.output, item, number, stage.from_pose);
     if (!stage.product) {
@@ -142,7 +138,7 @@ class TapeForward : TapeView<T> {
                                      3 * index(item.group) * kernel::group_width);
       return;
     }
-    const TapeWeights<T>& weights = memory_.weights[index(i)];
+    const Weights<T>& weights = memory_.weights[index(i)];
     const T* operand = this->operand(stage, item, number, scratch);
     if (memory_.parts > 0) {
       [[maybe_unused]] const simd::MatrixRegisters registers;
@@ -152,7 +148,7 @@ class TapeForward : TapeView<T> {
     }
   }
 
-  void multiply(const Stage& stage, const Item& item, std::size_t number, const TapeProduct<T>& product, T* out) {
+  void multiply(const Stage& stage, const engine::Item& item, std::size_t number, const Product<T>& product, T* out) {
     const std::size_t out_stride = kernel::panel_stride<T>(stage.rows);
     const T* bias = has_pooled_ ? memory_.bias.data() + index(item.instance) * bias_stride_ : product.bias();
     for (int b = 0; b < product.block_count(); ++b) {
@@ -164,18 +160,18 @@ class TapeForward : TapeView<T> {
   }
 
   /// What rows of the output give to moments and maxima.
-  void gather(const Stage& stage, const Item& item, std::size_t number, int row, int rows, const T* out) {
+  void gather(const Stage& stage, const engine::Item& item, std::size_t number, int row, int rows, const T* out) {
     const std::size_t stride = kernel::panel_stride<T>(stage.rows);
     const T* values = out + index(row) * kernel::panel_width<T>;
     const std::size_t at = number * index(stage.rows) + index(row);
-    for_each_port(stage.output, [&](int p) {
-      const graph::Chain& prefix = tape_.port(p).prefix;
+    for_each_adjoint(stage.output, [&](int p) {
+      const Chain& prefix = tape_.adjoint(p).prefix;
       T* mean = memory_.partial.data() + partial_[index(p)] + at;
       if (prefix.count == 0) {
         kernel::gather_moments(values, stride, item.valid, rows, mean, mean + part_size_);
         return;
       }
-      alignas(simd_alignment) T through[index(TapeProduct<T>::tallest_block) * kernel::group_width];
+      alignas(simd_alignment) T through[index(Product<T>::tallest_block) * kernel::group_width];
       const std::size_t through_stride = kernel::panel_stride<T>(rows);
       const Args args = this->arguments(prefix, -1, item, number, stage.from_pose);
       this->loops(prefix).read({.from = values,
@@ -194,10 +190,10 @@ class TapeForward : TapeView<T> {
     });
   }
 
-  void merge(const Stage& stage, const Side<T>& side, int mesh, int slot) {
-    const Instance<T>& instance = side.instances[index(mesh)];
+  void merge(const Stage& stage, const engine::MeshBatch<T>& side, int mesh, int slot) {
+    const engine::Instance<T>& instance = side.instances[index(mesh)];
     const std::size_t first = index(instance.first_item) * index(stage.rows);
-    for_each_port(stage.output, [&](int p) {
+    for_each_adjoint(stage.output, [&](int p) {
       T* mean = this->statistics(p, mesh);
       const T* partial = memory_.partial.data() + partial_[index(p)] + first;
       kernel::merge_moments(partial, partial + part_size_, instance.vertices, stage.rows,
@@ -206,7 +202,7 @@ class TapeForward : TapeView<T> {
     for_each_pool(stage.output, [&](int t) { merge_pool(stage, instance, t, mesh, first); });
   }
   /// The first vertex of the group at which channel c has that value.
-  int vertex_of(const Stage& stage, const Instance<T>& instance, int group, int c, T value) const {
+  int vertex_of(const Stage& stage, const engine::Instance<T>& instance, int group, int c, T value) const {
     const T* row = memory_.maps[index(stage.output)].data() +
                    index(instance.first_item + group) * kernel::tile_size(stage.rows) +
                    index(c) * kernel::panel_width<T>;
@@ -219,11 +215,11 @@ class TapeForward : TapeView<T> {
     return before + v;
   }
 
-  void merge_pool(const Stage& stage, const Instance<T>& instance, int t, int mesh, std::size_t first) {
-    const Tensor& tensor = tape_.tensor(t);
+  void merge_pool(const Stage& stage, const engine::Instance<T>& instance, int t, int mesh, std::size_t first) {
+    const Activation& activation = tape_.activation(t);
     const T* maxima = memory_.partial.data() + pool_partial_[index(t)] + first;
     T* raw = this->pooled_maxima(t, mesh);
-    int* peak = memory_.peaks[index(t)].data() + index(mesh) * index(stage.rows);
+    int* argmax = memory_.argmax[index(t)].data() + index(mesh) * index(stage.rows);
     for (int c = 0; c < stage.rows; ++c) {
       int group = 0;
       T best = maxima[c];
@@ -234,10 +230,11 @@ class TapeForward : TapeView<T> {
         group = g;
       }
       raw[index(c) * kernel::panel_width<T>] = best;
-      peak[c] = vertex_of(stage, instance, group, c, best);
+      argmax[c] = vertex_of(stage, instance, group, c, best);
     }
-    const Args args = this->arguments(tensor.chain, tensor.port, Item{mesh, 0, 1}, 0, tensor.from_pose);
-    this->loops(tensor.chain)
+    const Args args =
+        this->arguments(activation.chain, activation.adjoint, engine::Item{mesh, 0, 1}, 0, activation.from_pose);
+    this->loops(activation.chain)
         .read({.from = raw,
                .to = this->pooled_feature(t, mesh),
                .from_stride = 0,
@@ -245,17 +242,17 @@ class TapeForward : TapeView<T> {
                .first_panel = 0,
                .panels = 1,
                .first_channel = 0,
-               .rows = tensor.channels,
+               .rows = activation.channels,
                .args = args.data()});
   }
 
-  bool has_pooled_ = false;      ///< the running stage reads a pooled tensor
+  bool has_pooled_ = false;      ///< the running stage reads a pooled activation
   std::size_t bias_stride_ = 0;  ///< its biases of a mesh
   // Offsets in memory.partial of parts [items][channels]:
-  std::array<std::size_t, graph::max_ports> partial_{};              ///< by port: of its means; squares stand behind
-  std::array<std::size_t, graph::max_tape_tensors> pool_partial_{};  ///< by pooled tensor: of its maxima
+  std::array<std::size_t, max_adjoints> partial_{};          ///< by adjoint: of its means; squares stand behind
+  std::array<std::size_t, max_activations> pool_partial_{};  ///< by pooled activation: of its maxima
   std::size_t part_size_ = 0;
   std::size_t sums_stride_ = 0;  ///< of a slot's scratch for merging moments
 };
 
-}  // namespace npt::inline NPT_ABI::engine
+}  // namespace npt::inline NPT_ABI::tape

@@ -24,12 +24,12 @@
 #include <type_traits>
 #include <utility>
 
-namespace npt::inline NPT_ABI::kernel {
+namespace npt::inline NPT_ABI::tape {
 
 /// Rows of tiles through which a gradient goes backwards.
 template <class T>
 struct BackwardRange {
-  const T* values;  ///< the stored tensor
+  const T* values;  ///< the stored activation
   std::size_t values_stride;
   const T* upstream;  ///< gradient of the chain's output
   std::size_t upstream_stride;
@@ -39,10 +39,10 @@ struct BackwardRange {
   int valid;  ///< vertices; lanes behind them get zero
   int first_channel;
   int rows;
-  const PointwiseArgs<T>* args;  ///< one for each operation of the chain
-  T* parameter_sums;             ///< [rows][sums of the chain], added to
-  T* norm_sums[2];               ///< [rows] each: sums of the gradient, and of its product with the norm's output
-  T* other[8];                   ///< by operation: tile of the gradient of its second input, added to, or null
+  const kernel::PointwiseArgs<T>* args;  ///< one for each operation of the chain
+  T* parameter_sums;                     ///< [rows][sums of the chain], added to
+  T* norm_sums[2];  ///< [rows] each: sums of the gradient, and of its product with the norm's output
+  T* other[8];      ///< by operation: tile of the gradient of its second input, added to, or null
 };
 
 template <class T>
@@ -51,11 +51,11 @@ using BackwardRows = void (*)(const BackwardRange<T>&);
 /// Whether a layer can be trained.
 template <class Op>
 concept Differentiable = Op::normalises ||
-    requires(simd::Batch<float> x, const PointwiseArgs<float>& args, simd::Batch<float>* sums) {
-  Op::vjp(x, x, Op::template row<float>(args, 0), Op::template column<float>(args, Position{}), sums);
+    requires(simd::Batch<float> x, const kernel::PointwiseArgs<float>& args, simd::Batch<float>* sums) {
+  Op::vjp(x, x, Op::template row<float>(args, 0), Op::template column<float>(args, kernel::Position{}), sums);
 };
 
-/// Position of the norm in a chain; the chain's length if there is none.
+/// kernel::Position of the norm in a chain; the chain's length if there is none.
 template <class... Ops>
 constexpr int norm_position() {
   int position = 0, found = static_cast<int>(sizeof...(Ops));
@@ -113,7 +113,7 @@ struct ChainBackward {
       constexpr auto at = static_cast<std::size_t>(I);
       seen(std::integral_constant<int, I>{}, dy);
       static_assert(Differentiable<Op<I>>,
-                    "npt: this layer has no vjp, so a network that uses it can't be trained (kernel/backward.hpp)");
+                    "npt: this layer has no vjp, so a network that uses it can't be trained (tape/chain_backward.hpp)");
       const B dx = Op<I>::vjp(value[at], dy, std::get<at>(rows), std::get<at>(columns), sum + first_sum<I>());
       return backward<I - 1>(value, dx, rows, columns, sum, seen);
     }
@@ -121,29 +121,23 @@ struct ChainBackward {
 };
 
 template <class T, class... Ops>
-NPT_ALWAYS_INLINE auto columns_of(const PointwiseArgs<T>* args, Position at) {
+NPT_ALWAYS_INLINE auto columns_of(const kernel::PointwiseArgs<T>* args, kernel::Position at) {
   return [&]<std::size_t... I>(std::index_sequence<I...>) NPT_LAMBDA_INLINE {
     return std::tuple{Ops::template column<T>(args[I], at)...};
   }
   (std::index_sequence_for<Ops...>{});
 }
 template <class T, class... Ops>
-NPT_ALWAYS_INLINE auto rows_of(const PointwiseArgs<T>* args, int channel) {
+NPT_ALWAYS_INLINE auto rows_of(const kernel::PointwiseArgs<T>* args, int channel) {
   return [&]<std::size_t... I>(std::index_sequence<I...>) NPT_LAMBDA_INLINE {
     return std::tuple{Ops::template row<T>(args[I], channel)...};
   }
   (std::index_sequence_for<Ops...>{});
 }
 
-/// The element offset of register `part` of panel `p`.
-template <class T>
-NPT_ALWAYS_INLINE std::size_t register_offset(std::size_t stride, int p, int part) {
-  return stride * static_cast<std::size_t>(p) + static_cast<std::size_t>(part * simd::lanes<T>);
-}
-
 }  // namespace internal
 
-/// From the chain's output back to its norm's output, or to the stored tensor where it has no norm. Gathers norm_sums in the first
+/// From the chain's output back to its norm's output, or to the stored activation where it has no norm. Gathers norm_sums in the first
 /// case. `upstream` is zero in lanes without a vertex, and so is what is written.
 template <class T, class... Ops>
 NPT_NOINLINE void backward_rows(const BackwardRange<T>& range) {
@@ -152,39 +146,40 @@ NPT_NOINLINE void backward_rows(const BackwardRange<T>& range) {
   constexpr int norm = norm_position<Ops...>();
   constexpr bool normalises = norm < count;
   constexpr int first = normalises ? norm + 1 : 0;
-  using Chain = internal::ChainBackward<T, first, Ops...>;
+  using Backward = internal::ChainBackward<T, first, Ops...>;
   const int registers = (range.valid + simd::lanes<T> - 1) / simd::lanes<T>;
   for (int r = 0; r < range.rows; ++r) {
     const auto rows = internal::rows_of<T, Ops...>(range.args, range.first_channel + r);
-    const std::size_t at = static_cast<std::size_t>(r) * panel_width<T>;
-    B sum[Chain::sums + 1];
+    const std::size_t at = static_cast<std::size_t>(r) * kernel::panel_width<T>;
+    B sum[Backward::sums + 1];
     for (B& s : sum) s = simd::broadcast(T(0));
     B norm_sum = simd::broadcast(T(0)), norm_product = norm_sum;
     for (int i = 0; i < registers; ++i) {
-      const int p = i / panel_registers, part = i % panel_registers;
-      const auto columns = internal::columns_of<T, Ops...>(range.args, Position{p, part});
-      const auto value = Chain::values(
-          simd::load(range.values + at + internal::register_offset<T>(range.values_stride, p, part)), rows, columns);
-      const B dy = simd::load(range.upstream + at + internal::register_offset<T>(range.upstream_stride, p, part));
-      B dx = Chain::template backward<count - 1>(value, dy, rows, columns, sum, [](auto, const B&) {});
+      const int p = i / kernel::panel_registers, half = i % kernel::panel_registers;
+      const auto columns = internal::columns_of<T, Ops...>(range.args, kernel::Position{p, half});
+      const auto value = Backward::values(
+          simd::load(range.values + at + kernel::register_offset<T>(range.values_stride, p, half)), rows, columns);
+      const B dy = simd::load(range.upstream + at + kernel::register_offset<T>(range.upstream_stride, p, half));
+      B dx = Backward::template backward<count - 1>(value, dy, rows, columns, sum, [](auto, const B&) {});
       if constexpr (normalises) {
         norm_sum += dx;
         norm_product = simd::fma(dx, value[static_cast<std::size_t>(norm) + 1], norm_product);
       }
-      T* to = range.downstream + at + internal::register_offset<T>(range.downstream_stride, p, part);
+      T* to = range.downstream + at + kernel::register_offset<T>(range.downstream_stride, p, half);
       if (range.adds) dx += simd::load(to);
       simd::store(to, dx);
     }
-    if constexpr (Chain::sums > 0)
-      for (int s = 0; s < Chain::sums; ++s) range.parameter_sums[r * Chain::sums + s] += simd::reduce_add(sum[s]);
+    if constexpr (Backward::sums > 0)
+      for (int s = 0; s < Backward::sums; ++s) range.parameter_sums[r * Backward::sums + s] += simd::reduce_add(sum[s]);
     if constexpr (normalises) {
       const T sums[2] = {simd::reduce_add(norm_sum), simd::reduce_add(norm_product)};
       for (int s = 0; s < 2; ++s) range.norm_sums[s][r] = range.adds ? range.norm_sums[s][r] + sums[s] : sums[s];
     }
     // The rest of the last panel: products read whole panels.
-    for (int i = registers; i % panel_registers != 0; ++i) {
-      T* to = range.downstream + at +
-              internal::register_offset<T>(range.downstream_stride, i / panel_registers, i % panel_registers);
+    for (int i = registers; i % kernel::panel_registers != 0; ++i) {
+      T* to =
+          range.downstream + at +
+          kernel::register_offset<T>(range.downstream_stride, i / kernel::panel_registers, i % kernel::panel_registers);
       simd::store(to, simd::broadcast(T(0)));
     }
   }
@@ -199,7 +194,7 @@ struct NormGradient {
   const T* product;            ///< [C] mean of that gradient times the norm's output
 };
 
-/// From the norm's output back to the stored tensor, through the layers Ops in front of the norm:
+/// From the norm's output back to the stored activation, through the layers Ops in front of the norm:
 ///   d input = inverse_deviation * (d output - mean(d output) - output * mean(d output * output))
 template <class T>
 struct FinishRange {
@@ -213,40 +208,41 @@ template <class T, class... Ops>
 NPT_NOINLINE void finish_rows(const FinishRange<T>& finish) {
   using B = simd::Batch<T>;
   constexpr int count = static_cast<int>(sizeof...(Ops));
-  using Chain = internal::ChainBackward<T, 0, Ops...>;
+  using Backward = internal::ChainBackward<T, 0, Ops...>;
   const BackwardRange<T>& range = finish.rows;
   const int registers = (range.valid + simd::lanes<T> - 1) / simd::lanes<T>;
   const B zero = simd::broadcast(T(0));
   for (int r = 0; r < range.rows; ++r) {
     const int c = range.first_channel + r;
     const auto rows = internal::rows_of<T, Ops...>(range.args, c);
-    const std::size_t at = static_cast<std::size_t>(r) * panel_width<T>;
+    const std::size_t at = static_cast<std::size_t>(r) * kernel::panel_width<T>;
     const B mean = simd::broadcast(finish.norm.mean[c]);
     const B deviation = simd::broadcast(finish.norm.inverse_deviation[c]);
     const B gradient = simd::broadcast(finish.norm.gradient[c]);
     const B product = simd::broadcast(finish.norm.product[c]);
-    B sum[Chain::sums + 1];
+    B sum[Backward::sums + 1];
     for (B& s : sum) s = zero;
     for (int i = 0; i < registers; ++i) {
-      const int p = i / panel_registers, part = i % panel_registers;
-      const auto columns = internal::columns_of<T, Ops...>(range.args, Position{p, part});
-      const auto value = Chain::values(
-          simd::load(range.values + at + internal::register_offset<T>(range.values_stride, p, part)), rows, columns);
+      const int p = i / kernel::panel_registers, half = i % kernel::panel_registers;
+      const auto columns = internal::columns_of<T, Ops...>(range.args, kernel::Position{p, half});
+      const auto value = Backward::values(
+          simd::load(range.values + at + kernel::register_offset<T>(range.values_stride, p, half)), rows, columns);
       const B normed = (value[static_cast<std::size_t>(count)] - mean) * deviation;
-      const B du = simd::load(range.upstream + at + internal::register_offset<T>(range.upstream_stride, p, part));
+      const B du = simd::load(range.upstream + at + kernel::register_offset<T>(range.upstream_stride, p, half));
       B dy = deviation * (du - gradient - normed * product);
       if (range.valid - i * simd::lanes<T> < simd::lanes<T>)
         dy = simd::keep_first(dy, i * simd::lanes<T>, range.valid, zero);
-      B dx = Chain::template backward<count - 1>(value, dy, rows, columns, sum, [](auto, const B&) {});
-      T* to = range.downstream + at + internal::register_offset<T>(range.downstream_stride, p, part);
+      B dx = Backward::template backward<count - 1>(value, dy, rows, columns, sum, [](auto, const B&) {});
+      T* to = range.downstream + at + kernel::register_offset<T>(range.downstream_stride, p, half);
       if (range.adds) dx += simd::load(to);
       simd::store(to, dx);
     }
-    if constexpr (Chain::sums > 0)
-      for (int s = 0; s < Chain::sums; ++s) range.parameter_sums[r * Chain::sums + s] += simd::reduce_add(sum[s]);
-    for (int i = registers; i % panel_registers != 0; ++i) {
-      T* to = range.downstream + at +
-              internal::register_offset<T>(range.downstream_stride, i / panel_registers, i % panel_registers);
+    if constexpr (Backward::sums > 0)
+      for (int s = 0; s < Backward::sums; ++s) range.parameter_sums[r * Backward::sums + s] += simd::reduce_add(sum[s]);
+    for (int i = registers; i % kernel::panel_registers != 0; ++i) {
+      T* to =
+          range.downstream + at +
+          kernel::register_offset<T>(range.downstream_stride, i / kernel::panel_registers, i % kernel::panel_registers);
       simd::store(to, zero);
     }
   }
@@ -260,23 +256,23 @@ NPT_NOINLINE void backward_others(const BackwardRange<T>& range) {
   constexpr int count = static_cast<int>(sizeof...(Ops));
   constexpr int norm = norm_position<Ops...>();
   constexpr int first = norm < count ? norm + 1 : 0;
-  using Chain = internal::ChainBackward<T, first, Ops...>;
+  using Backward = internal::ChainBackward<T, first, Ops...>;
   const int registers = (range.valid + simd::lanes<T> - 1) / simd::lanes<T>;
   for (int i = 0; i < registers; ++i) {
-    const int p = i / panel_registers, part = i % panel_registers;
-    const auto columns = internal::columns_of<T, Ops...>(range.args, Position{p, part});
+    const int p = i / kernel::panel_registers, half = i % kernel::panel_registers;
+    const auto columns = internal::columns_of<T, Ops...>(range.args, kernel::Position{p, half});
     for (int r = 0; r < range.rows; ++r) {
       const auto rows = internal::rows_of<T, Ops...>(range.args, range.first_channel + r);
-      const std::size_t at = static_cast<std::size_t>(r) * panel_width<T>;
-      const auto value = Chain::values(
-          simd::load(range.values + at + internal::register_offset<T>(range.values_stride, p, part)), rows, columns);
-      const B dy = simd::load(range.upstream + at + internal::register_offset<T>(range.upstream_stride, p, part));
-      B unused[Chain::sums + 1];
+      const std::size_t at = static_cast<std::size_t>(r) * kernel::panel_width<T>;
+      const auto value = Backward::values(
+          simd::load(range.values + at + kernel::register_offset<T>(range.values_stride, p, half)), rows, columns);
+      const B dy = simd::load(range.upstream + at + kernel::register_offset<T>(range.upstream_stride, p, half));
+      B unused[Backward::sums + 1];
       for (B& s : unused) s = simd::broadcast(T(0));
-      Chain::template backward<count - 1>(
+      Backward::template backward<count - 1>(
           value, dy, rows, columns, unused, [&](auto number, const B& gradient) NPT_LAMBDA_INLINE {
             constexpr int k = decltype(number)::value;
-            using Op = typename Chain::template Op<k>;
+            using Op = typename Backward::template Op<k>;
             if constexpr (Op::other_channels > 0) {
               if (range.other[k] == nullptr) return;
               B add[Op::other_channels];
@@ -284,8 +280,8 @@ NPT_NOINLINE void backward_others(const BackwardRange<T>& range) {
               constexpr auto index = static_cast<std::size_t>(k);
               Op::other_vjp(value[index], gradient, std::get<index>(rows), std::get<index>(columns), add);
               for (int c = 0; c < Op::other_channels; ++c) {
-                T* to = range.other[k] + static_cast<std::size_t>(c) * panel_width<T> +
-                        internal::register_offset<T>(panel_stride<T>(Op::other_channels), p, part);
+                T* to = range.other[k] + static_cast<std::size_t>(c) * kernel::panel_width<T> +
+                        kernel::register_offset<T>(kernel::panel_stride<T>(Op::other_channels), p, half);
                 simd::store(to, simd::load(to) + add[c]);
               }
             }
@@ -294,4 +290,4 @@ NPT_NOINLINE void backward_others(const BackwardRange<T>& range) {
   }
 }
 
-}  // namespace npt::inline NPT_ABI::kernel
+}  // namespace npt::inline NPT_ABI::tape
