@@ -4,9 +4,9 @@
 //
 // The network is the paper's with a bottleneck of 128 instead of 1024, so that the example takes no time; a host that loads the
 // paper's own weights writes npt::PoseTransferNet<>. Without --weights they are random, and random weights transfer no pose.
-#include <npt/body/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/npt.hpp>
 
 #include <CLI/CLI.hpp>

@@ -5,9 +5,9 @@
 // The sequence is the built-in mannequin between two random poses of the paper's Table 6; the identities are mannequins of other
 // shapes. Without --weights they are random, and random weights transfer no pose: the picture then shows what goes in and that
 // something comes out.
-#include <npt/body/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/npt.hpp>
 
 #include <render/png.hpp>

@@ -5,11 +5,11 @@
 // `npt train` does the same with options for everything, checkpoints, validation and a log. Here is what a host needs that has its own
 // idea of when to stop, what to show and where to keep things.
 #include <npt/body/body_file.hpp>
-#include <npt/body/mannequin.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/body_sampler.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/engine/engine.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/net/pose_transfer_net.hpp>
 #include <npt/train/gradients.hpp>
 #include <npt/train/initialise.hpp>

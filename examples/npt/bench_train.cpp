@@ -7,9 +7,9 @@
 
 #include <bench/peak.hpp>
 
-#include <npt/body/mannequin.hpp>
 #include <npt/core/error.hpp>
 #include <npt/data/body_sampler.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/train/initialise.hpp>
 #include <npt/train/trainer.hpp>
 

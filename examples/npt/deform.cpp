@@ -11,13 +11,13 @@
 #include "transfer_picture.hpp"
 
 #include <npt/body/body_file.hpp>
-#include <npt/body/mannequin.hpp>
 #include <npt/deformation/control_points.hpp>
 #include <npt/deformation/correspondence.hpp>
 #include <npt/deformation/deformation_evaluation.hpp>
 #include <npt/deformation/deformation_transfer.hpp>
 #include <npt/deformation/markers.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/parallel/tbb_executor.hpp>
 

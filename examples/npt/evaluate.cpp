@@ -12,12 +12,12 @@
 #include "transfer_backend.hpp"
 
 #include <npt/body/body_file.hpp>
-#include <npt/body/mannequin.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/data/family.hpp>
 #include <npt/data/family_file.hpp>
 #include <npt/data/pair_files.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/parallel/tbb_executor.hpp>
 
 #include <algorithm>

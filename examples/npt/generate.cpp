@@ -6,10 +6,10 @@
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/core/random.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/permute.hpp>
 
 #include <array>

@@ -10,9 +10,9 @@
 #include "transfer_picture.hpp"
 
 #include <npt/body/body_file.hpp>
-#include <npt/body/mannequin.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/parallel/tbb_executor.hpp>
 #include <npt/skeleton/skeleton_transfer.hpp>

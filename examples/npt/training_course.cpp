@@ -3,12 +3,12 @@
 #include "arguments.hpp"
 
 #include <npt/body/body_file.hpp>
-#include <npt/body/mannequin.hpp>
 #include <npt/core/error.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/body_sampler.hpp>
 #include <npt/data/family_file.hpp>
 #include <npt/data/family_sampler.hpp>
+#include <npt/mannequin/mannequin.hpp>
 
 #include <algorithm>
 #include <charconv>

@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
-#include <npt/body/mannequin.hpp>
 #include <npt/data/body_sampler.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/parallel/thread_executor.hpp>
 

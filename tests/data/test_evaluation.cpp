@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
-#include <npt/body/mannequin.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/evaluation.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/parallel/thread_executor.hpp>
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 #include <doctest/doctest.h>
 
 #include <npt/body/body_file.hpp>
-#include <npt/body/mannequin.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/deformation/deformation_evaluation.hpp>
+#include <npt/mannequin/mannequin.hpp>
 
 #include <cmath>
 #include <cstdint>

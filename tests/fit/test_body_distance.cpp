@@ -1,6 +1,5 @@
 #include <doctest/doctest.h>
 
-#include <npt/body/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/core/random.hpp>
 #include <npt/fit/body_curvature.hpp>
@@ -8,6 +7,7 @@
 #include <npt/fit/body_level.hpp>
 #include <npt/fit/fit_target.hpp>
 #include <npt/fit/pose_prior.hpp>
+#include <npt/mannequin/mannequin.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,13 +1,13 @@
 #include <doctest/doctest.h>
 
 #include <npt/body/body_file.hpp>
-#include <npt/body/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
 #include <npt/data/prepared_body.hpp>
 #include <npt/fit/body_fit.hpp>
 #include <npt/fit/start_poses.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/vertex_order.hpp>
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 /// Whole networks in training: what the gradients, the samples and the trainer do together.
 #include <doctest/doctest.h>
 
-#include <npt/body/mannequin.hpp>
 #include <npt/data/body_sampler.hpp>
 #include <npt/engine/engine.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/net/pose_transfer_net.hpp>
 #include <npt/train/gradients.hpp>

@@ -3,7 +3,6 @@
 #include "reproduce/systems.hpp"
 
 #include <npt/body/body_file.hpp>
-#include <npt/body/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
@@ -13,6 +12,7 @@
 #include <npt/data/prepared_body.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/permute.hpp>
 #include <npt/mesh/validate.hpp>

@@ -4,11 +4,11 @@
 /// Source    joints: Sukumar, "Construction of polygonal interpolants: a maximum entropy approach", 2004
 #pragma once
 
-#include <npt/body/mannequin_anatomy.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/mannequin/anatomy.hpp>
 
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@
 #include <span>
 #include <vector>
 
-namespace npt::inline NPT_ABI::body::internal {
+namespace npt::inline NPT_ABI::anatomy {
 
 /// 0 below `low`, 1 above `high`, smooth between.
 inline double ramp(double x, double low, double high) {
@@ -205,4 +205,4 @@ inline SparseMatrix mannequin_joint_regressor(std::span<const Vec3d> positions, 
   return SparseMatrix::from_dense(dense, smpl_joint_count, n);
 }
 
-}  // namespace npt::inline NPT_ABI::body::internal
+}  // namespace npt::inline NPT_ABI::anatomy

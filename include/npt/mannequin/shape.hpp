@@ -4,12 +4,11 @@
 /// Plausible within three standard deviations of each; within four the surface still keeps an inside.
 #pragma once
 
-#include <npt/body/implicit_figure.hpp>
-#include <npt/body/mannequin_anatomy.hpp>
-#include <npt/body/mannequin_skin.hpp>
-#include <npt/body/mannequin_surface.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/mannequin/anatomy.hpp>
+#include <npt/mannequin/skin.hpp>
+#include <npt/mannequin/surface.hpp>
 
 #include <algorithm>
 #include <array>
@@ -18,7 +17,7 @@
 #include <span>
 #include <vector>
 
-namespace npt::inline NPT_ABI::body::internal {
+namespace npt::inline NPT_ABI::anatomy {
 
 inline constexpr std::size_t mannequin_shape_count = 10;
 
@@ -110,13 +109,13 @@ inline std::array<Vec3d, mannequin_shape_count> shape_displacements(Vec3d q, Vec
 }
 
 /// [V, 3, 10]
-inline std::vector<float> mannequin_shapedirs(const MannequinSurface& surface) {
+inline std::vector<float> mannequin_shapedirs(const Surface& surface) {
   // Normals of the masses alone: growing along those of the finished surface would fold its grooves.
-  const ImplicitFigure masses(mannequin_masses(), {});
+  const BlendedLofts figure = masses();
   std::vector<float> dirs(surface.positions.size() * 3 * mannequin_shape_count);
   for (std::size_t v = 0; v < surface.positions.size(); ++v) {
     const Vec3d p = surface.positions[v], q{std::abs(p.x), p.y, p.z};
-    Vec3d n = normalised(masses.gradient(q));
+    Vec3d n = normalised(gradient(figure, q));
     if (p.x == 0.0) n.x = 0.0;
     const auto moves = shape_displacements(q, n);
     for (std::size_t s = 0; s < mannequin_shape_count; ++s) {
@@ -131,4 +130,4 @@ inline std::vector<float> mannequin_shapedirs(const MannequinSurface& surface) {
   return dirs;
 }
 
-}  // namespace npt::inline NPT_ABI::body::internal
+}  // namespace npt::inline NPT_ABI::anatomy

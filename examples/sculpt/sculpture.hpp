@@ -1,30 +1,21 @@
-/// The mannequin's skin: one closed surface of 6890 vertices and 13776 triangles around its anatomy, symmetric in x.
+/// The left half of the mannequin's surface, sculpted: polygons of its figure, remeshed.
 #pragma once
 
-#include <npt/body/implicit_figure.hpp>
-#include <npt/body/mannequin_anatomy.hpp>
-#include <npt/body/polygonise.hpp>
-#include <npt/body/remesh.hpp>
-#include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/mannequin/surface.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <vector>
+#include <sculpt/figure.hpp>
+#include <sculpt/polygonise.hpp>
+#include <sculpt/remesh.hpp>
 
-namespace npt::inline NPT_ABI::body::internal {
+namespace sculpt {
 
 /// As many vertices as SMPL, so that both kinds of bodies can meet in one data set.
 inline constexpr std::size_t mannequin_vertex_count = 6890;
-
-struct MannequinSurface {
-  std::vector<Vec3d> positions;                         ///< [V] those with x = 0, those with x > 0, their mirror images
-  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< outward
-  std::vector<std::uint32_t> mirror;                    ///< [V] the vertex at (-x, y, z)
-};
 
 /// Places that need finer triangles: around `centre`, within `radius`, edges shrink to `length`.
 struct FineRegion {
@@ -61,39 +52,14 @@ inline double mannequin_edge_length(Vec3d p) {
   return result;
 }
 
-/// A whole surface from its half at x >= 0.
-inline MannequinSurface mirrored(const TriangleSheet& half) {
-  MannequinSurface s;
-  const auto n = static_cast<std::uint32_t>(half.positions.size());
-  std::vector<std::uint32_t> name(n), twin(n);
-  for (const bool border : {true, false}) {
-    for (std::uint32_t v = 0; v < n; ++v) {
-      if ((half.positions[v].x == 0.0) != border) continue;
-      name[v] = twin[v] = static_cast<std::uint32_t>(s.positions.size());
-      s.positions.push_back(half.positions[v]);
-    }
-  }
-  for (std::uint32_t v = 0; v < n; ++v) s.mirror.push_back(v);
-  for (std::uint32_t v = 0; v < n; ++v) {
-    const Vec3d p = half.positions[v];
-    if (p.x == 0.0) continue;
-    twin[v] = static_cast<std::uint32_t>(s.positions.size());
-    s.positions.push_back({-p.x, p.y, p.z});
-    s.mirror[name[v]] = twin[v];
-    s.mirror.push_back(name[v]);
-  }
-  for (const auto& t : half.triangles) s.triangles.push_back({name[t[0]], name[t[1]], name[t[2]]});
-  for (const auto& t : half.triangles) s.triangles.push_back({twin[t[0]], twin[t[2]], twin[t[1]]});
-  return s;
-}
-
-inline MannequinSurface mannequin_surface(const ImplicitFigure& figure) {
+inline TriangleSheet mannequin_half() {
+  const Figure figure = mannequin_figure();
   // Cells of 12.5 mm, 2.3 mm at the fingers: narrower than the gaps between them.
   const GridWarp warp{0.0125, 0.65, 0.90, 0.18, 1.405, 0.0};
   std::array<int, 3> seed{0, 88, 0};
   while (figure(warp({0, seed[1], seed[2] + 1})) < 0.0) ++seed[2];
   const TriangleSheet sheet = Polygoniser(figure, warp)(seed);
-  return mirrored(Remesher(figure, mannequin_edge_length, mannequin_vertex_count, sheet)());
+  return Remesher(figure, mannequin_edge_length, mannequin_vertex_count, sheet)();
 }
 
-}  // namespace npt::inline NPT_ABI::body::internal
+}  // namespace sculpt

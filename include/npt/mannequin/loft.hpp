@@ -1,10 +1,7 @@
-/// A figure as an implicit surface: f(p) < 0 inside, > 0 outside, near the surface about the distance in metres.
-/// It is blended from lofts (cross-sections along an axis) and finished with strokes (soft dents and bulges), as a
-/// sculptor first builds masses and then models their surface.
-/// Symmetric in x: parts and strokes stand at x >= 0 and are mirrored.
+/// Masses of a figure as an implicit surface: f(p) < 0 inside, > 0 outside, near the surface about the distance in metres.
+/// Lofts (cross-sections along an axis) are blended into each other. Symmetric in x: lofts stand at x >= 0 and are mirrored.
 /// Numerics  only + - * / and sqrt, so that compilers and mathematics libraries agree up to rounding
-/// Sources   squircle sections: Fernandez Guasti, "Analytic geometry of some rectilinear figures", 1992;
-///           stroke kernel: Wyvill et al., "Data structure for soft objects", The Visual Computer 1986
+/// Source    squircle sections: Fernandez Guasti, "Analytic geometry of some rectilinear figures", 1992
 #pragma once
 
 #include <npt/config.hpp>
@@ -18,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace npt::inline NPT_ABI::body::internal {
+namespace npt::inline NPT_ABI::anatomy {
 
 /// A cross-section at `t` on the loft's axis: its centre, its radii towards +u, -u, +v, -v, and how square it is
 /// (0: ellipse, 1: rectangle).
@@ -32,12 +29,12 @@ struct Section {
 };
 
 /// Where a loft stands: t = dot(p - origin, axis), likewise u and v; the three directions are orthonormal.
-struct Frame {
+struct LocalFrame {
   Vec3d origin, axis, u, v;
 };
 
-/// A frame with the given axis whose u is as near as possible to `towards`.
-inline Frame make_frame(Vec3d origin, Vec3d axis, Vec3d towards) {
+/// The frame with the given axis whose u is as near as possible to `towards`.
+inline LocalFrame make_frame(Vec3d origin, Vec3d axis, Vec3d towards) {
   const Vec3d a = normalised(axis);
   const Vec3d u = normalised(towards - a * dot(towards, a));
   return {origin, a, u, cross(a, u)};
@@ -46,7 +43,7 @@ inline Frame make_frame(Vec3d origin, Vec3d axis, Vec3d towards) {
 /// Cubic Hermite interpolation through sections (slopes by finite differences), closed by half ellipsoids at both ends.
 class Loft {
  public:
-  Loft(Frame frame, std::span<const Section> sections, double cap_start, double cap_end, double blend, bool paired)
+  Loft(LocalFrame frame, std::span<const Section> sections, double cap_start, double cap_end, double blend, bool paired)
       : frame_(frame), cap_start_(cap_start), cap_end_(cap_end), blend_(blend), paired_(paired) {
     const std::size_t n = sections.size();
     for (std::size_t i = 0; i < n; ++i) {
@@ -122,97 +119,48 @@ class Loft {
     }
   }
 
-  Frame frame_;
+  LocalFrame frame_;
   std::vector<Knot> knots_;
   double cap_start_, cap_end_, blend_;
   bool paired_;
   Vec3d low_, high_;
 };
 
-/// Moves the surface outwards by up to `amount` around the segment from `a` to `b`, fading to nothing at `radius`
-/// (for each axis). Negative amounts dent.
-struct Stroke {
-  Vec3d a, b;
-  Vec3d radius;
-  double amount;
-};
-
-/// A stroke made ready for many evaluations.
-class StrokeField {
+/// The union of lofts and their mirror images, smooth where they meet.
+class BlendedLofts {
  public:
-  explicit StrokeField(const Stroke& s)
-      : start_(s.a),
-        along_(s.b - s.a),
-        scale_{1.0 / s.radius.x, 1.0 / s.radius.y, 1.0 / s.radius.z},
-        amount_(s.amount) {
-    const double n = dot(along_, along_);
-    along_over_square_ = n > 0.0 ? along_ / n : Vec3d{};
-    low_ = {std::min(s.a.x, s.b.x) - s.radius.x, std::min(s.a.y, s.b.y) - s.radius.y,
-            std::min(s.a.z, s.b.z) - s.radius.z};
-    high_ = {std::max(s.a.x, s.b.x) + s.radius.x, std::max(s.a.y, s.b.y) + s.radius.y,
-             std::max(s.a.z, s.b.z) + s.radius.z};
-  }
-
-  /// It begins in the plane of symmetry.
-  bool from_middle() const { return start_.x == 0.0; }
-
-  double operator()(Vec3d p) const {
-    if (p.y < low_.y || p.y > high_.y || p.x < low_.x || p.x > high_.x || p.z < low_.z || p.z > high_.z) return 0.0;
-    const Vec3d d = p - start_ - along_ * std::clamp(dot(p - start_, along_over_square_), 0.0, 1.0);
-    const Vec3d q{d.x * scale_.x, d.y * scale_.y, d.z * scale_.z};
-    const double rest = std::max(1.0 - dot(q, q), 0.0);
-    return amount_ * rest * rest * rest;
-  }
-
- private:
-  Vec3d start_, along_, along_over_square_, scale_, low_, high_;
-  double amount_;
-};
-
-class ImplicitFigure {
- public:
-  ImplicitFigure(std::vector<Loft> parts, std::span<const Stroke> strokes)
-      : parts_(std::move(parts)), strokes_(strokes.begin(), strokes.end()) {}
+  explicit BlendedLofts(std::vector<Loft> lofts) : lofts_(std::move(lofts)) {}
 
   double operator()(Vec3d p) const {
     const Vec3d mirrored{-p.x, p.y, p.z};
     double f = 1e3;
-    for (const Loft& part : parts_) {
-      add(part, p, f);
-      if (part.paired()) add(part, mirrored, f);
-    }
-    for (const StrokeField& stroke : strokes_) {
-      // A stroke that starts in the middle goes on in its own mirror image; one beside it meets its image.
-      if (stroke.from_middle()) {
-        f -= stroke({std::abs(p.x), p.y, p.z});
-      } else {
-        f -= stroke(p) + stroke(mirrored);
-      }
+    for (const Loft& loft : lofts_) {
+      add(loft, p, f);
+      if (loft.paired()) add(loft, mirrored, f);
     }
     return f;
   }
 
-  Vec3d gradient(Vec3d p) const {
-    // Differences along the four directions of a tetrahedron.
-    constexpr double h = 2e-4;
-    const ImplicitFigure& f = *this;
-    const double a = f({p.x + h, p.y - h, p.z - h}), b = f({p.x - h, p.y - h, p.z + h}),
-                 c = f({p.x - h, p.y + h, p.z - h}), d = f({p.x + h, p.y + h, p.z + h});
-    return Vec3d{a - b - c + d, c - a - b + d, b - a - c + d} / (4.0 * h);
-  }
-
  private:
-  /// f becomes the smooth minimum of f and the part: they flow into each other over `blend` metres.
-  static void add(const Loft& part, Vec3d p, double& f) {
-    const double k = part.blend();
-    if (part.box_distance(p) > f + k) return;
-    const double g = part(p);
+  /// f becomes the smooth minimum of f and the loft: they flow into each other over `blend` metres.
+  static void add(const Loft& loft, Vec3d p, double& f) {
+    const double k = loft.blend();
+    if (loft.box_distance(p) > f + k) return;
+    const double g = loft(p);
     const double h = std::max(k - std::abs(f - g), 0.0) / k;
     f = std::min(f, g) - h * h * h * k / 6.0;
   }
 
-  std::vector<Loft> parts_;
-  std::vector<StrokeField> strokes_;
+  std::vector<Loft> lofts_;
 };
 
-}  // namespace npt::inline NPT_ABI::body::internal
+/// The gradient of an implicit surface, by differences along the four directions of a tetrahedron.
+template <class Field>
+Vec3d gradient(const Field& f, Vec3d p) {
+  constexpr double h = 2e-4;
+  const double a = f({p.x + h, p.y - h, p.z - h}), b = f({p.x - h, p.y - h, p.z + h}),
+               c = f({p.x - h, p.y + h, p.z - h}), d = f({p.x + h, p.y + h, p.z + h});
+  return Vec3d{a - b - c + d, c - a - b + d, b - a - c + d} / (4.0 * h);
+}
+
+}  // namespace npt::inline NPT_ABI::anatomy

@@ -1,36 +1,34 @@
 /// A built-in human figure in SMPL's parameter layout, so that demos, tests and training need no download.
 ///   6890 vertices, 13776 triangles: one closed surface without holes, symmetric in x; 24 joints; 10 shape directions
 /// Shapes    as BodyModel; metres, y up, facing +z, rest pose T, origin at the pelvis joint, 1.75 m tall
-/// Numerics  made by code from the tables of mannequin_anatomy.hpp in about half a second; every call gives the same
-///           bits, and so did g++ 12 and clang++ 14 at every level of optimisation and instruction set tried
+/// Numerics  made in 10 ms; every call gives the same bits, and so did g++ 12 and clang++ 14 at every level of
+///           optimisation and instruction set tried
 #pragma once
 
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
-#include <npt/body/mannequin_anatomy.hpp>
-#include <npt/body/mannequin_shape.hpp>
-#include <npt/body/mannequin_skin.hpp>
-#include <npt/body/mannequin_surface.hpp>
-#include <npt/body/remesh.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/mannequin/anatomy.hpp>
+#include <npt/mannequin/shape.hpp>
+#include <npt/mannequin/skin.hpp>
+#include <npt/mannequin/surface.hpp>
 
 namespace npt::inline NPT_ABI {
 
 /// Makes the mannequin's tables.
 inline BodyTables make_mannequin_tables() {
-  using namespace body::internal;
-  const MannequinSurface surface = mannequin_surface(mannequin_figure());
-  const Vec3d origin = rounded(joint_places[0].position);
+  const anatomy::Surface surface = anatomy::mannequin_surface();
+  const Vec3d origin = anatomy::rounded(anatomy::joint_places[0].position);
   BodyTables body;
   for (const Vec3d p : surface.positions) {
     const Vec3f q = (p - origin).as<float>();
     body.v_template.insert(body.v_template.end(), {q.x, q.y, q.z});
   }
-  body.shapedirs = mannequin_shapedirs(surface);
-  body.weights = mannequin_weights(surface.positions);
-  body.J_regressor = mannequin_joint_regressor(surface.positions, surface.mirror);
+  body.shapedirs = anatomy::mannequin_shapedirs(surface);
+  body.weights = anatomy::mannequin_weights(surface.positions);
+  body.J_regressor = anatomy::mannequin_joint_regressor(surface.positions, surface.mirror);
   body.triangles = surface.triangles;
   body.parents.assign(smpl_parents.begin(), smpl_parents.end());
   body.joint_names.assign(smpl_joint_names.begin(), smpl_joint_names.end());

@@ -1,18 +1,19 @@
-/// The mannequin's anatomy as tables: cross-sections of trunk, head and limbs, strokes that model their surface, joints.
+/// The mannequin's anatomy as tables: cross-sections of trunk, head and limbs, and joints.
 /// An adult of average build, 1.75 m and seven and a half heads tall, in T pose: y up, facing +z, soles at y = 0, palms
 /// down. Only the left half (x >= 0) is written; the right one is its mirror image. Metres.
 /// Source    proportions of figure drawing, by eye; no scanned or modelled body was measured
 #pragma once
 
-#include <npt/body/implicit_figure.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/mannequin/loft.hpp>
 
 #include <array>
+#include <utility>
 #include <vector>
 
-namespace npt::inline NPT_ABI::body::internal {
+namespace npt::inline NPT_ABI::anatomy {
 
 // Upright parts: t = y, u = x, v = z, so the columns are
 //   height, centre x, centre z, half width (left, right), depth to the front and to the back, squareness.
@@ -98,73 +99,6 @@ inline constexpr Digit digits[] = {
     {{0.736, 1.397, 0.0260}, {0.80, -0.26, 0.60}, 0.082, 0.0110},
 };
 
-// Strokes, region by region: from, to, radius in x, y and z, amount.
-inline constexpr Stroke strokes[] = {
-    // Chest: pectorals, sternum, the edge of the ribs.
-    {{0.070, 1.305, 0.100}, {0.095, 1.315, 0.090}, {0.095, 0.075, 0.070}, 0.018},
-    {{0.040, 1.236, 0.122}, {0.120, 1.252, 0.105}, {0.045, 0.036, 0.050}, -0.0045},
-    {{0.000, 1.350, 0.095}, {0.000, 1.265, 0.115}, {0.036, 0.045, 0.055}, -0.007},
-    // Belly: the white line, navel, flanks.
-    {{0.000, 1.210, 0.110}, {0.000, 1.090, 0.100}, {0.032, 0.050, 0.050}, -0.004},
-    {{0.000, 1.054, 0.104}, {0.000, 1.050, 0.104}, {0.015, 0.015, 0.024}, -0.008},
-    {{0.135, 1.030, 0.030}, {0.125, 1.010, 0.060}, {0.060, 0.060, 0.070}, 0.004},
-    // Back: spine, its long muscles, shoulder blades, latissimus.
-    {{0.000, 1.390, -0.125}, {0.000, 1.000, -0.090}, {0.045, 0.050, 0.060}, -0.010},
-    {{0.038, 1.150, -0.090}, {0.036, 1.020, -0.090}, {0.032, 0.060, 0.040}, 0.007},
-    {{0.085, 1.360, -0.115}, {0.100, 1.310, -0.112}, {0.060, 0.050, 0.050}, 0.010},
-    {{0.140, 1.300, -0.050}, {0.135, 1.230, -0.040}, {0.050, 0.080, 0.070}, 0.012},
-    // Buttocks and the fold under them.
-    {{0.072, 0.915, -0.095}, {0.086, 0.872, -0.090}, {0.105, 0.105, 0.110}, 0.030},
-    {{0.055, 0.806, -0.100}, {0.105, 0.803, -0.090}, {0.050, 0.030, 0.050}, -0.003},
-    {{0.000, 0.945, -0.115}, {0.000, 0.850, -0.110}, {0.048, 0.055, 0.080}, -0.016},
-    // Shoulder: trapezius, clavicle, pit of the neck, deltoid.
-    {{0.040, 1.480, -0.030}, {0.140, 1.440, -0.025}, {0.050, 0.045, 0.050}, 0.020},
-    {{0.018, 1.428, 0.045}, {0.160, 1.447, 0.012}, {0.026, 0.022, 0.032}, 0.007},
-    {{0.000, 1.440, 0.050}, {0.000, 1.436, 0.050}, {0.028, 0.028, 0.034}, -0.007},
-    {{0.185, 1.425, -0.010}, {0.225, 1.415, -0.008}, {0.075, 0.070, 0.085}, 0.016},
-    // Arm: biceps, triceps, elbow, forearm.
-    {{0.300, 1.408, 0.040}, {0.370, 1.406, 0.038}, {0.070, 0.040, 0.040}, 0.008},
-    {{0.270, 1.403, -0.050}, {0.340, 1.403, -0.048}, {0.070, 0.045, 0.040}, 0.008},
-    {{0.450, 1.405, -0.045}, {0.458, 1.405, -0.045}, {0.028, 0.022, 0.024}, 0.006},
-    {{0.490, 1.420, 0.030}, {0.540, 1.415, 0.032}, {0.060, 0.030, 0.034}, 0.006},
-    // Hand: balls of the thumb and of the little finger.
-    {{0.740, 1.390, 0.022}, {0.758, 1.390, 0.026}, {0.030, 0.020, 0.022}, 0.007},
-    {{0.735, 1.390, -0.024}, {0.765, 1.390, -0.027}, {0.030, 0.020, 0.022}, 0.004},
-    // Thigh: outer and inner head of the quadriceps, the tensor; knee cap and its hollows.
-    {{0.160, 0.740, 0.020}, {0.150, 0.600, 0.030}, {0.045, 0.100, 0.070}, 0.008},
-    {{0.075, 0.560, 0.045}, {0.080, 0.540, 0.045}, {0.036, 0.050, 0.040}, 0.008},
-    {{0.107, 0.496, 0.052}, {0.107, 0.480, 0.050}, {0.032, 0.030, 0.034}, 0.009},
-    {{0.107, 0.440, 0.042}, {0.107, 0.435, 0.042}, {0.022, 0.022, 0.026}, 0.004},
-    // Calf: inner head lower and fuller than the outer one; shin; ankles.
-    {{0.082, 0.400, -0.055}, {0.085, 0.350, -0.058}, {0.046, 0.080, 0.050}, 0.011},
-    {{0.135, 0.410, -0.055}, {0.133, 0.370, -0.056}, {0.040, 0.080, 0.048}, 0.008},
-    {{0.142, 0.075, -0.030}, {0.142, 0.073, -0.030}, {0.022, 0.026, 0.026}, 0.008},
-    {{0.083, 0.088, -0.022}, {0.083, 0.086, -0.022}, {0.022, 0.026, 0.026}, 0.007},
-    // Foot: the inner arch.
-    {{0.092, 0.000, 0.030}, {0.094, 0.000, 0.060}, {0.030, 0.026, 0.060}, -0.010},
-    // Neck: sternomastoid.
-    {{0.052, 1.565, -0.012}, {0.016, 1.440, 0.036}, {0.022, 0.030, 0.024}, 0.006},
-    // Ear: the shell.
-    {{0.083, 1.629, 0.002}, {0.081, 1.621, 0.004}, {0.014, 0.014, 0.011}, -0.0040},
-    // Face: brow, sockets, eyeballs, nose, cheekbones, muzzle, mouth, chin, jaw angle, temples.
-    {{0.008, 1.662, 0.096}, {0.046, 1.664, 0.080}, {0.024, 0.016, 0.028}, 0.0060},
-    {{0.031, 1.641, 0.095}, {0.036, 1.640, 0.090}, {0.026, 0.022, 0.036}, -0.0120},
-    {{0.032, 1.640, 0.083}, {0.034, 1.640, 0.082}, {0.020, 0.016, 0.024}, 0.0075},
-    {{0.000, 1.652, 0.098}, {0.000, 1.608, 0.116}, {0.016, 0.020, 0.030}, 0.0150},
-    {{0.000, 1.606, 0.114}, {0.000, 1.600, 0.113}, {0.019, 0.016, 0.026}, 0.0095},
-    {{0.012, 1.602, 0.103}, {0.014, 1.600, 0.101}, {0.014, 0.013, 0.018}, 0.0065},
-    {{0.048, 1.618, 0.074}, {0.060, 1.624, 0.054}, {0.034, 0.028, 0.036}, 0.0060},
-    {{0.050, 1.578, 0.066}, {0.048, 1.566, 0.066}, {0.028, 0.028, 0.032}, -0.0025},
-    {{0.000, 1.576, 0.094}, {0.010, 1.572, 0.092}, {0.040, 0.034, 0.034}, 0.0045},
-    {{0.000, 1.580, 0.101}, {0.016, 1.577, 0.096}, {0.015, 0.0115, 0.020}, 0.0050},
-    {{0.000, 1.561, 0.099}, {0.013, 1.563, 0.095}, {0.016, 0.0125, 0.020}, 0.0060},
-    {{0.000, 1.5705, 0.106}, {0.023, 1.5705, 0.097}, {0.012, 0.0095, 0.020}, -0.0045},
-    {{0.000, 1.548, 0.100}, {0.012, 1.548, 0.097}, {0.026, 0.012, 0.020}, -0.0045},
-    {{0.000, 1.533, 0.094}, {0.008, 1.533, 0.092}, {0.028, 0.022, 0.026}, 0.0085},
-    {{0.048, 1.556, 0.012}, {0.052, 1.562, 0.004}, {0.030, 0.032, 0.034}, 0.0060},
-    {{0.072, 1.662, 0.052}, {0.072, 1.652, 0.048}, {0.026, 0.034, 0.034}, -0.0040},
-};
-
 /// Joints of the rest pose at x >= 0, in SMPL's order, without the right side's.
 struct JointPlace {
   SmplJoint joint;
@@ -188,10 +122,10 @@ inline constexpr JointPlace joint_places[] = {
     {SmplJoint::left_hand, {0.795, 1.404, 0.001}},
 };
 
-/// The masses of the figure. They flow into each other over the given blending lengths.
-inline std::vector<Loft> mannequin_masses() {
-  const Frame upright{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}};
-  const Frame sideways{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+/// The masses of the figure: what its surface is modelled on.
+inline BlendedLofts masses() {
+  const LocalFrame upright{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}};
+  const LocalFrame sideways{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   std::vector<Loft> parts;
   parts.emplace_back(upright, torso_sections, 0.03, 0.05, 0.03, false);
   parts.emplace_back(upright, neck_sections, 0.03, 0.03, 0.05, false);
@@ -199,7 +133,7 @@ inline std::vector<Loft> mannequin_masses() {
   parts.emplace_back(upright, jaw_sections, 0.008, 0.03, 0.025, false);
   parts.emplace_back(upright, leg_sections, 0.02, 0.05, 0.035, true);
   parts.emplace_back(sideways, arm_sections, 0.06, 0.02, 0.06, true);
-  Frame foot = make_frame({0.113, 0.0, -0.022}, {0.12, 0, 1}, {1, 0, 0});
+  LocalFrame foot = make_frame({0.113, 0.0, -0.022}, {0.12, 0, 1}, {1, 0, 0});
   foot.v = {0, 1, 0};
   parts.emplace_back(foot, foot_sections, 0.018, 0.014, 0.03, true);
   parts.emplace_back(sideways, palm_sections, 0.01, 0.008, 0.014, true);
@@ -215,12 +149,9 @@ inline std::vector<Loft> mannequin_masses() {
   const Section ear[] = {{-0.020, 0, 0.005, 0.0065, 0.0065, 0.008, 0.008, 0},
                          {0.000, 0, 0.000, 0.0080, 0.0080, 0.015, 0.015, 0},
                          {0.016, 0, -0.002, 0.0080, 0.0080, 0.019, 0.019, 0}};
-  const Frame beside{{0.0735, 1.624, -0.008}, {0, 1, 0}, {0.9285, 0, 0.3714}, {-0.3714, 0, 0.9285}};
+  const LocalFrame beside{{0.0735, 1.624, -0.008}, {0, 1, 0}, {0.9285, 0, 0.3714}, {-0.3714, 0, 0.9285}};
   parts.emplace_back(beside, ear, 0.008, 0.013, 0.009, true);
-  return parts;
+  return BlendedLofts(std::move(parts));
 }
 
-/// The whole figure: masses and strokes.
-inline ImplicitFigure mannequin_figure() { return {mannequin_masses(), strokes}; }
-
-}  // namespace npt::inline NPT_ABI::body::internal
+}  // namespace npt::inline NPT_ABI::anatomy

@@ -4,9 +4,8 @@
 ///           the six tetrahedra around its main diagonal (Kuhn), which agree on the faces of neighbouring cubes
 #pragma once
 
-#include <npt/body/implicit_figure.hpp>
-#include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/mannequin/surface.hpp>
 
 #include <algorithm>
 #include <array>
@@ -18,12 +17,10 @@
 #include <utility>
 #include <vector>
 
-namespace npt::inline NPT_ABI::body::internal {
+namespace sculpt {
 
-struct TriangleSheet {
-  std::vector<Vec3d> positions;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-};
+using npt::Vec3d;
+using npt::anatomy::TriangleSheet;
 
 /// Maps grid coordinates (in cells) to space and back: finer cells where a figure is finer.
 struct GridWarp {
@@ -42,9 +39,11 @@ struct GridWarp {
   }
 };
 
+/// `Figure` gives f(p) as a double.
+template <class Figure>
 class Polygoniser {
  public:
-  Polygoniser(const ImplicitFigure& figure, const GridWarp& warp) : figure_(figure), warp_(warp) {}
+  Polygoniser(const Figure& figure, const GridWarp& warp) : figure_(figure), warp_(warp) {}
 
   /// `seed` is a cell that the surface passes through.
   TriangleSheet operator()(std::array<int, 3> seed) {
@@ -142,7 +141,7 @@ class Polygoniser {
     return at->second;
   }
 
-  const ImplicitFigure& figure_;
+  const Figure& figure_;
   GridWarp warp_;
   TriangleSheet sheet_;
   std::unordered_map<std::uint64_t, double> values_;
@@ -150,4 +149,4 @@ class Polygoniser {
   std::unordered_map<std::uint64_t, std::uint32_t> edges_;
 };
 
-}  // namespace npt::inline NPT_ABI::body::internal
+}  // namespace sculpt
