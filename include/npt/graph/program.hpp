@@ -110,6 +110,8 @@ struct Sweep {
 struct Signature {
   int count = 0;
   std::array<OperationId, max_chain> operations{};
+
+  constexpr bool operator==(const Signature&) const = default;
 };
 
 struct Program {
@@ -135,7 +137,9 @@ struct Program {
   bool paired = false;  ///< pose and identity must have equally many vertices: their channels meet vertex by vertex
   double multiply_adds = 0;  ///< a vertex, by the plain algorithm: every convolution, SPAdaIN's included
 
+  constexpr Stage& stage(int i) { return stages[static_cast<std::size_t>(i)]; }
   constexpr const Stage& stage(int i) const { return stages[static_cast<std::size_t>(i)]; }
+  constexpr Activation& activation(int i) { return activations[static_cast<std::size_t>(i)]; }
   constexpr const Activation& activation(int i) const { return activations[static_cast<std::size_t>(i)]; }
   constexpr const Sweep& sweep(int i) const { return sweeps[static_cast<std::size_t>(i)]; }
 };

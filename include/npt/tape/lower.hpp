@@ -11,6 +11,7 @@
 #include <npt/config.hpp>
 #include <npt/core/parameter.hpp>
 #include <npt/graph/lower.hpp>
+#include <npt/graph/lowering.hpp>
 #include <npt/tape/tape.hpp>
 
 #include <array>
@@ -19,6 +20,7 @@
 namespace npt::inline NPT_ABI::tape {
 
 using graph::Graph;
+using graph::index;
 using graph::max_nodes;
 using graph::Node;
 using graph::NodeKind;
@@ -41,12 +43,11 @@ class Lowering {
     assign_buffers();
     assign_signatures();
     find_pairing();
-    count_work();
+    tape_.multiply_adds = graph::multiply_adds(graph_);
     return tape_;
   }
 
  private:
-  static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
   constexpr Stage& stage(int i) { return tape_.stages[index(i)]; }
   constexpr Activation& activation(int i) { return tape_.activations[index(i)]; }
   constexpr Adjoint& adjoint(int i) { return tape_.adjoints[index(i)]; }
@@ -127,9 +128,8 @@ class Lowering {
         const ReadPath& path = operand.paths[index(r)];
         must_gather = must_gather || (node.normalises && path.norm >= 0) || path.chain.count == max_chain;
         if (node.normalises && activation(path.activation).input >= 0) must_gather = true;
-        // A adjoint keeps what the layers in front of its norm do, but not the gradient of a second input of theirs.
-        for (int s = 0; s < path.chain.count; ++s)
-          must_gather = must_gather || (node.normalises && path.chain.steps[index(s)].other >= 0);
+        // An adjoint keeps what the layers in front of its norm do, but not the gradient of a second input of theirs.
+        graph::for_each_other(path.chain, [&](int) { must_gather = must_gather || node.normalises; });
       }
       if (must_gather) {
         operand = {};
@@ -137,7 +137,8 @@ class Lowering {
       }
       for (int r = 0; r < operand.count; ++r) {
         ReadPath& path = operand.paths[index(r)];
-        const Step step = step_of(node, path.column, path.channels);
+        const int condition = node.second < 0 ? -1 : stored(node.second);
+        const Step step = graph::step_of(node, path.column, path.channels, condition);
         if (activation(path.activation).pooled_from >= 0) {
           path.activation = behind_pool(path.activation, step);
           continue;
@@ -165,24 +166,10 @@ class Lowering {
     return operand;
   }
 
-  constexpr Step step_of(const Node& node, int first, int channels) {
-    Step step{.operation = node.operation, .normalises = node.normalises};
-    if (node.second >= 0) step.other = stored(node.second);
-    for (std::size_t i = 0; i < step.parameters.size(); ++i) {
-      if (node.parameters[i] < 0) continue;
-      const int size = node.parameter_sizes[i];
-      const int a_channel = size % node.channels == 0 ? size / node.channels : 0;  // 0: not per channel
-      step.parameters[i] = node.parameters[i] + first * a_channel;
-      step.sizes[i] = a_channel == 0 ? size : channels * a_channel;
-    }
-    return step;
-  }
-
   constexpr int pool(int n) {
     Operand operand = resolve(graph_[n].first);
-    bool increasing = operand.count == 1 && activation(operand.paths[0].activation).stage >= 0;
-    for (int m = graph_[n].first; increasing && activation_of_[index(m)] < 0; m = graph_[m].first)
-      increasing = graph_[m].increasing && graph_[m].second < 0;
+    const bool increasing = operand.count == 1 && activation(operand.paths[0].activation).stage >= 0 &&
+                            graph::increases_up_to(graph_, graph_[n].first, activation_of_);
     if (!increasing) {
       operand = {};
       operand.push({.activation = gather(graph_[n].first), .channels = graph_[n].channels});
@@ -197,15 +184,10 @@ class Lowering {
     return activation_of_[index(n)];
   }
 
-  /// As Lowering::behind_pool.
   constexpr int behind_pool(int t, const Step& step) {
-    if (step.normalises || step.other >= 0)
-      throw "npt: behind max_pool no layer may need values per vertex: instance_norm, or one that is conditioned on others";
     Activation longer = activation(t);
-    longer.chain.push(step);
-    for (int p = 0; p < tape_.activation_count; ++p)
-      if (activation(p).pooled_from == longer.pooled_from && activation(p).chain == longer.chain) return p;
-    return add_activation(longer);
+    const int found = graph::find_behind_pool(tape_.activations, tape_.activation_count, longer, step);
+    return found >= 0 ? found : add_activation(longer);
   }
 
   // ---- adjoints ----
@@ -319,23 +301,14 @@ class Lowering {
 
   // ---- loops ----
 
-  constexpr Signature& sign(Chain& chain) {
-    for (int s = 0; s < tape_.signature_count; ++s) {
-      const graph::Signature& known = tape_.signatures[index(s)].operations;
-      bool same = known.count == chain.count;
-      for (int c = 0; same && c < chain.count; ++c)
-        same = known.operations[index(c)] == chain.steps[index(c)].operation;
-      if (same) {
-        chain.signature = s;
-        return tape_.signatures[index(s)];
-      }
-    }
-    if (tape_.signature_count == max_signatures) throw "npt: more than max_signatures kinds of chains";
-    Signature& fresh = tape_.signatures[index(tape_.signature_count)];
-    fresh.operations.count = chain.count;
-    for (int c = 0; c < chain.count; ++c) fresh.operations.operations[index(c)] = chain.steps[index(c)].operation;
-    chain.signature = tape_.signature_count++;
-    return fresh;
+  constexpr Signature& assign_signature(Chain& chain) {
+    const graph::Signature operations = graph::signature_of(chain);
+    int& count = tape_.signature_count;
+    for (chain.signature = 0; chain.signature < count; ++chain.signature)
+      if (Signature& known = tape_.signatures[index(chain.signature)]; known.operations == operations) return known;
+    if (count == max_signatures) throw "npt: more than tape::max_signatures kinds of chains";
+    tape_.signatures[index(count)].operations = operations;
+    return tape_.signatures[index(count++)];
   }
 
   constexpr void assign_signatures() {
@@ -343,14 +316,14 @@ class Lowering {
       for (int r = 0; r < stage(i).path_count; ++r) {
         ReadPath& path = stage(i).paths[index(r)];
         if (activation(path.activation).pooled_from >= 0) continue;
-        Signature& signature = sign(path.chain);
+        Signature& signature = assign_signature(path.chain);
         (path.adds ? signature.adds : signature.reads) = true;
       }
     for (int t = 0; t < tape_.activation_count; ++t)
-      if (activation(t).pooled_from >= 0) sign(activation(t).chain).reads = true;
+      if (activation(t).pooled_from >= 0) assign_signature(activation(t).chain).reads = true;
     for (int p = 0; p < tape_.adjoint_count; ++p)
       if (adjoint(p).normalises) {
-        Signature& signature = sign(adjoint(p).prefix);
+        Signature& signature = assign_signature(adjoint(p).prefix);
         signature.finishes = true;
         signature.reads = true;
       }
@@ -361,21 +334,10 @@ class Lowering {
       if (stage(i).from_pose) continue;
       for (int r = 0; r < stage(i).path_count; ++r) {
         const ReadPath& path = stage(i).paths[index(r)];
-        const auto paired = [&](int t) { return t >= 0 && activation(t).from_pose && activation(t).pooled_from < 0; };
+        const auto paired = [&](int t) { return activation(t).from_pose && activation(t).pooled_from < 0; };
         if (paired(path.activation)) tape_.paired = true;
-        for (int s = 0; s < path.chain.count; ++s)
-          if (paired(path.chain.steps[index(s)].other)) tape_.paired = true;
+        graph::for_each_other(path.chain, [&](int other) { tape_.paired = tape_.paired || paired(other); });
       }
-    }
-  }
-
-  constexpr void count_work() {
-    for (int n = 0; n < graph_.count; ++n) {
-      const Node& node = graph_[n];
-      if (node.kind == NodeKind::conv)
-        tape_.multiply_adds += static_cast<double>(node.channels) * graph_[node.first].channels;
-      if (node.kind == NodeKind::pointwise && node.second >= 0)
-        tape_.multiply_adds += 2.0 * node.channels * graph_[node.second].channels;
     }
   }
 
