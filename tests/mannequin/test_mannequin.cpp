@@ -229,10 +229,7 @@ TEST_CASE("the mannequin bends in Table 6's poses without tearing, turning insid
       npt::Vec3d sum{};
       const npt::SparseMatrix& w = body.tables().weights;
       for (std::size_t k = w.start[v]; k < w.start[v + 1]; ++k) {
-        const npt::RigidMotion& m = motions[w.column[k]];
-        sum += npt::Vec3d{m[0] * n.x + m[1] * n.y + m[2] * n.z, m[4] * n.x + m[5] * n.y + m[6] * n.z,
-                          m[8] * n.x + m[9] * n.y + m[10] * n.z} *
-               static_cast<double>(w.value[k]);
+        sum += motions[w.column[k]].rotation * n * static_cast<double>(w.value[k]);
       }
       return sum;
     };

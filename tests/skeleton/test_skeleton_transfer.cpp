@@ -73,24 +73,16 @@ TEST_CASE("weights cover every vertex, bones lie inside, and joints keep their d
   const npt::BodyModel& model = npt::mannequin();
   const auto motions = npt::skeleton_motions(model, transfer().fit(), pose_fit().axis_angles);
   for (const npt::Bone& bone : transfer().bones()) {
-    const Vec3d from = npt::moved(motions[bone.joint], bone.from), to = npt::moved(motions[bone.joint], bone.to);
+    const Vec3d from = motions[bone.joint](bone.from), to = motions[bone.joint](bone.to);
     CHECK(std::abs(length(to - from) - length(bone.to - bone.from)) < 1e-9);
     // Bones hang together: where the joint's parent takes the joint, it is itself.
     if (bone.joint > 0) {
       const auto parent = static_cast<std::size_t>(model.tables().parents[bone.joint]);
-      CHECK(length(npt::moved(motions[parent], bone.from) - from) < 1e-6);
+      CHECK(length(motions[parent](bone.from) - from) < 1e-6);
     } else {
       CHECK(length(from - bone.from) < 1e-6);
     }
   }
-}
-
-TEST_CASE("rigid motions compose and invert") {
-  const std::array<double, 9> r = npt::rotation_matrix({0.3, -1.1, 0.7});
-  const npt::RigidMotion m{r[0], r[1], r[2], 4, r[3], r[4], r[5], -5, r[6], r[7], r[8], 6};
-  const Vec3d p{1, 2, 3};
-  CHECK(length(npt::moved(npt::inverse_motion(m), npt::moved(m, p)) - p) < 1e-12);
-  CHECK(length(npt::moved(npt::composed(m, m), p) - npt::moved(m, npt::moved(m, p))) < 1e-12);
 }
 
 TEST_CASE("evaluate() runs it as a system") {

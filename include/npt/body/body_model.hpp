@@ -11,8 +11,10 @@
 #pragma once
 
 #include <npt/body/body_tables.hpp>
+#include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
+#include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
 
@@ -27,69 +29,73 @@
 
 namespace npt::inline NPT_ABI {
 
-/// A rigid motion x -> rotation * x + translation, as the rows of a 3x4 matrix.
-using RigidMotion = std::array<double, 12>;
+/// The joints of the rest pose as they depend on the shape: the regressor applied to the tables, once.
+class RestJoints {
+ public:
+  explicit RestJoints(const BodyTables& tables)
+      : shapes_(tables.shape_count()),
+        template_(3 * tables.joint_count(), 0.0),
+        shapedirs_(3 * tables.joint_count() * shapes_, 0.0) {
+    const SparseMatrix& regressor = tables.J_regressor;
+    for (std::size_t j = 0; j < tables.joint_count(); ++j) {
+      for (std::size_t i = regressor.start[j]; i < regressor.start[j + 1]; ++i) {
+        const double w = static_cast<double>(regressor.value[i]);
+        const std::size_t v = regressor.column[i];
+        for (std::size_t k = 0; k < 3; ++k)
+          template_[3 * j + k] += w * static_cast<double>(tables.v_template[3 * v + k]);
+        for (std::size_t k = 0; k < 3 * shapes_; ++k)
+          shapedirs_[3 * shapes_ * j + k] += w * static_cast<double>(tables.shapedirs[3 * shapes_ * v + k]);
+      }
+    }
+  }
 
-/// Rodrigues' formula. The result is exactly the identity for the zero vector.
-inline std::array<double, 9> rotation_matrix(Vec3d axis_angle) {
-  const double angle = length(axis_angle);
-  if (angle == 0.0) return {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  const Vec3d a = axis_angle / angle;
-  const double s = std::sin(angle), c = std::cos(angle), k = 1.0 - c;
-  return {c + a.x * a.x * k,       a.x * a.y * k - a.z * s, a.x * a.z * k + a.y * s,
-          a.y * a.x * k + a.z * s, c + a.y * a.y * k,       a.y * a.z * k - a.x * s,
-          a.z * a.x * k - a.y * s, a.z * a.y * k + a.x * s, c + a.z * a.z * k};
-}
+  /// joints: [J]. Missing betas count as 0.
+  template <class T>
+  void operator()(std::span<const T> betas, std::span<Vec3d> joints) const {
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      double p[3];
+      for (std::size_t k = 0; k < 3; ++k) {
+        p[k] = template_[3 * j + k];
+        for (std::size_t b = 0; b < betas.size(); ++b) p[k] += direction(j, k)[b] * static_cast<double>(betas[b]);
+      }
+      joints[j] = {p[0], p[1], p[2]};
+    }
+  }
+
+  /// [S] How coordinate k of joint j grows with the betas.
+  const double* direction(std::size_t j, std::size_t k) const { return shapedirs_.data() + (3 * j + k) * shapes_; }
+
+ private:
+  std::size_t shapes_;
+  std::vector<double> template_;   ///< [J, 3] J_regressor * v_template
+  std::vector<double> shapedirs_;  ///< [J, 3, S] J_regressor * shapedirs
+};
 
 class BodyModel {
  public:
   /// Checks the tables (`source` names them in errors) and prepares what makes subsets cheap.
-  explicit BodyModel(BodyTables tables, const std::string& source = "body") : tables_(std::move(tables)) {
-    check_tables(tables_, source);
-    const std::size_t j = joint_count(), s = shape_count();
-    joint_template_.assign(3 * j, 0.0);
-    joint_shapedirs_.assign(3 * j * s, 0.0);
-    const SparseMatrix& regressor = tables_.J_regressor;
-    for (std::size_t r = 0; r < j; ++r) {
-      for (std::size_t i = regressor.start[r]; i < regressor.start[r + 1]; ++i) {
-        const double w = static_cast<double>(regressor.value[i]);
-        const std::size_t v = regressor.column[i];
-        for (std::size_t k = 0; k < 3; ++k) {
-          joint_template_[3 * r + k] += w * static_cast<double>(tables_.v_template[3 * v + k]);
-        }
-        for (std::size_t k = 0; k < 3 * s; ++k) {
-          joint_shapedirs_[3 * s * r + k] += w * static_cast<double>(tables_.shapedirs[3 * s * v + k]);
-        }
-      }
-    }
-  }
+  explicit BodyModel(BodyTables tables, const std::string& source = "body")
+      : tables_(checked(std::move(tables), source)), rest_joints_(tables_) {}
 
   std::size_t vertex_count() const noexcept { return tables_.vertex_count(); }
   std::size_t joint_count() const noexcept { return tables_.joint_count(); }
   std::size_t shape_count() const noexcept { return tables_.shape_count(); }
   std::span<const std::array<std::uint32_t, 3>> triangles() const noexcept { return tables_.triangles; }
   const BodyTables& tables() const noexcept { return tables_; }
+  const RestJoints& rest_joints() const noexcept { return rest_joints_; }
 
   /// [J] joints of the rest pose for a shape.
   std::vector<Vec3d> joints(std::span<const float> betas) const {
     check_betas(betas);
-    const std::size_t s = shape_count();
     std::vector<Vec3d> result(joint_count());
-    for (std::size_t j = 0; j < result.size(); ++j) {
-      double p[3];
-      for (std::size_t k = 0; k < 3; ++k) {
-        p[k] = joint_template_[3 * j + k];
-        for (std::size_t b = 0; b < betas.size(); ++b) {
-          p[k] += joint_shapedirs_[(3 * j + k) * s + b] * static_cast<double>(betas[b]);
-        }
-      }
-      result[j] = {p[0], p[1], p[2]};
-    }
+    rest_joints_(betas, std::span(result));
     return result;
   }
 
   /// [J] motion of each bone from the rest pose of this shape to the pose.
-  std::vector<RigidMotion> bone_motions(std::span<const float> betas, std::span<const float> axis_angles) const;
+  std::vector<RigidMotion> bone_motions(std::span<const float> betas, std::span<const float> axis_angles) const {
+    return bone_motions(betas, joint_rotations(axis_angles));
+  }
 
   /// All vertices: out is [V, 3].
   void posed(std::span<const float> betas, std::span<const float> axis_angles, std::span<float> out) const {
@@ -111,6 +117,10 @@ class BodyModel {
   }
 
  private:
+  static BodyTables checked(BodyTables tables, const std::string& source) {
+    check_tables(tables, source);
+    return tables;
+  }
   void check_betas(std::span<const float> betas) const {
     body::internal::require(betas.size() <= shape_count(), "betas", "", std::to_string(betas.size()) + " numbers",
                             "at most " + std::to_string(shape_count()));
@@ -124,13 +134,29 @@ class BodyModel {
   template <class VertexOf>
   void skin(std::span<const float> betas, std::span<const float> axis_angles, std::size_t count, VertexOf vertex_of,
             std::span<float> out) const {
-    const std::vector<RigidMotion> motions = bone_motions(betas, axis_angles);
-    const std::vector<double> bend = pose_feature(axis_angles);
+    const std::vector<Matrix3> rotations = joint_rotations(axis_angles);
+    const std::vector<RigidMotion> motions = bone_motions(betas, rotations);
+    std::vector<double> bend(tables_.posedirs.empty() ? 0 : 9 * (joint_count() - 1));
+    if (!bend.empty()) pose_feature(rotations, bend);
     for (std::size_t i = 0; i < count; ++i) skin_vertex(vertex_of(i), betas, motions, bend, out.data() + 3 * i);
   }
 
-  /// SMPL's input to posedirs, [9 (J - 1)]: R - I of each joint but the root. Empty for a body without posedirs.
-  std::vector<double> pose_feature(std::span<const float> axis_angles) const;
+  std::vector<Matrix3> joint_rotations(std::span<const float> axis_angles) const {
+    body::internal::require(axis_angles.size() == 3 * joint_count(), "axis angles", "",
+                            std::to_string(axis_angles.size()) + " numbers",
+                            "three for each of " + std::to_string(joint_count()) + " joints");
+    body::internal::check_finite(axis_angles, "argument", "axis angles");
+    std::vector<Matrix3> rotations(joint_count());
+    for (std::size_t j = 0; j < rotations.size(); ++j)
+      rotations[j] =
+          rotation_matrix(Vec3f{axis_angles[3 * j], axis_angles[3 * j + 1], axis_angles[3 * j + 2]}.as<double>());
+    return rotations;
+  }
+  std::vector<RigidMotion> bone_motions(std::span<const float> betas, std::span<const Matrix3> rotations) const {
+    std::vector<RigidMotion> motions;
+    forward_kinematics(tables_.parents, joints(betas), rotations, motions);
+    return motions;
+  }
 
   /// Never inlined: two copies could contract multiplications and additions differently, and a vertex must have the
   /// same bits in a subset as in the full mesh.
@@ -146,62 +172,20 @@ class BodyModel {
       const float* correction = tables_.posedirs.data() + (3 * v + k) * bend.size();
       for (std::size_t b = 0; b < bend.size(); ++b) p[k] += static_cast<double>(correction[b]) * bend[b];
     }
-    RigidMotion m{};
+    RigidMotion m{.rotation = {}, .shift = {}};
     for (std::size_t i = tables_.weights.start[v]; i < tables_.weights.start[v + 1]; ++i) {
       const double w = static_cast<double>(tables_.weights.value[i]);
       const RigidMotion& g = motions[tables_.weights.column[i]];
-      for (std::size_t k = 0; k < 12; ++k) m[k] += w * g[k];
+      m.rotation += g.rotation * w;
+      m.shift += g.shift * w;
     }
-    for (std::size_t k = 0; k < 3; ++k) {
-      out[k] = static_cast<float>(m[4 * k] * p[0] + m[4 * k + 1] * p[1] + m[4 * k + 2] * p[2] + m[4 * k + 3]);
-    }
-  }
-
-  static Vec3d row(std::span<const float> axis_angles, std::size_t j) {
-    return Vec3f{axis_angles[3 * j], axis_angles[3 * j + 1], axis_angles[3 * j + 2]}.as<double>();
+    const Vec3f q = m({p[0], p[1], p[2]}).as<float>();
+    out[0] = q.x, out[1] = q.y, out[2] = q.z;
   }
 
   BodyTables tables_;
-  std::vector<double> joint_template_;   ///< [J, 3] J_regressor * v_template
-  std::vector<double> joint_shapedirs_;  ///< [J, 3, S] J_regressor * shapedirs
+  RestJoints rest_joints_;
 };
-
-inline std::vector<RigidMotion> BodyModel::bone_motions(std::span<const float> betas,
-                                                        std::span<const float> axis_angles) const {
-  body::internal::require(axis_angles.size() == 3 * joint_count(), "axis angles", "",
-                          std::to_string(axis_angles.size()) + " numbers",
-                          "three for each of " + std::to_string(joint_count()) + " joints");
-  body::internal::check_finite(axis_angles, "argument", "axis angles");
-  const std::vector<Vec3d> rest = joints(betas);
-  std::vector<RigidMotion> motion(rest.size());
-  for (std::size_t j = 0; j < rest.size(); ++j) {
-    // With the parent's motion P: G_j(x) = P(R (x - rest_j) + rest_j). At R = I this is P without any rounding.
-    const std::array<double, 9> r = rotation_matrix(row(axis_angles, j));
-    const RigidMotion parent =
-        j == 0 ? RigidMotion{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0} : motion[static_cast<std::size_t>(tables_.parents[j])];
-    const Vec3d p = rest[j];
-    const Vec3d shift{p.x - (r[0] * p.x + r[1] * p.y + r[2] * p.z), p.y - (r[3] * p.x + r[4] * p.y + r[5] * p.z),
-                      p.z - (r[6] * p.x + r[7] * p.y + r[8] * p.z)};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const double *a = &parent[4 * i], *b = r.data();
-      double* c = &motion[j][4 * i];
-      for (std::size_t k = 0; k < 3; ++k) c[k] = a[0] * b[k] + a[1] * b[3 + k] + a[2] * b[6 + k];
-      c[3] = a[0] * shift.x + a[1] * shift.y + a[2] * shift.z + a[3];
-    }
-  }
-  return motion;
-}
-
-inline std::vector<double> BodyModel::pose_feature(std::span<const float> axis_angles) const {
-  std::vector<double> feature;
-  if (tables_.posedirs.empty()) return feature;
-  feature.reserve(9 * (joint_count() - 1));
-  for (std::size_t j = 1; j < joint_count(); ++j) {
-    const std::array<double, 9> r = rotation_matrix(row(axis_angles, j));
-    for (std::size_t k = 0; k < 9; ++k) feature.push_back(r[k] - (k % 4 == 0 ? 1.0 : 0.0));
-  }
-  return feature;
-}
 
 /// The body as a triangle mesh. Without axis angles: the rest pose.
 inline Mesh to_mesh(const BodyModel& body, std::span<const float> betas = {}, std::span<const float> axis_angles = {}) {

@@ -18,12 +18,12 @@
 
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
+#include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/deformation/deformation_gradient.hpp>
 #include <npt/deformation/markers.hpp>
 #include <npt/deformation/piece_tree.hpp>
 #include <npt/deformation/surface.hpp>
-#include <npt/linear/matrix3.hpp>
 #include <npt/linear/similarity.hpp>
 #include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/topology.hpp>

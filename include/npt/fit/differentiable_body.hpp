@@ -9,9 +9,10 @@
 #pragma once
 
 #include <npt/body/body_model.hpp>
+#include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
+#include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/linear/matrix3.hpp>
 
 #include <algorithm>
 #include <array>
@@ -25,11 +26,6 @@ namespace npt::inline NPT_ABI {
 
 namespace fit::internal {
 
-inline Matrix3 rotation(Vec3d axis_angle) {
-  const std::array<double, 9> r = rotation_matrix(axis_angle);
-  return {{{{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, {r[6], r[7], r[8]}}}};
-}
-
 /// m^T v
 constexpr Vec3d transposed_times(const Matrix3& m, Vec3d v) {
   return m.rows[0] * v.x + m.rows[1] * v.y + m.rows[2] * v.z;
@@ -40,7 +36,7 @@ constexpr double inner(const Matrix3& a, const Matrix3& b) {
   return dot(a.rows[0], b.rows[0]) + dot(a.rows[1], b.rows[1]) + dot(a.rows[2], b.rows[2]);
 }
 
-/// From d/dR to d/d(axis angle), R = rotation(axis_angle).
+/// From d/dR to d/d(axis angle), R = rotation_matrix(axis_angle).
 inline Vec3d axis_angle_gradient(Vec3d axis_angle, const Matrix3& r, const Matrix3& gradient) {
   // With a generator w, dR = [w]x R: the sum of entries of `gradient` times [w]x R is w . turn.
   const Matrix3 m = gradient * r.transposed();
@@ -60,20 +56,19 @@ class DifferentiableBody {
  public:
   /// The pose of every bone for one set of parameters, as forward() leaves it for backward() and for normals.
   struct State {
-    std::vector<Vec3d> joints;        ///< [J] of the rest pose
-    std::vector<Matrix3> local;       ///< [J] rotation relative to the parent
-    std::vector<Matrix3> rotation;    ///< [J] rotation from the rest pose
-    std::vector<Vec3d> posed_joints;  ///< [J] without the translation
-    std::vector<Vec3d> offset;        ///< [J] a bone moves x to rotation * x + offset
-    std::vector<double> bend;         ///< [9 (J - 1)] R - I, or empty without posedirs
-    std::vector<Vec3d> shaped;        ///< [n] vertices of the rest pose
+    std::vector<Vec3d> joints;         ///< [J] of the rest pose
+    std::vector<Matrix3> local;        ///< [J] rotation relative to the parent
+    std::vector<RigidMotion> motions;  ///< [J] of the bones, without the translation
+    std::vector<double> bend;          ///< [9 (J - 1)] R - I, or empty without posedirs
+    std::vector<Vec3d> shaped;         ///< [n] vertices of the rest pose
   };
 
   /// Of all vertices.
   explicit DifferentiableBody(const BodyModel& model) : DifferentiableBody(model, all_of(model)) {}
 
   /// Requires  vertices below the model's count
-  DifferentiableBody(const BodyModel& model, std::vector<std::uint32_t> vertices) : vertices_(std::move(vertices)) {
+  DifferentiableBody(const BodyModel& model, std::vector<std::uint32_t> vertices)
+      : vertices_(std::move(vertices)), rest_joints_(model.rest_joints()) {
     const BodyTables& tables = model.tables();
     shapes_ = model.shape_count();
     parents_ = tables.parents;
@@ -90,7 +85,6 @@ class DifferentiableBody {
       }
       skin_start_.push_back(skin_joint_.size());
     }
-    regress_joints(tables);
   }
 
   std::size_t vertex_count() const noexcept { return vertices_.size(); }
@@ -111,7 +105,7 @@ class DifferentiableBody {
       Vec3d sum = translation;
       for (std::size_t s = skin_start_[i]; s < skin_start_[i + 1]; ++s) {
         const std::size_t j = skin_joint_[s];
-        sum += (state.rotation[j] * p + state.offset[j]) * skin_weight_[s];
+        sum += state.motions[j](p) * skin_weight_[s];
       }
       out[i] = sum;
     }
@@ -144,48 +138,27 @@ class DifferentiableBody {
   Vec3d carried(std::size_t i, Vec3d rest, const State& state) const {
     Vec3d sum;
     for (std::size_t s = skin_start_[i]; s < skin_start_[i + 1]; ++s)
-      sum += (state.rotation[skin_joint_[s]] * rest) * skin_weight_[s];
+      sum += (state.motions[skin_joint_[s]].rotation * rest) * skin_weight_[s];
     return sum;
   }
 
   /// Rest joints and bones for x; forward() calls it.
   void pose_bones(std::span<const double> x, State& state) const {
-    const std::size_t joints = joint_count();
-    state.joints.resize(joints);
-    state.local.resize(joints);
-    state.rotation.resize(joints);
-    state.posed_joints.resize(joints);
-    state.offset.resize(joints);
+    state.joints.resize(joint_count());
+    state.local.resize(joint_count());
     state.bend.resize(corrections_);
-    const std::span<const double> shape = betas(x);
-    for (std::size_t j = 0; j < joints; ++j) {
-      double p[3];
-      for (std::size_t k = 0; k < 3; ++k) {
-        p[k] = joint_template_[3 * j + k];
-        for (std::size_t b = 0; b < shapes_; ++b) p[k] += joint_shapedirs_[(3 * j + k) * shapes_ + b] * shape[b];
-      }
-      const Vec3d rest{p[0], p[1], p[2]};
-      state.joints[j] = rest;
-      state.local[j] = fit::internal::rotation(axis_angle(x, j));
-      if (j == 0) {
-        state.rotation[0] = state.local[0];
-        state.posed_joints[0] = rest;
-      } else {
-        const auto parent = static_cast<std::size_t>(parents_[j]);
-        state.rotation[j] = state.rotation[parent] * state.local[j];
-        state.posed_joints[j] = state.rotation[parent] * (rest - state.joints[parent]) + state.posed_joints[parent];
-        if (corrections_ > 0) store(state.local[j] - Matrix3::identity(), &state.bend[9 * (j - 1)]);
-      }
-      state.offset[j] = state.posed_joints[j] - state.rotation[j] * rest;
-    }
+    rest_joints_(betas(x), std::span(state.joints));
+    for (std::size_t j = 0; j < joint_count(); ++j) state.local[j] = rotation_matrix(axis_angle(x, j));
+    forward_kinematics(parents_, state.joints, state.local, state.motions);
+    if (corrections_ > 0) pose_feature(state.local, state.bend);
   }
 
  private:
   /// Gradients with respect to what State holds for each bone.
   struct Bones {
-    explicit Bones(std::size_t n) : rotation(n), offset(n), joints(n), posed_joints(n) {}
+    explicit Bones(std::size_t n) : rotation(n), shift(n), joints(n) {}
     std::vector<Matrix3> rotation;
-    std::vector<Vec3d> offset, joints, posed_joints;
+    std::vector<Vec3d> shift, joints;
   };
 
   static std::vector<std::uint32_t> all_of(const BodyModel& model) {
@@ -202,29 +175,11 @@ class DifferentiableBody {
       rows.insert(rows.end(), row.begin(), row.end());
     }
   }
-  void regress_joints(const BodyTables& tables) {
-    const SparseMatrix& regressor = tables.J_regressor;
-    joint_template_.assign(3 * joint_count(), 0.0);
-    joint_shapedirs_.assign(3 * joint_count() * shapes_, 0.0);
-    for (std::size_t j = 0; j < joint_count(); ++j)
-      for (std::size_t i = regressor.start[j]; i < regressor.start[j + 1]; ++i) {
-        const double w = static_cast<double>(regressor.value[i]);
-        const std::size_t v = regressor.column[i];
-        for (std::size_t k = 0; k < 3; ++k)
-          joint_template_[3 * j + k] += w * static_cast<double>(tables.v_template[3 * v + k]);
-        for (std::size_t k = 0; k < 3 * shapes_; ++k)
-          joint_shapedirs_[3 * shapes_ * j + k] += w * static_cast<double>(tables.shapedirs[3 * shapes_ * v + k]);
-      }
-  }
-
   std::span<const double> betas(std::span<const double> x) const { return x.subspan(3 + 3 * joint_count()); }
   static Vec3d axis_angle(std::span<const double> x, std::size_t j) {
     return {x[3 + 3 * j], x[4 + 3 * j], x[5 + 3 * j]};
   }
 
-  static void store(const Matrix3& m, double* to) {
-    for (const Vec3d row : m.rows) *to++ = row.x, *to++ = row.y, *to++ = row.z;
-  }
   static Matrix3 loaded(const double* m) { return {{{{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}}}}; }
 
   void shape_vertices(std::span<const double> shape, State& state) const {
@@ -249,8 +204,8 @@ class DifferentiableBody {
       const std::size_t j = skin_joint_[s];
       const Vec3d share = g * skin_weight_[s];
       bones.rotation[j] += outer(share, state.shaped[i]);
-      bones.offset[j] += share;
-      at_rest += fit::internal::transposed_times(state.rotation[j], share);
+      bones.shift[j] += share;
+      at_rest += fit::internal::transposed_times(state.motions[j].rotation, share);
     }
     return at_rest;
   }
@@ -260,25 +215,21 @@ class DifferentiableBody {
                       Bones& bones, std::span<double> gradient) const {
     using fit::internal::transposed_times;
     for (std::size_t j = joint_count(); j-- > 0;) {
-      // offset = posed_joint - rotation * joint
-      bones.posed_joints[j] += bones.offset[j];
-      bones.rotation[j] += outer(-bones.offset[j], state.joints[j]);
-      bones.joints[j] += -transposed_times(state.rotation[j], bones.offset[j]);
-      Matrix3 local = bones.rotation[j];
-      if (j == 0) {
-        bones.joints[0] += bones.posed_joints[0];
-      } else {
+      // motion = parent's motion * (local, joint - local * joint)
+      Matrix3 turn = bones.rotation[j];
+      Vec3d shift = bones.shift[j];
+      if (j > 0) {
         const auto parent = static_cast<std::size_t>(parents_[j]);
-        const Vec3d g = bones.posed_joints[j];
-        bones.rotation[parent] += outer(g, state.joints[j] - state.joints[parent]);
-        bones.posed_joints[parent] += g;
-        const Vec3d at_rest = transposed_times(state.rotation[parent], g);
-        bones.joints[j] += at_rest;
-        bones.joints[parent] += -at_rest;
-        bones.rotation[parent] += bones.rotation[j] * state.local[j].transposed();
-        local = state.rotation[parent].transposed() * bones.rotation[j];
-        if (corrections_ > 0) local += loaded(&bend_gradient[9 * (j - 1)]);
+        const Matrix3 back = state.motions[parent].rotation.transposed();
+        bones.rotation[parent] += bones.rotation[j] * state.local[j].transposed() +
+                                  outer(bones.shift[j], state.joints[j] - state.local[j] * state.joints[j]);
+        bones.shift[parent] += bones.shift[j];
+        turn = back * turn;
+        shift = back * shift;
       }
+      bones.joints[j] += shift - transposed_times(state.local[j], shift);
+      Matrix3 local = turn - outer(shift, state.joints[j]);
+      if (j > 0 && corrections_ > 0) local += loaded(&bend_gradient[9 * (j - 1)]);
       const Vec3d g = fit::internal::axis_angle_gradient(axis_angle(x, j), state.local[j], local);
       gradient[3 + 3 * j] += g.x, gradient[4 + 3 * j] += g.y, gradient[5 + 3 * j] += g.z;
     }
@@ -286,7 +237,7 @@ class DifferentiableBody {
       const double d[3] = {bones.joints[j].x, bones.joints[j].y, bones.joints[j].z};
       for (std::size_t k = 0; k < 3; ++k)
         for (std::size_t b = 0; b < shapes_; ++b)
-          gradient[3 + 3 * joint_count() + b] += d[k] * joint_shapedirs_[(3 * j + k) * shapes_ + b];
+          gradient[3 + 3 * joint_count() + b] += d[k] * rest_joints_.direction(j, k)[b];
     }
   }
 
@@ -299,8 +250,7 @@ class DifferentiableBody {
   std::vector<std::size_t> skin_start_;
   std::vector<std::uint32_t> skin_joint_;
   std::vector<double> skin_weight_;
-  std::vector<double> joint_template_;   ///< [J, 3]
-  std::vector<double> joint_shapedirs_;  ///< [J, 3, S]
+  RestJoints rest_joints_;
 };
 
 }  // namespace npt::inline NPT_ABI

@@ -9,8 +9,8 @@
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
+#include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/linear/matrix3.hpp>
 
 #include <algorithm>
 #include <cmath>

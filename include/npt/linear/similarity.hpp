@@ -5,8 +5,8 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/linear/matrix3.hpp>
 
 #include <algorithm>
 #include <array>

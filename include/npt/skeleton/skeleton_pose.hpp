@@ -5,6 +5,7 @@
 #pragma once
 
 #include <npt/body/body_model.hpp>
+#include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/fit/body_fit.hpp>
@@ -21,30 +22,6 @@ struct Bone {
   std::size_t joint = 0;  ///< that moves it
 };
 
-/// m p
-constexpr Vec3d moved(const RigidMotion& m, Vec3d p) {
-  return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3], m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
-          m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
-}
-
-/// x -> a (b x)
-constexpr RigidMotion composed(const RigidMotion& a, const RigidMotion& b) {
-  RigidMotion c{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t k = 0; k < 4; ++k)
-      c[4 * i + k] = a[4 * i] * b[k] + a[4 * i + 1] * b[4 + k] + a[4 * i + 2] * b[8 + k];
-    c[4 * i + 3] += a[4 * i + 3];
-  }
-  return c;
-}
-
-constexpr RigidMotion inverse_motion(const RigidMotion& m) {
-  RigidMotion r{m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0};
-  const Vec3d shift = moved(r, {m[3], m[7], m[11]});
-  r[3] = -shift.x, r[7] = -shift.y, r[11] = -shift.z;
-  return r;
-}
-
 /// The bones of a body as it was fitted to a mesh.
 inline std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit) {
   const BodyTables& tables = model.tables();
@@ -52,7 +29,7 @@ inline std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit) {
   const std::vector<Vec3d> rest = model.joints(fit.betas);
   const std::vector<RigidMotion> motions = model.bone_motions(fit.betas, fit.axis_angles);
   std::vector<Vec3d> place(joints), skin(joints);
-  for (std::size_t j = 0; j < joints; ++j) place[j] = moved(motions[j], rest[j]) + fit.translation;
+  for (std::size_t j = 0; j < joints; ++j) place[j] = motions[j](rest[j]) + fit.translation;
   std::vector<float> vertices(3 * model.vertex_count());
   model.posed(fit.betas, fit.axis_angles, vertices);
   std::vector<double> weight(joints);
@@ -82,14 +59,13 @@ inline std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit) {
 /// identity's; its root joint stays in place.
 inline std::vector<RigidMotion> skeleton_motions(const BodyModel& model, const BodyFit& identity,
                                                  std::span<const float> axis_angles) {
-  const std::vector<RigidMotion> from = model.bone_motions(identity.betas, identity.axis_angles);
+  std::vector<RigidMotion> from = model.bone_motions(identity.betas, identity.axis_angles);
   std::vector<RigidMotion> to = model.bone_motions(identity.betas, axis_angles);
-  const auto shift = [](RigidMotion m, Vec3d by) {
-    m[3] += by.x, m[7] += by.y, m[11] += by.z;
-    return m;
-  };
-  for (std::size_t j = 0; j < to.size(); ++j)
-    to[j] = composed(shift(to[j], identity.translation), inverse_motion(shift(from[j], identity.translation)));
+  for (std::size_t j = 0; j < to.size(); ++j) {
+    from[j].shift += identity.translation;
+    to[j].shift += identity.translation;
+    to[j] = to[j] * from[j].inverse();
+  }
   return to;
 }
 

@@ -83,7 +83,7 @@ class SkeletonTransfer {
     for (std::size_t v = 0; v < points_.size(); ++v) {
       Vec3d sum;
       for (std::size_t i = weights_.start[v]; i < weights_.start[v + 1]; ++i)
-        sum += moved(motions[weights_.column[i]], points_[v]) * static_cast<double>(weights_.value[i]);
+        sum += motions[weights_.column[i]](points_[v]) * static_cast<double>(weights_.value[i]);
       const Vec3f p = sum.as<float>();
       out[3 * v] = p.x, out[3 * v + 1] = p.y, out[3 * v + 2] = p.z;
     }
