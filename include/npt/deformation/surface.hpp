@@ -1,5 +1,4 @@
 /// A mesh as deformation transfer sees it: triangles in double, coincident vertices welded, and what hangs together.
-/// Exporters split vertices along seams of texture or of hard edges; unwelded, such a mesh falls apart when it is deformed.
 /// Errors    npt::Error for what validate() finds, for a mesh without faces, and for one without a face that has an area
 #pragma once
 
@@ -11,15 +10,15 @@
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
-#include <npt/mesh/vertex_order.hpp>
+#include <npt/mesh/weld.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -71,28 +70,17 @@ struct Surface {
 };
 
 /// `name` stands in messages of errors.
-inline Surface surface_of(const Mesh& mesh, const std::string& name, bool weld = true) {
+inline Surface surface_of(const Mesh& mesh, const std::string& name, bool weld_seams = true) {
   validate(mesh, name);
   if (mesh.face_count() == 0) throw Error({.file = name, .found = "no faces", .expected = "a mesh with faces"});
   Surface surface;
-  surface.point_of.resize(mesh.vertex_count());
-  std::vector<std::uint32_t> representative(mesh.vertex_count());
-  std::iota(representative.begin(), representative.end(), 0U);
-  if (weld) representative = coincident_representatives(mesh.coordinates());
-  std::vector<std::uint32_t> point(mesh.vertex_count(), no_index);
-  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
-    std::uint32_t& p = point[representative[v]];
-    if (p == no_index) {
-      p = static_cast<std::uint32_t>(surface.points.size());
-      surface.points.push_back(mesh.positions[v].as<double>());
-      surface.vertex_of.push_back(v);
-    }
-    surface.point_of[v] = p;
-  }
-  surface.triangles = triangulate(mesh);
+  Welding welding = weld_seams ? weld(mesh.coordinates()) : unwelded(mesh.vertex_count());
+  for (const std::uint32_t v : welding.vertex_of) surface.points.push_back(mesh.positions[v].as<double>());
+  surface.triangles = welding.welded(triangulate(mesh));
+  surface.point_of = std::move(welding.point_of);
+  surface.vertex_of = std::move(welding.vertex_of);
   surface.flat.resize(surface.triangles.size());
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    for (std::uint32_t& corner : surface.triangles[t]) corner = surface.point_of[corner];
     const auto [a, b, c] = surface.corners(t);
     surface.flat[t] = is_flat(a, b, c) ? 1 : 0;
   }

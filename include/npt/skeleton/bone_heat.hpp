@@ -16,7 +16,7 @@
 #include <npt/core/vec3.hpp>
 #include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/topology.hpp>
-#include <npt/mesh/vertex_order.hpp>
+#include <npt/mesh/weld.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>
 #include <npt/surface/closest_point.hpp>
 #include <npt/surface/cotangent.hpp>
@@ -159,27 +159,18 @@ inline SparseMatrix bone_heat_weights(std::span<const Vec3d> points, std::span<c
                                       std::span<const Bone> bones, std::size_t joint_count,
                                       const BoneHeatOptions& options = {}) {
   if (bones.empty()) throw Error({.file = "skeleton", .found = "no bones", .expected = "at least one"});
-  // Points in one place become one.
   std::vector<float> xyz;
   for (const Vec3d p : points)
     xyz.insert(xyz.end(), {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
-  const std::vector<std::uint32_t> representative = coincident_representatives(xyz);
-  std::vector<std::uint32_t> number(points.size(), no_index);
-  std::vector<Vec3d> merged;
-  for (std::uint32_t v = 0; v < points.size(); ++v)
-    if (representative[v] == v) {
-      number[v] = static_cast<std::uint32_t>(merged.size());
-      merged.push_back(points[v]);
-    }
-  std::vector<Triangle> merged_triangles(triangles.begin(), triangles.end());
-  for (Triangle& t : merged_triangles)
-    for (std::uint32_t& corner : t) corner = number[representative[corner]];
-  const SparseMatrix weights = skeleton::internal::BoneHeat(std::move(merged), std::move(merged_triangles), bones)
+  const Welding welding = weld(xyz);
+  std::vector<Vec3d> welded;
+  for (const std::uint32_t v : welding.vertex_of) welded.push_back(points[v]);
+  const SparseMatrix weights = skeleton::internal::BoneHeat(std::move(welded), welding.welded(triangles), bones)
                                    .weights(joint_count, options.heat);
   SparseMatrix result;
   result.columns = joint_count;
-  for (const std::uint32_t v : representative) {
-    for (std::size_t i = weights.start[number[v]]; i < weights.start[number[v] + 1]; ++i)
+  for (const std::uint32_t p : welding.point_of) {
+    for (std::size_t i = weights.start[p]; i < weights.start[p + 1]; ++i)
       result.append(weights.column[i], weights.value[i]);
     result.end_row();
   }

@@ -26,8 +26,9 @@
 #include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
+#include <npt/mesh/points.hpp>
 #include <npt/mesh/topology.hpp>
-#include <npt/mesh/vertex_order.hpp>
+#include <npt/mesh/weld.hpp>
 #include <npt/surface/cotangent.hpp>
 #include <npt/surface/piece_links.hpp>
 
@@ -58,10 +59,12 @@ class DetailRefiner {
                 const std::string& name = "mesh to refine")
       : iterations_(options.iterations) {
     check(mesh, triangles, options, name);
-    weld(mesh);
-    std::vector<Triangle> welded(triangles.begin(), triangles.end());
-    for (Triangle& t : welded)
-      for (std::uint32_t& corner : t) corner = point_of_[corner];
+    Welding welding = weld(mesh);
+    for (const std::uint32_t v : welding.vertex_of) rest_.push_back(point_at(mesh, v));
+    vertices_at_.resize(welding.point_count());
+    for (const std::uint32_t point : welding.point_of) ++vertices_at_[point];
+    const std::vector<Triangle> welded = welding.welded(triangles);
+    point_of_ = std::move(welding.point_of);
     CotangentWeights weights = cotangent_weights(rest_, welded);
     if (!(weights.total_area > 0))
       throw Error({.file = name,
@@ -129,22 +132,6 @@ class DetailRefiner {
                        .place = "a face",
                        .found = "vertex " + std::to_string(corner),
                        .expected = "vertices below " + std::to_string(mesh.size() / 3)});
-  }
-
-  void weld(std::span<const float> mesh) {
-    const std::vector<std::uint32_t> representative = coincident_representatives(mesh);
-    point_of_.assign(representative.size(), no_index);
-    for (std::size_t v = 0; v < representative.size(); ++v) {
-      std::uint32_t& point = point_of_[representative[v]];
-      if (point == no_index) {
-        point = static_cast<std::uint32_t>(rest_.size());
-        const std::size_t at = 3 * std::size_t{representative[v]};
-        rest_.push_back(Vec3f{mesh[at], mesh[at + 1], mesh[at + 2]}.as<double>());
-        vertices_at_.push_back(0);
-      }
-      point_of_[v] = point;
-      ++vertices_at_[point];
-    }
   }
 
   /// Pieces that lie on each other hold on to each other.
