@@ -43,7 +43,7 @@ void write(const Options& o) {
                      std::vector<double>(identity.begin(), identity.end()), result);
   const std::vector<float> expected(result.begin(), result.end());
 
-  std::vector<npt::Tensor> tensors;
+  std::vector<npt::FileTensor> tensors;
   model.for_each_tensor([&](const std::string& name, const npt::Parameter& p, std::span<const float> values) {
     npt::TensorShape shape;
     for (int i = 0; i < p.rank; ++i) shape.push_back(static_cast<std::uint64_t>(p.dims[i]));

@@ -141,7 +141,7 @@ Report describe_mesh(const fs::path& file) {
 }
 
 std::uint64_t dimension(const npt::SafetensorsFile& file, const char* tensor, std::size_t i) {
-  const npt::Tensor* t = file.find(tensor);
+  const npt::FileTensor* t = file.find(tensor);
   return t != nullptr && i < t->shape.size() ? t->shape[i] : 0;
 }
 
@@ -152,7 +152,7 @@ bool has_all(const npt::SafetensorsFile& file, std::initializer_list<const char*
 /// NaN and infinity in tensors of floating point.
 std::size_t count_non_finite(const npt::SafetensorsFile& file) {
   std::size_t count = 0;
-  for (const npt::Tensor& tensor : file.tensors())
+  for (const npt::FileTensor& tensor : file.tensors())
     if (std::string_view(npt::to_string(tensor.dtype)).find('F') != std::string_view::npos)
       for (double v : npt::to_double(tensor, npt::NonFinite::keep)) count += std::isfinite(v) ? 0 : 1;
   return count;
@@ -184,7 +184,7 @@ Report describe_tensors(const fs::path& path) {
   describe_kind(report, file);
   std::uint64_t numbers = 0;
   Report tensors = Report::array();
-  for (const npt::Tensor& tensor : file.tensors()) {
+  for (const npt::FileTensor& tensor : file.tensors()) {
     numbers += tensor.count();
     tensors.push_back(
         {{"name", tensor.name}, {"type", npt::to_string(tensor.dtype)}, {"shape", npt::to_string(tensor.shape)}});

@@ -130,7 +130,7 @@ int bottleneck_of(const npt::SafetensorsFile& file) {
   std::string text;
   if (const std::string* stored = file.find_metadata("bottleneck")) {
     text = *stored;
-  } else if (const npt::Tensor* last = file.find("encoder.conv3.weight"); last != nullptr && !last->shape.empty()) {
+  } else if (const npt::FileTensor* last = file.find("encoder.conv3.weight"); last != nullptr && !last->shape.empty()) {
     text = std::to_string(last->shape[0]);
   } else {
     throw npt::Error({.file = file.name(),

@@ -36,7 +36,7 @@ inline std::vector<TransferJob> read_pairs(const std::filesystem::path& file) {
   std::size_t number = 0;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
-    const auto words = npt::internal::words_of(std::string_view(text).substr(at, end - at));
+    const auto words = npt::list_words(std::string_view(text).substr(at, end - at));
     at = end + 1;
     const std::string place = "line " + std::to_string(++number);
     if (!words) throw npt::Error({file.string(), place, "a quotation mark that is not closed", "identity pose output"});

@@ -51,7 +51,7 @@ struct Draft {
   }
 
   void write(const std::filesystem::path& path) const {
-    std::vector<npt::Tensor> tensors;
+    std::vector<npt::FileTensor> tensors;
     for (const auto& [name, e] : entries) {
       tensors.push_back({.name = name,
                          .dtype = e.dtype,

@@ -86,14 +86,14 @@ void write_species(const fs::path& path, const npt::Species& species,
   std::vector<std::int32_t> faces;
   for (const auto& t : species.triangles)
     for (const std::uint32_t v : t) faces.push_back(static_cast<std::int32_t>(v));
-  const std::vector<npt::Tensor> tensors{{.name = "poses",
-                                          .dtype = npt::Dtype::f32,
-                                          .shape = {species.meshes.size(), species.vertex_count(), 3},
-                                          .bytes = std::as_bytes(std::span(poses))},
-                                         {.name = "f",
-                                          .dtype = npt::Dtype::i32,
-                                          .shape = {species.triangles.size(), 3},
-                                          .bytes = std::as_bytes(std::span(faces))}};
+  const std::vector<npt::FileTensor> tensors{{.name = "poses",
+                                              .dtype = npt::Dtype::f32,
+                                              .shape = {species.meshes.size(), species.vertex_count(), 3},
+                                              .bytes = std::as_bytes(std::span(poses))},
+                                             {.name = "f",
+                                              .dtype = npt::Dtype::i32,
+                                              .shape = {species.triangles.size(), 3},
+                                              .bytes = std::as_bytes(std::span(faces))}};
   npt::write_safetensors(path, tensors, metadata);
 }
 

@@ -23,7 +23,7 @@ std::vector<std::string> seeds() {
 }
 
 template <class Convert>
-void try_to(Convert convert, const npt::Tensor& tensor) {
+void try_to(Convert convert, const npt::FileTensor& tensor) {
   try {
     fuzz::expect(convert(tensor).size() == tensor.count(), "a value for each element");
   } catch (const npt::Error&) {
@@ -40,13 +40,13 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   try {
     const npt::SafetensorsFile file = npt::SafetensorsFile::parse({reinterpret_cast<const char*>(data), size}, "input");
-    for (const npt::Tensor& tensor : file.tensors()) {
-      try_to([](const npt::Tensor& t) { return npt::to_float(t); }, tensor);
-      try_to([](const npt::Tensor& t) { return npt::to_double(t, npt::NonFinite::keep); }, tensor);
-      try_to([](const npt::Tensor& t) { return npt::to_int64(t); }, tensor);
+    for (const npt::FileTensor& tensor : file.tensors()) {
+      try_to([](const npt::FileTensor& t) { return npt::to_float(t); }, tensor);
+      try_to([](const npt::FileTensor& t) { return npt::to_double(t, npt::NonFinite::keep); }, tensor);
+      try_to([](const npt::FileTensor& t) { return npt::to_int64(t); }, tensor);
       fuzz::expect(file.find(tensor.name) == &tensor, "each tensor is found by its name");
     }
-    fuzz::expect(!npt::internal::header_json("copy", file.tensors(), file.metadata()).empty(), "a header to write");
+    fuzz::expect(!npt::internal::safetensors_header("copy", file.tensors(), file.metadata()).empty(), "a header to write");
   } catch (const npt::Error&) {
   }
   return 0;

@@ -3,12 +3,39 @@
 #include <io/scratch.hpp>
 
 #include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
-#include <fstream>
+#include <cerrno>
 #include <stdexcept>
+#include <type_traits>
 
 namespace fs = std::filesystem;
 using scratch::error_of;
+
+namespace {
+
+/// What fsync, below, is to do, and what it found.
+struct SyncCall {
+  int error = 0;  ///< other than 0: fails so
+  fs::path look_at{};
+  int count = 0;
+  long size = 0;
+  std::string seen_then{};
+};
+SyncCall sync_call;
+
+}  // namespace
+
+/// In the place of the C library's.
+extern "C" int fsync(int file) {
+  ++sync_call.count;
+  struct stat status {};
+  if (::fstat(file, &status) == 0) sync_call.size = static_cast<long>(status.st_size);
+  if (!sync_call.look_at.empty()) sync_call.seen_then = npt::read_file(sync_call.look_at);
+  errno = sync_call.error;
+  return sync_call.error == 0 ? static_cast<int>(::syscall(SYS_fsync, file)) : -1;
+}
 
 TEST_CASE("what is written is read back, empty and binary content too") {
   const scratch::Folder folder;
@@ -63,13 +90,47 @@ TEST_CASE("before commit the old file stands, after it the new one") {
   CHECK(folder.file_count() == 1);
 }
 
-TEST_CASE("the stream writes to the same file") {
+TEST_CASE("the bytes are on the disk before the file gets its name") {
   const scratch::Folder folder;
+  npt::write_file(folder / "a", "old");
+  sync_call = {};
   npt::AtomicFile file(folder / "a");
-  file.write("x = ");
-  file.stream() << 12 << ',' << 0.5 << '\n';
+  file.write("all of the new");
+  sync_call.look_at = folder / "a";
   file.commit();
-  CHECK(npt::read_file(folder / "a") == "x = 12,0.5\n");
+  CHECK(sync_call.count == 1);
+  CHECK(sync_call.size == 14);  // nothing waited in a buffer of this program
+  CHECK(sync_call.seen_then == "old");
+  sync_call = {};
+  CHECK(npt::read_file(folder / "a") == "all of the new");
+}
+
+TEST_CASE("a disk that fails while it syncs is an error, and the old file stays") {
+  const scratch::Folder folder;
+  npt::write_file(folder / "a", "old");
+  sync_call = {.error = EIO};
+  CHECK(error_of([&] {
+          npt::write_file(folder / "a", "new");
+        }).ends_with("found Input/output error, expected a file that can be written"));
+  CHECK(npt::read_file(folder / "a") == "old");
+  CHECK(folder.file_count() == 1);
+  sync_call = {.error = EINVAL};  // a file system that can't sync
+  npt::write_file(folder / "a", "new");
+  CHECK(npt::read_file(folder / "a") == "new");
+  sync_call = {};
+}
+
+TEST_CASE("names may be texts or paths") {
+  const scratch::Folder folder;
+  const fs::path path = folder / "a";
+  const std::string text = path.string();
+  npt::write_file(text, "1");
+  CHECK(npt::read_file(text.c_str()) == "1");
+  npt::write_file(text.c_str(), "2");
+  CHECK(npt::read_file(std::string_view(text)) == "2");
+  npt::write_file(path, "3");
+  CHECK(npt::read_file(text) == "3");
+  CHECK(std::is_constructible_v<npt::AtomicFile, const char*>);
 }
 
 TEST_CASE("outputs that can't be written are errors at once") {

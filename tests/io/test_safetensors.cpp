@@ -10,8 +10,8 @@
 namespace {
 
 using npt::Dtype;
+using npt::FileTensor;
 using npt::SafetensorsFile;
-using npt::Tensor;
 using scratch::error_of;
 
 std::string file_of(const std::string& header, const std::string& data = {}) {
@@ -34,13 +34,6 @@ SafetensorsFile one(const char* dtype, const std::string& data) {
       "f");
 }
 
-template <class T>
-std::string raw(std::initializer_list<T> values) {
-  std::string bytes;
-  for (const T& value : values) bytes.append(reinterpret_cast<const char*>(&value), sizeof(T));
-  return bytes;
-}
-
 std::string safetensors_error(const std::string& header, const std::string& data = {}) {
   return error_of([&] { SafetensorsFile::parse(file_of(header, data), "f"); });
 }
@@ -51,7 +44,7 @@ TEST_CASE("tensors are written and read back, in order, with metadata") {
   const scratch::Folder folder;
   const std::array<float, 6> a = {1, -2, 3.5F, 0, 1e-45F, 3e38F};
   const std::array<std::int32_t, 2> b = {-1, 7};
-  const std::vector<Tensor> tensors = {
+  const std::vector<FileTensor> tensors = {
       {.name = "layer.weight", .dtype = Dtype::f32, .shape = {2, 3, 1}, .bytes = std::as_bytes(std::span(a))},
       {.name = "empty", .dtype = Dtype::f64, .shape = {0, 4}, .bytes = {}},
       {.name = "a \"quoted\" näme", .dtype = Dtype::i32, .shape = {2}, .bytes = std::as_bytes(std::span(b))},
@@ -77,7 +70,7 @@ TEST_CASE("tensors are written and read back, in order, with metadata") {
 TEST_CASE("the same tensors give the same bytes, and data begin at a multiple of eight") {
   const scratch::Folder folder;
   const std::array<float, 1> a = {1};
-  const std::vector<Tensor> tensors = {{.name = "a", .shape = {1}, .bytes = std::as_bytes(std::span(a))}};
+  const std::vector<FileTensor> tensors = {{.name = "a", .shape = {1}, .bytes = std::as_bytes(std::span(a))}};
   npt::write_safetensors(folder / "1", tensors, {{"k", "v"}});
   npt::write_safetensors(folder / "2", tensors, {{"k", "v"}});
   const std::string bytes = npt::read_file(folder / "1");
@@ -113,60 +106,6 @@ TEST_CASE("golden files are read, and written again give the same tensors") {
       CHECK(std::ranges::equal(copy.tensors()[i].bytes, file.tensors()[i].bytes));
     }
   }
-}
-
-TEST_CASE("every type is converted") {
-  CHECK(npt::to_float(one("F64", raw<double>({0.1, -2})).at("t")) == std::vector<float>{0.1F, -2});
-  CHECK(npt::to_double(one("F32", raw<float>({0.1F, -2})).at("t")) == std::vector<double>{double{0.1F}, -2});
-  CHECK(npt::to_float(one("BF16", raw<std::uint16_t>({0x3F80, 0xC040, 0x0001})).at("t")) ==
-        std::vector<float>{1, -3, 0x1p-133F});
-  CHECK(npt::to_int64(one("I64", raw<std::int64_t>({INT64_MIN})).at("t")) == std::vector<std::int64_t>{INT64_MIN});
-  CHECK(npt::to_int64(one("I32", raw<std::int32_t>({-5})).at("t")) == std::vector<std::int64_t>{-5});
-  CHECK(npt::to_int64(one("I16", raw<std::int16_t>({-5})).at("t")) == std::vector<std::int64_t>{-5});
-  CHECK(npt::to_int64(one("I8", raw<std::int8_t>({-5})).at("t")) == std::vector<std::int64_t>{-5});
-  CHECK(npt::to_int64(one("U64", raw<std::uint64_t>({7})).at("t")) == std::vector<std::int64_t>{7});
-  CHECK(npt::to_int64(one("U32", raw<std::uint32_t>({4000000000})).at("t")) == std::vector<std::int64_t>{4000000000});
-  CHECK(npt::to_int64(one("U16", raw<std::uint16_t>({65535})).at("t")) == std::vector<std::int64_t>{65535});
-  CHECK(npt::to_float(one("U8", raw<std::uint8_t>({255})).at("t")) == std::vector<float>{255});
-  CHECK(npt::to_double(one("BOOL", raw<std::uint8_t>({0, 1, 2})).at("t")) == std::vector<double>{0, 1, 1});
-}
-
-TEST_CASE("half precision: every finite value is exact") {
-  for (std::uint32_t bits = 0; bits < 0x10000; ++bits) {
-    const double exponent = static_cast<double>((bits >> 10) & 31), mantissa = static_cast<double>(bits & 1023);
-    if (exponent == 31) continue;
-    const double magnitude = exponent == 0 ? mantissa * 0x1p-24 : (1 + mantissa / 1024) * std::exp2(exponent - 15);
-    const float value = npt::internal::half_to_float(static_cast<std::uint16_t>(bits));
-    REQUIRE(std::abs(static_cast<double>(value)) == magnitude);
-    REQUIRE(std::signbit(value) == (bits >= 0x8000));
-  }
-  CHECK(std::isinf(npt::internal::half_to_float(0x7C00)));
-  CHECK(std::isnan(npt::internal::half_to_float(0x7E00)));
-}
-
-TEST_CASE("values that the type can't hold are errors that name tensor and element") {
-  CHECK(error_of([] {
-          npt::to_float(one("F64", raw<double>({0, 1e39})).at("t"));
-        }).starts_with("f: tensor 't', element 1: found "));
-  CHECK(error_of([] {
-          npt::to_int64(one("U64", raw<std::uint64_t>({0, 0, 1ULL << 63})).at("t"));
-        }).starts_with("f: tensor 't', element 2: found 9223372036854775808"));
-  CHECK(error_of([] { npt::to_int64(one("F32", raw<float>({1})).at("t")); }) ==
-        "f: tensor 't': found F32, expected a type of whole numbers");
-}
-
-TEST_CASE("NaN and infinity are refused unless asked for") {
-  const float inf = std::numeric_limits<float>::infinity();
-  CHECK(error_of([] {
-          npt::to_float(one("F32", raw<float>({0, NAN})).at("t"));
-        }) == "f: tensor 't', element 1: found NaN, expected a finite number");
-  CHECK(error_of([] { npt::to_double(one("F16", raw<std::uint16_t>({0xFC00})).at("t")); }) ==
-        "f: tensor 't', element 0: found infinity, expected a finite number");
-  CHECK(error_of([] { npt::to_float(one("BF16", raw<std::uint16_t>({0x7FC0})).at("t")); }).find("NaN") !=
-        std::string::npos);
-  CHECK(npt::to_float(one("F32", raw<float>({inf})).at("t"), npt::NonFinite::keep) == std::vector<float>{inf});
-  CHECK(npt::to_float(one("F64", raw<double>({-double{inf}})).at("t"), npt::NonFinite::keep) ==
-        std::vector<float>{-inf});
 }
 
 TEST_CASE("the frame of the file is checked") {
@@ -272,7 +211,7 @@ TEST_CASE("what can't be written as safetensors is refused and leaves no file") 
   const scratch::Folder folder;
   const std::array<float, 2> a = {1, 2};
   const auto bytes = std::as_bytes(std::span(a));
-  const auto complaint_on_write = [&](const std::vector<Tensor>& tensors,
+  const auto complaint_on_write = [&](const std::vector<FileTensor>& tensors,
                                       const std::map<std::string, std::string>& metadata = {}) {
     return error_of([&] { npt::write_safetensors(folder / "w", tensors, metadata); });
   };

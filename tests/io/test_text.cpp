@@ -7,16 +7,22 @@
 #include <limits>
 #include <vector>
 
-using namespace npt::internal;
+using npt::append_number;
+using npt::fits_float;
+using npt::in_quotes;
+using npt::next_word;
+using npt::parse_number;
+using npt::TextLines;
+using npt::trimmed;
 
 TEST_CASE("lines end in any of the three ways, the last one in none") {
-  Lines lines("a\nb\r\nc\rd\n\ne");
+  TextLines lines("a\nb\r\nc\rd\n\ne");
   std::vector<std::string> read;
   for (std::string_view line; lines.next(line);) read.emplace_back(line);
   CHECK(read == std::vector<std::string>{"a", "b", "c", "d", "", "e"});
   CHECK(lines.number() == 6);
   std::string_view line;
-  CHECK_FALSE(Lines("").next(line));
+  CHECK_FALSE(TextLines("").next(line));
 }
 
 TEST_CASE("words are what stands between blanks") {

@@ -71,7 +71,7 @@ struct Program {
       const std::string list = npt::read_file(option(arguments, "--pairs"));
       for (std::size_t at = 0; at < list.size();) {
         const std::size_t end = list.find('\n', at);
-        const auto words = npt::internal::words_of(std::string_view(list).substr(at, end - at));
+        const auto words = npt::list_words(std::string_view(list).substr(at, end - at));
         REQUIRE(words->size() == 3);
         CHECK(fs::exists((*words)[1]));
         copy((*words)[0], (*words)[2]);

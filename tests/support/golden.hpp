@@ -13,7 +13,7 @@ inline std::string golden_path(const std::string& name) { return std::string(NPT
 
 /// Mesh n of a [N, 3, V] tensor as [V, 3].
 template <class T>
-std::vector<T> mesh_of(const npt::Tensor& tensor, std::size_t n) {
+std::vector<T> mesh_of(const npt::FileTensor& tensor, std::size_t n) {
   const std::vector<double> values = npt::to_double(tensor);
   const std::size_t vertices = tensor.shape[2];
   std::vector<T> points(3 * vertices);

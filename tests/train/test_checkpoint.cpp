@@ -118,7 +118,7 @@ TEST_CASE("each kind of damage is named") {
     return error_of(folder.file());
   };
   using M = npt::Metadata;
-  using T = std::vector<npt::Tensor>;
+  using T = std::vector<npt::FileTensor>;
   CHECK(message([](M&, T&) {}) == "no error");
   CHECK(message([](M& m, T&) { m.erase("kind"); }).find(": metadata kind: found nothing") == 0);
   CHECK(message([](M& m, T&) { m["kind"] = "other"; }).find(": metadata kind: found 'other'") == 0);

@@ -16,7 +16,7 @@ using npt::LossScaling;
 using npt::Triangle;
 
 /// Mesh n of a [N, 3, V] tensor as [V, 3].
-std::vector<double> mesh_of(const npt::Tensor& tensor, std::size_t n) {
+std::vector<double> mesh_of(const npt::FileTensor& tensor, std::size_t n) {
   const std::vector<double> values = npt::to_double(tensor);
   const std::size_t vertices = tensor.shape[2];
   std::vector<double> points(3 * vertices);
@@ -25,7 +25,7 @@ std::vector<double> mesh_of(const npt::Tensor& tensor, std::size_t n) {
   return points;
 }
 
-std::vector<Triangle> triangles_of(const npt::Tensor& tensor) {
+std::vector<Triangle> triangles_of(const npt::FileTensor& tensor) {
   const std::vector<std::int64_t> corners = npt::to_int64(tensor);
   std::vector<Triangle> triangles;
   for (std::size_t i = 0; i < corners.size(); i += 3)

@@ -38,9 +38,9 @@ npt::Model<Net> random_model() {
 template <class Edit>
 void write_edited(const fs::path& path, const npt::Metadata& metadata, Edit&& edit) {
   const auto model = random_model();
-  std::vector<npt::Tensor> tensors;
+  std::vector<npt::FileTensor> tensors;
   model.for_each_tensor([&](const std::string& name, const npt::Parameter& p, std::span<const float> values) {
-    npt::Tensor tensor{.name = name, .dtype = npt::Dtype::f32, .shape = {}, .bytes = std::as_bytes(values)};
+    npt::FileTensor tensor{.name = name, .dtype = npt::Dtype::f32, .shape = {}, .bytes = std::as_bytes(values)};
     for (int i = 0; i < p.rank; ++i) tensor.shape.push_back(static_cast<std::uint64_t>(p.dims[i]));
     if (edit(tensor)) tensors.push_back(tensor);
   });
@@ -82,6 +82,25 @@ TEST_CASE("weights survive saving and loading bit for bit, with metadata") {
   CHECK(metadata.at("output_scale") == "1.5");
 }
 
+TEST_CASE("names of files may be texts or paths") {
+  const Folder folder("names");
+  const auto model = random_model();
+  npt::Model<Net> loaded;
+  const fs::path path = folder / "w.safetensors";
+  const std::string text = path.string();
+  npt::save(model, text.c_str());
+  npt::save(model, text, {{"domain", "human"}});
+  npt::load(loaded, text.c_str());
+  npt::load(loaded, path, {});
+  CHECK(npt::load(loaded, text).at("domain") == "human");
+  CHECK(npt::SafetensorsFile::read(text).name() == text);
+  CHECK(npt::SafetensorsFile::read(text.c_str()).name() == text);
+  CHECK(npt::SafetensorsFile::read(path).name() == text);
+  npt::write_safetensors(text, {});
+  npt::write_safetensors(text.c_str(), {});
+  CHECK(npt::SafetensorsFile::read(path).tensors().empty());
+}
+
 TEST_CASE("double weights keep all digits, and floats load into a double model") {
   const Folder folder("double");
   npt::Model<Net, double> model;
@@ -115,7 +134,7 @@ TEST_CASE("weights of another variant are refused although names and shapes are 
 TEST_CASE("a file without metadata needs an explicit choice") {
   const Folder folder("bare");
   const fs::path path = folder / "w.safetensors";
-  write_edited(path, {}, [](npt::Tensor&) { return true; });
+  write_edited(path, {}, [](npt::FileTensor&) { return true; });
   CHECK(load_error(path).find(": metadata feature: found nothing, expected a value") == 0);
   CHECK(load_error(path, {{"feature", "per-vertex"}}).find(": metadata order: found nothing") == 0);
   CHECK(load_error(path, {{"feature", "per-vertex"}, {"order", "conv_relu"}})
@@ -129,7 +148,7 @@ TEST_CASE("every tensor that doesn't fit is named at once") {
   const Folder folder("tensors");
   const fs::path path = folder / "w.safetensors";
   std::vector<std::int32_t> whole(64);
-  write_edited(path, good_metadata, [&](npt::Tensor& t) {
+  write_edited(path, good_metadata, [&](npt::FileTensor& t) {
     if (t.name == "encoder.conv2.weight") t.shape = {64, 128, 1};
     if (t.name == "encoder.conv1.bias") {
       t.dtype = npt::Dtype::i32;
@@ -155,7 +174,7 @@ TEST_CASE("NaN and infinities in weights and odd attributes are refused") {
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     std::vector<float> values(64, 1.0F);
     values[5] = bad;
-    write_edited(path, good_metadata, [&](npt::Tensor& t) {
+    write_edited(path, good_metadata, [&](npt::FileTensor& t) {
       if (t.name == "encoder.conv1.bias") t.bytes = std::as_bytes(std::span(values));
       return true;
     });
@@ -166,7 +185,7 @@ TEST_CASE("NaN and infinities in weights and odd attributes are refused") {
   for (const char* scale : {"", "two", "nan", "inf", "1e999", "1 "}) {
     npt::Metadata metadata = good_metadata;
     metadata["output_scale"] = scale;
-    write_edited(path, metadata, [](npt::Tensor&) { return true; });
+    write_edited(path, metadata, [](npt::FileTensor&) { return true; });
     CAPTURE(scale);
     CHECK(load_error(path).find(": metadata output_scale: found '") == 0);
   }

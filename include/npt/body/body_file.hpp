@@ -63,7 +63,7 @@ class BodyShapes {
   }
 
   bool expect(const SafetensorsFile& file, std::string_view name, const TensorShape& wanted) {
-    const Tensor* tensor = file.find(name);
+    const FileTensor* tensor = file.find(name);
     bool good = tensor != nullptr && tensor->shape.size() == wanted.size();
     for (std::size_t i = 0; good && i < wanted.size(); ++i) good = wanted[i] == any || tensor->shape[i] == wanted[i];
     if (good) return true;
@@ -144,7 +144,7 @@ inline void save_body(const BodyModel& model, const std::filesystem::path& path)
   for (const auto& triangle : body.triangles) {
     for (const std::uint32_t corner : triangle) corners.push_back(static_cast<std::int32_t>(corner));
   }
-  std::vector<Tensor> tensors;
+  std::vector<FileTensor> tensors;
   const auto add = [&tensors](const char* name, Dtype dtype, const TensorShape& shape,
                               std::span<const std::byte> bytes) {
     tensors.push_back({.name = name, .dtype = dtype, .shape = shape, .bytes = bytes});

@@ -52,7 +52,7 @@ inline Species species_of_tensors(const std::filesystem::path& path) {
   };
   Species species;
   species.name = path.stem().string();
-  const Tensor &poses = file.at("poses"), &faces = file.at("f");
+  const FileTensor &poses = file.at("poses"), &faces = file.at("f");
   if (poses.shape.size() != 3 || poses.shape[2] != 3 || poses.count() == 0)
     fail("tensor 'poses'", "shape " + to_string(poses.shape), "[poses, vertices, 3]");
   if (faces.shape.size() != 2 || faces.shape[1] != 3)
@@ -60,7 +60,7 @@ inline Species species_of_tensors(const std::filesystem::path& path) {
   const std::string* labels = file.find_metadata("labels");
   if (labels == nullptr) fail("metadata labels", "nothing", "a word for each pose");
   std::string_view rest = *labels;
-  for (std::string_view word; !(word = internal::next_word(rest)).empty();) species.labels.emplace_back(word);
+  for (std::string_view word; !(word = next_word(rest)).empty();) species.labels.emplace_back(word);
   const auto count = static_cast<std::size_t>(poses.shape[0]);
   if (species.labels.size() != count)
     fail("metadata labels", std::to_string(species.labels.size()) + " labels",

@@ -34,7 +34,7 @@ struct PairFiles {
 inline std::vector<PairFiles> read_pair_list(const std::filesystem::path& list) {
   const std::string text = read_file(list);
   std::vector<PairFiles> pairs;
-  internal::Lines lines(text);
+  TextLines lines(text);
   for (std::string_view line; lines.next(line);) {
     const auto fail = [&](std::string found) {
       throw Error({.file = list.string(),
@@ -42,7 +42,7 @@ inline std::vector<PairFiles> read_pair_list(const std::filesystem::path& list) 
                    .found = std::move(found),
                    .expected = "identity pose truth (quotes around names with blanks)"});
     };
-    const auto words = internal::words_of(line);
+    const auto words = list_words(line);
     if (!words) fail("a quotation mark that is not closed");
     if (words->empty()) continue;
     if (words->size() != 3) fail(std::to_string(words->size()) + (words->size() == 1 ? " name" : " names"));

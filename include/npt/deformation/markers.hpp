@@ -42,9 +42,9 @@ inline std::uint32_t marker_vertex(const std::string& word, const std::string& n
 /// The markers in the text of a file; `name` stands in messages of errors.
 inline std::vector<Marker> parse_markers(std::string_view text, const std::string& name) {
   std::vector<Marker> markers;
-  internal::Lines lines(text);
+  TextLines lines(text);
   for (std::string_view line; lines.next(line);) {
-    const auto words = internal::words_of(line);
+    const auto words = list_words(line);
     const std::string place = "line " + std::to_string(lines.number());
     if (words && words->empty()) continue;
     if (!words || words->size() != 2)

@@ -1,10 +1,7 @@
 /// Whole files in, whole files out. A file that is written appears under its name only when it is complete.
-/// Paths     std::string, which a std::filesystem::path converts to: <filesystem> would be a twentieth of what the umbrella
-///           header costs a compiler
 /// Errors    npt::Error that names the path and the system's reason
 #pragma once
 
-#include <sys/stat.h>
 #include <unistd.h>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
@@ -14,11 +11,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
+#include <filesystem>
 #include <memory>
-#include <ostream>
 #include <span>
-#include <streambuf>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -33,29 +28,15 @@ struct CloseFile {
 };
 using FileHandle = std::unique_ptr<std::FILE, CloseFile>;
 
-struct FreeText {
-  void operator()(char* text) const { std::free(text); }
-};
-
 /// The reason of the last failed system call.
 inline std::string system_reason() { return std::generic_category().message(errno); }
 
-/// What stands at a path, behind symbolic links.
-struct FileStatus {
-  bool known = true;   ///< false: the system won't say, errno has the reason
-  bool exists = true;  ///< false: nothing stands there
-  struct ::stat system {};
-
-  explicit FileStatus(const std::string& path) {
-    if (::stat(path.c_str(), &system) == 0) return;
-    exists = false;
-    known = errno == ENOENT || errno == ENOTDIR;
-  }
-  bool regular() const { return exists && S_ISREG(system.st_mode); }
-  const char* kind() const {
-    return !exists ? "no such file" : S_ISDIR(system.st_mode) ? "a directory" : "a device or pipe";
-  }
-};
+inline std::string file_kind(std::filesystem::file_type type) {
+  using std::filesystem::file_type;
+  return type == file_type::not_found   ? "no such file"
+         : type == file_type::directory ? "a directory"
+                                        : "a device or pipe";
+}
 
 }  // namespace internal
 
@@ -64,16 +45,19 @@ inline constexpr std::uint64_t max_file_size = std::uint64_t{8} << 30;
 
 /// The bytes of a file of at most `limit` bytes. A path that is no regular file is an error: reading a pipe or a device
 /// could block or never end.
-inline std::string read_file(const std::string& path, std::uint64_t limit = max_file_size) {
+inline std::string read_file(const std::filesystem::path& path, std::uint64_t limit = max_file_size) {
   const auto fail = [&path](std::string found, std::string expected) {
-    return Error({.file = path, .found = std::move(found), .expected = std::move(expected)});
+    return Error({.file = path.string(), .found = std::move(found), .expected = std::move(expected)});
   };
-  const internal::FileStatus status(path);
-  if (!status.known) throw fail(internal::system_reason(), "a readable file");
-  if (!status.regular()) throw fail(status.kind(), "a file");
+  using std::filesystem::file_type;
+  std::error_code code;
+  const file_type type = std::filesystem::status(path, code).type();
+  if (type == file_type::none) throw fail(code.message(), "a readable file");
+  if (type != file_type::regular) throw fail(internal::file_kind(type), "a file");
   const internal::FileHandle file(std::fopen(path.c_str(), "rb"));
   if (!file) throw fail(internal::system_reason(), "a readable file");
-  const auto size = static_cast<std::uint64_t>(status.system.st_size);
+  const std::uintmax_t size = std::filesystem::file_size(path, code);
+  if (code) throw fail(code.message(), "a readable file");
   if (size > limit) throw fail(std::to_string(size) + " bytes", "at most " + std::to_string(limit));
   std::string bytes(static_cast<std::size_t>(size), '\0');
   const std::size_t got = std::fread(bytes.data(), 1, bytes.size(), file.get());
@@ -86,14 +70,19 @@ inline std::string read_file(const std::string& path, std::uint64_t limit = max_
 /// A file that is written under a temporary name beside `path` and takes its place in commit(). Without commit() (an
 /// exception on the way) the temporary file is removed and what stood at `path` is untouched. An existing file keeps
 /// its permissions, a symbolic link keeps pointing and its target is replaced.
+///
+/// The bytes are on the disk before the file gets its name (fsync), so that also after a loss of power the name stands for
+/// the old file or the whole new one. The folder is not synced: which of the two it is then, is left open. On a virtual disk
+/// with ext4, a thousand files of 200 KB take 0.4 s unsynced, 5 to 8 s synced, and 12 s with their folder synced as well;
+/// a transfer that makes such a file takes 50 ms or more.
 class AtomicFile {
  public:
-  explicit AtomicFile(const std::string& path) : name_(path), target_(resolve(path)) {
-    temporary_ = target_ + ".part-" + std::to_string(::getpid()) + "-" + std::to_string(next_number());
+  explicit AtomicFile(const std::filesystem::path& path) : name_(path.string()), target_(resolve(path)) {
+    temporary_ = target_;
+    temporary_ += ".part-" + std::to_string(::getpid()) + "-" + std::to_string(next_number());
     // "x": a file of that name that someone else put there is never overwritten.
     file_.reset(std::fopen(temporary_.c_str(), "wbx"));
     if (!file_) fail(internal::system_reason());
-    buffer_.file = this;
   }
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
@@ -112,37 +101,19 @@ class AtomicFile {
     write(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
   }
 
-  /// The same file as a stream, for code that writes to one. Errors throw out of the stream's operations.
-  std::ostream& stream() { return stream_; }
-
   /// Makes the file visible under its name. The last call.
   void commit() {
     NPT_ASSERT(file_);
-    if (std::fflush(file_.get()) != 0) fail(internal::system_reason());
+    std::error_code code;
+    const std::filesystem::file_status old = std::filesystem::status(target_, code);
+    if (std::filesystem::is_regular_file(old)) std::filesystem::permissions(temporary_, old.permissions(), code);
+    if (std::fflush(file_.get()) != 0 || !synced()) fail(internal::system_reason());
     if (std::fclose(file_.release()) != 0) fail_closed(internal::system_reason());
-    const internal::FileStatus old(target_);
-    if (old.regular()) static_cast<void>(::chmod(temporary_.c_str(), old.system.st_mode & 07777U));
-    if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail_closed(internal::system_reason());
+    std::filesystem::rename(temporary_, target_, code);
+    if (code) fail_closed(code.message());
   }
 
  private:
-  struct Buffer : std::streambuf {
-    AtomicFile* file = nullptr;
-    std::streamsize xsputn(const char* text, std::streamsize size) override {
-      file->write(std::string_view(text, static_cast<std::size_t>(size)));
-      return size;
-    }
-    int_type overflow(int_type c) override {
-      const char character = traits_type::to_char_type(c);
-      if (!traits_type::eq_int_type(c, traits_type::eof())) file->write(std::string_view(&character, 1));
-      return traits_type::not_eof(c);
-    }
-  };
-  /// A stream that hands a buffer's exceptions on.
-  struct Stream : std::ostream {
-    explicit Stream(Buffer& buffer) : std::ostream(&buffer) { exceptions(std::ios::badbit); }
-  };
-
   static std::uint64_t next_number() {
     static std::atomic<std::uint64_t> number{0};
     return number++;
@@ -150,20 +121,25 @@ class AtomicFile {
 
   /// Where the file really goes. Refuses what a rename would wrongly replace: a directory, a device, a write-protected
   /// file.
-  static std::string resolve(const std::string& path) {
+  static std::filesystem::path resolve(const std::filesystem::path& path) {
     const auto refuse = [&path](const std::string& found) {
-      throw Error({.file = path, .found = found, .expected = "a file that can be written"});
+      throw Error({.file = path.string(), .found = found, .expected = "a file that can be written"});
     };
+    using std::filesystem::file_type;
     if (path.empty()) refuse("an empty name");
-    const internal::FileStatus status(path);
-    if (!status.known) refuse(internal::system_reason());
-    if (!status.exists) return path;
-    if (!status.regular()) refuse(status.kind());
+    std::error_code code;
+    const file_type type = std::filesystem::status(path, code).type();
+    if (type == file_type::none) refuse(code.message());
+    if (type == file_type::not_found) return path;
+    if (type != file_type::regular) refuse(internal::file_kind(type));
     if (::access(path.c_str(), W_OK) != 0) refuse(internal::system_reason());
-    const std::unique_ptr<char, internal::FreeText> target(::realpath(path.c_str(), nullptr));
-    if (!target) refuse(internal::system_reason());
-    return target.get();
+    std::filesystem::path target = std::filesystem::canonical(path, code);
+    if (code) refuse(code.message());
+    return target;
   }
+
+  /// A file system that can't sync (EINVAL) is no error: it has done what it can.
+  bool synced() { return ::fsync(::fileno(file_.get())) == 0 || errno == EINVAL; }
 
   void remove_temporary() noexcept { std::remove(temporary_.c_str()); }
   [[noreturn]] void fail(const std::string& reason) const {
@@ -175,14 +151,12 @@ class AtomicFile {
   }
 
   std::string name_;
-  std::string target_, temporary_;
+  std::filesystem::path target_, temporary_;
   internal::FileHandle file_;
-  Buffer buffer_;
-  Stream stream_{buffer_};
 };
 
 /// Writes a whole file at once, by way of AtomicFile.
-inline void write_file(const std::string& path, std::string_view bytes) {
+inline void write_file(const std::filesystem::path& path, std::string_view bytes) {
   AtomicFile file(path);
   file.write(bytes);
   file.commit();

@@ -23,7 +23,7 @@ inline MeshFormat mesh_format(const std::filesystem::path& path) {
   if (extension == ".obj") return MeshFormat::obj;
   if (extension == ".ply") return MeshFormat::ply;
   throw Error({.file = path.string(),
-               .found = extension.empty() ? "no extension" : "extension " + internal::in_quotes(extension),
+               .found = extension.empty() ? "no extension" : "extension " + in_quotes(extension),
                .expected = "a mesh file, .obj or .ply"});
 }
 

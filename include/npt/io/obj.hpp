@@ -228,7 +228,7 @@ class Checker {
                  .expected = std::move(expected)});
   }
 
-  Lines lines_;
+  TextLines lines_;
   const std::string& file_;
   std::size_t line_number_ = 0;
   std::string joined_;

@@ -327,7 +327,7 @@ class AsciiSource {
   }
 
  private:
-  Lines lines_;
+  TextLines lines_;
   std::size_t first_line_;
   std::string_view rest_{};
   const std::string& file_;

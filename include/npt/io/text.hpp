@@ -14,12 +14,12 @@
 #include <string_view>
 #include <system_error>
 
-namespace npt::inline NPT_ABI::internal {
+namespace npt::inline NPT_ABI {
 
 /// The lines of a text, whichever of "\n", "\r\n" and "\r" ends them; the last may have no end.
-class Lines {
+class TextLines {
  public:
-  explicit Lines(std::string_view text) : rest_(text) {}
+  explicit TextLines(std::string_view text) : rest_(text) {}
 
   /// Moves to the next line; false at the end of the text.
   bool next(std::string_view& line) {
@@ -43,8 +43,6 @@ class Lines {
   std::size_t number_ = 0;
 };
 
-inline constexpr std::string_view blanks = " \t\r\v\f";
-
 /// Takes the next word off the front of `line`; empty when there is none.
 inline std::string_view next_word(std::string_view& line) {
   const auto blank = [](char c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
@@ -59,6 +57,7 @@ inline std::string_view next_word(std::string_view& line) {
 
 /// `text` without blanks at both ends.
 inline std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view blanks = " \t\r\v\f";
   const std::size_t first = text.find_first_not_of(blanks);
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
@@ -107,4 +106,4 @@ inline std::string in_quotes(std::string_view text) {
   return result + (text.size() > longest ? "...'" : "'");
 }
 
-}  // namespace npt::inline NPT_ABI::internal
+}  // namespace npt::inline NPT_ABI

@@ -1,4 +1,4 @@
-/// The words of a line in npt's own lists (pairs, markers, jobs).
+/// The words of a line of a list file (pairs, markers, jobs).
 #pragma once
 
 #include <npt/config.hpp>
@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
-namespace npt::inline NPT_ABI::internal {
+namespace npt::inline NPT_ABI {
 
 /// The words of a line: separated by blanks, "..." or '...' around a name with blanks, # begins a comment. Nothing
 /// where a quotation mark is not closed.
-inline std::optional<std::vector<std::string>> words_of(std::string_view line) {
+inline std::optional<std::vector<std::string>> list_words(std::string_view line) {
   std::vector<std::string> words;
   std::size_t i = 0;
   const auto blank = [&line](std::size_t k) { return line[k] == ' ' || (line[k] >= '\t' && line[k] <= '\r'); };
@@ -34,4 +34,4 @@ inline std::optional<std::vector<std::string>> words_of(std::string_view line) {
   }
 }
 
-}  // namespace npt::inline NPT_ABI::internal
+}  // namespace npt::inline NPT_ABI

@@ -91,7 +91,7 @@ void save_checkpoint(const std::filesystem::path& path, std::span<const NamedPar
   metadata["step"] = std::to_string(checkpoint.step);
   metadata["seconds"] = number_text(checkpoint.seconds);
   if (std::isfinite(checkpoint.best_pmd)) metadata["best_pmd"] = number_text(checkpoint.best_pmd);
-  std::vector<Tensor> tensors;
+  std::vector<FileTensor> tensors;
   const auto add = [&](const char* prefix, std::span<const T> buffer) {
     for (const auto& [name, parameter] : parameters) {
       const auto values =
@@ -99,7 +99,7 @@ void save_checkpoint(const std::filesystem::path& path, std::span<const NamedPar
       if (!parameter.attribute)
         tensors.push_back({.name = prefix + name,
                            .dtype = std::is_same_v<T, float> ? Dtype::f32 : Dtype::f64,
-                           .shape = internal::shape_of(parameter),
+                           .shape = tensor_shape(parameter),
                            .bytes = std::as_bytes(values)});
       else if (buffer.data() == checkpoint.parameters.data())
         metadata[std::string(in::attribute_prefix) + name] = number_text(static_cast<double>(values[0]));
@@ -128,14 +128,14 @@ Checkpoint<T> load_checkpoint(const SafetensorsFile& file, std::span<const Named
   Checkpoint<T> checkpoint;
   checkpoint.options = checkpoint_options(file);
   checkpoint.step = in::whole_number_of(in::metadata_of(file, "step"), file.name(), "step");
-  checkpoint.seconds = internal::number_of(in::metadata_of(file, "seconds"), file.name(), "seconds");
+  checkpoint.seconds = metadata_number(in::metadata_of(file, "seconds"), file.name(), "seconds");
   if (checkpoint.seconds < 0)
     throw Error({.file = file.name(),
                  .place = "metadata seconds",
                  .found = number_text(checkpoint.seconds),
                  .expected = "a number from 0"});
   if (const std::string* best = file.find_metadata("best_pmd"))
-    checkpoint.best_pmd = internal::number_of(*best, file.name(), "best_pmd");
+    checkpoint.best_pmd = metadata_number(*best, file.name(), "best_pmd");
   std::set<std::string, std::less<>> known;
   const auto read = [&](const std::string& prefix) {
     AlignedBuffer<T> buffer(buffer_size);
@@ -143,15 +143,14 @@ Checkpoint<T> load_checkpoint(const SafetensorsFile& file, std::span<const Named
       T* out = buffer.data() + parameter.offset;
       if (parameter.attribute) {
         const std::string key = std::string(in::attribute_prefix) + name;
-        *out = static_cast<T>(internal::number_of(in::metadata_of(file, key), file.name(), key));
+        *out = static_cast<T>(metadata_number(in::metadata_of(file, key), file.name(), key));
         continue;
       }
-      const Tensor& tensor = file.at(*known.insert(prefix + name).first);
+      const FileTensor& tensor = file.at(*known.insert(prefix + name).first);
       const Dtype dtype = std::is_same_v<T, float> ? Dtype::f32 : Dtype::f64;
-      if (tensor.shape != internal::shape_of(parameter) || tensor.dtype != dtype)
-        internal::bad_tensor(
-            file.name(), tensor.name, to_string(tensor.shape) + " of " + to_string(tensor.dtype),
-            to_string(internal::shape_of(parameter)) + " of " + to_string(dtype) + ", as this network has it");
+      if (tensor.shape != tensor_shape(parameter) || tensor.dtype != dtype)
+        invalid_tensor(file.name(), tensor.name, to_string(tensor.shape) + " of " + to_string(tensor.dtype),
+                       to_string(tensor_shape(parameter)) + " of " + to_string(dtype) + ", as this network has it");
       if constexpr (std::is_same_v<T, float>)
         std::ranges::copy(to_float(tensor), out);
       else
@@ -163,11 +162,11 @@ Checkpoint<T> load_checkpoint(const SafetensorsFile& file, std::span<const Named
   checkpoint.mean = read("adam.mean.");
   checkpoint.square = read("adam.square.");
   const bool averaged =
-      std::ranges::any_of(file.tensors(), [](const Tensor& t) { return t.name.starts_with("average."); });
+      std::ranges::any_of(file.tensors(), [](const FileTensor& t) { return t.name.starts_with("average."); });
   if (averaged) checkpoint.average = read("average.");
-  for (const Tensor& tensor : file.tensors())
+  for (const FileTensor& tensor : file.tensors())
     if (!known.contains(tensor.name))
-      internal::bad_tensor(file.name(), tensor.name, "a tensor that belongs to no layer", "those of the network only");
+      invalid_tensor(file.name(), tensor.name, "a tensor that belongs to no layer", "those of the network only");
   return checkpoint;
 }
 

@@ -11,15 +11,16 @@
 #include <npt/core/error.hpp>
 #include <npt/engine/model.hpp>
 #include <npt/io/safetensors.hpp>
+#include <npt/io/text.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <filesystem>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
-#include <system_error>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -39,23 +40,31 @@ Metadata variant_metadata() {
 
 /// The shortest text that reads back as the same number.
 inline std::string number_text(double value) {
-  char buffer[32];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
-  return std::string(buffer, end);
+  std::string text;
+  append_number(text, value);
+  return text;
+}
+
+/// The finite number that a file's metadata gives as `text` for `key`; npt::Error that names file and key for other text.
+inline double metadata_number(const std::string& text, const std::string& file, const std::string& key) {
+  const std::optional<double> value = parse_number<double>(text);
+  if (!value || !std::isfinite(*value))
+    throw Error({.file = file, .place = "metadata " + key, .found = in_quotes(text), .expected = "a finite number"});
+  return *value;
+}
+
+/// The shape that a parameter has in a weights file.
+inline TensorShape tensor_shape(const Parameter& p) {
+  TensorShape shape;
+  for (int i = 0; i < p.rank; ++i) shape.push_back(static_cast<std::uint64_t>(p.dims[i]));
+  return shape;
 }
 
 namespace internal {
 
-inline double number_of(const std::string& text, const std::string& file, const std::string& key) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-    throw Error({.file = file, .place = "metadata " + key, .found = "'" + text + "'", .expected = "a finite number"});
-  return value;
-}
-
 /// The value for `key`: the file's, or the one assumed where the file has none. Both must agree.
-inline std::string agreed_value(const SafetensorsFile& file, const Metadata& assume, const std::string& key) {
+template <class = void>
+std::string agreed_value(const SafetensorsFile& file, const Metadata& assume, const std::string& key) {
   const std::string* stored = file.find_metadata(key);
   const auto assumed = assume.find(key);
   if (stored == nullptr && assumed == assume.end())
@@ -65,12 +74,8 @@ inline std::string agreed_value(const SafetensorsFile& file, const Metadata& ass
                  .expected = "a value: files of all variants look alike, so say which this is"});
   if (stored == nullptr) return assumed->second;
   if (assumed != assume.end() && assumed->second != *stored) {
-    double a = 0, b = 0;  // "2" and "2.0" are one number
-    const auto number = [](const std::string& text, double& value) {
-      const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-      return result.ec == std::errc() && result.ptr == text.data() + text.size();
-    };
-    if (!(number(*stored, a) && number(assumed->second, b) && a == b))
+    const auto a = parse_number<double>(*stored), b = parse_number<double>(assumed->second);
+    if (!a || !b || *a != *b)  // "2" and "2.0" are one number
       throw Error({.file = file.name(),
                    .place = "metadata " + key,
                    .found = "'" + *stored + "'",
@@ -79,31 +84,25 @@ inline std::string agreed_value(const SafetensorsFile& file, const Metadata& ass
   return *stored;
 }
 
-inline TensorShape shape_of(const Parameter& p) {
-  TensorShape shape;
-  for (int i = 0; i < p.rank; ++i) shape.push_back(static_cast<std::uint64_t>(p.dims[i]));
-  return shape;
-}
-
 /// Everything about the tensors that doesn't fit the network, or nothing.
-inline std::vector<std::string> tensor_problems(const std::vector<NamedParameter>& parameters,
-                                                const SafetensorsFile& file) {
+template <class = void>
+std::vector<std::string> tensor_problems(const std::vector<NamedParameter>& parameters, const SafetensorsFile& file) {
   std::vector<std::string> problems;
   for (const auto& [name, parameter] : parameters) {
     if (parameter.attribute) continue;
-    const Tensor* tensor = file.find(name);
+    const FileTensor* tensor = file.find(name);
     if (tensor == nullptr) {
       problems.push_back(name + " is missing");
       continue;
     }
-    if (tensor->shape != shape_of(parameter))
+    if (tensor->shape != tensor_shape(parameter))
       problems.push_back(name + " has shape " + to_string(tensor->shape) + " instead of " +
-                         to_string(shape_of(parameter)));
+                         to_string(tensor_shape(parameter)));
     if (tensor->dtype != Dtype::f32 && tensor->dtype != Dtype::f64 && tensor->dtype != Dtype::f16 &&
         tensor->dtype != Dtype::bf16)
       problems.push_back(name + " holds " + to_string(tensor->dtype) + " instead of floating point");
   }
-  for (const Tensor& tensor : file.tensors()) {
+  for (const FileTensor& tensor : file.tensors()) {
     bool known = false;  // of tens of parameters
     for (const auto& [name, parameter] : parameters) known = known || (!parameter.attribute && name == tensor.name);
     if (!known) problems.push_back(tensor.name + " belongs to no layer");
@@ -111,18 +110,16 @@ inline std::vector<std::string> tensor_problems(const std::vector<NamedParameter
   return problems;
 }
 
-inline std::string variant_text(const Metadata& variant) {
+template <class = void>
+std::string variant_text(const Metadata& variant) {
   std::string text;
   for (const auto& [key, value] : variant) text += (text.empty() ? "" : ", ") + key + " " + value;
   return text.empty() ? "the network" : "the network with " + text;
 }
 
-}  // namespace internal
-
-namespace internal {
-
 /// Throws unless the file's metadata names this variant.
-inline void check_variant(const SafetensorsFile& file, const Metadata& variant, const Metadata& assume) {
+template <class = void>
+void check_variant(const SafetensorsFile& file, const Metadata& variant, const Metadata& assume) {
   for (const auto& [key, value] : variant) {
     // The bottleneck shows in the shapes, so that a file without it can't be mistaken.
     if (key == "bottleneck" && file.find_metadata(key) == nullptr) continue;
@@ -135,8 +132,9 @@ inline void check_variant(const SafetensorsFile& file, const Metadata& variant, 
   }
 }
 
-inline void check_tensors(const SafetensorsFile& file, const std::vector<NamedParameter>& parameters,
-                          const Metadata& variant) {
+template <class = void>
+void check_tensors(const SafetensorsFile& file, const std::vector<NamedParameter>& parameters,
+                   const Metadata& variant) {
   const auto problems = tensor_problems(parameters, file);
   if (problems.empty()) return;
   std::string text;
@@ -153,18 +151,18 @@ void read_values(const SafetensorsFile& file, const std::vector<NamedParameter>&
   for (const auto& [name, parameter] : parameters) {
     T* out = buffer.data() + parameter.offset;
     if (parameter.attribute) {
-      *out = static_cast<T>(number_of(agreed_value(file, assume, name), file.name(), name));
+      *out = static_cast<T>(metadata_number(agreed_value(file, assume, name), file.name(), name));
       continue;
     }
-    const auto values = internal::to_values<T>(file.at(name), NonFinite::refuse);
+    const auto values = to_values<T>(file.at(name), NonFinite::refuse);
     std::copy(values.begin(), values.end(), out);
   }
 }
 
 template <class T>
-void write_values(const std::string& path, const std::vector<NamedParameter>& parameters, std::span<const T> buffer,
-                  Metadata metadata) {
-  std::vector<Tensor> tensors;
+void write_values(const std::filesystem::path& path, const std::vector<NamedParameter>& parameters,
+                  std::span<const T> buffer, Metadata metadata) {
+  std::vector<FileTensor> tensors;
   for (const auto& [name, parameter] : parameters) {
     const auto values =
         buffer.subspan(static_cast<std::size_t>(parameter.offset), static_cast<std::size_t>(parameter.size()));
@@ -173,7 +171,7 @@ void write_values(const std::string& path, const std::vector<NamedParameter>& pa
     else
       tensors.push_back({.name = name,
                          .dtype = std::is_same_v<T, float> ? Dtype::f32 : Dtype::f64,
-                         .shape = shape_of(parameter),
+                         .shape = tensor_shape(parameter),
                          .bytes = std::as_bytes(values)});
   }
   write_safetensors(path, tensors, metadata);
@@ -208,14 +206,14 @@ Metadata load_values(const SafetensorsFile& file, const Metadata& variant,
 }
 
 template <class Net, class T>
-Metadata load(Model<Net, T>& model, const std::string& path, const Metadata& assume = {}) {
+Metadata load(Model<Net, T>& model, const std::filesystem::path& path, const Metadata& assume = {}) {
   return load(model, SafetensorsFile::read(path), assume);
 }
 
 /// Writes the values of a buffer that is laid out as Model::buffer(), with the variant and whatever else `metadata` says.
 template <class T>
-void save_values(const std::string& path, const Metadata& variant, const std::vector<NamedParameter>& parameters,
-                 std::span<const T> buffer, Metadata metadata = {}) {
+void save_values(const std::filesystem::path& path, const Metadata& variant,
+                 const std::vector<NamedParameter>& parameters, std::span<const T> buffer, Metadata metadata = {}) {
   for (const auto& [key, value] : variant) metadata[key] = value;
   internal::write_values(path, parameters, buffer, std::move(metadata));
 }
@@ -223,7 +221,7 @@ void save_values(const std::string& path, const Metadata& variant, const std::ve
 /// Writes the model, with its variant and attributes and whatever else `metadata` says. The file appears only when
 /// complete.
 template <class Net, class T>
-void save(const Model<Net, T>& model, const std::string& path, Metadata metadata = {}) {
+void save(const Model<Net, T>& model, const std::filesystem::path& path, Metadata metadata = {}) {
   for (const auto& [key, value] : variant_metadata<Net>()) metadata[key] = value;
   internal::write_values(path, model.parameters(), model.buffer(), std::move(metadata));
 }
