@@ -13,8 +13,16 @@
 #include <utility>
 #include <vector>
 
-namespace npt::inline NPT_ABI::data {
+namespace npt::inline NPT_ABI {
 
+/// A body that lives elsewhere, such as mannequin(). It must outlive whatever shares it.
+inline std::shared_ptr<const BodyModel> borrowed(const BodyModel& body) {
+  return {std::shared_ptr<const BodyModel>(), &body};
+}
+
+namespace data {
+
+/// A body as the sampler and the evaluation use it.
 struct PreparedBody {
   std::shared_ptr<const BodyModel> model;
   std::vector<Edge> edges;
@@ -30,4 +38,6 @@ struct PreparedBody {
   }
 };
 
-}  // namespace npt::inline NPT_ABI::data
+}  // namespace data
+
+}  // namespace npt::inline NPT_ABI

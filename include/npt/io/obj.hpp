@@ -296,8 +296,8 @@ inline std::vector<Vec3f> agreed(const Table& checked, const std::vector<Vec3d>&
   for (std::size_t i = 0; i < result.size(); ++i) {
     const Vec3d a = checked.rows[i], b = loaded[i];
     if (!close(a.x, b.x) || !close(a.y, b.y) || !close(a.z, b.z))
-      invalid_mesh(file, numbered(checked.name, i + 1), to_string(b.as<float>()) + " read by tinyobjloader",
-                   to_string(a.as<float>()));
+      invalid_mesh(file, numbered(checked.name, i + 1), to_text(b.as<float>()) + " read by tinyobjloader",
+                   to_text(a.as<float>()));
     result[i] = a.as<float>();
   }
   return result;
@@ -328,8 +328,8 @@ inline Mesh parse_obj(std::string_view text, const std::string& name) {
   mesh.texcoords = internal::obj::agreed(checked.texcoords, loaded.texcoords, name);
   mesh.normals = internal::obj::agreed(checked.normals, loaded.normals, name);
   if (mesh.face_count() != checked.faces || mesh.corners.size() != checked.corners)
-    invalid_mesh(name, {}, std::to_string(mesh.face_count()) + " faces read by tinyobjloader",
-                 std::to_string(checked.faces));
+    internal::invalid_mesh(name, {}, std::to_string(mesh.face_count()) + " faces read by tinyobjloader",
+                           std::to_string(checked.faces));
   if (mesh.texcoords.empty()) mesh.corner_texcoord.clear();
   if (mesh.normals.empty()) mesh.corner_normal.clear();
   mesh.texcoord_size = checked.texcoord_size;

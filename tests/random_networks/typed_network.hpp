@@ -1,0 +1,98 @@
+/// A random composition as a network type: its layers, and an operator() that composes them, as a host would write by
+/// hand.
+#pragma once
+
+#include <npt/graph/expression.hpp>
+#include <npt/layer/conv1x1.hpp>
+#include <npt/layer/instance_norm.hpp>
+#include <npt/layer/max_pool.hpp>
+#include <npt/layer/relu.hpp>
+#include <npt/layer/spadain.hpp>
+#include <npt/layer/tanh.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <tuple>
+#include <utility>
+
+#include "composition.hpp"
+#include "network.hpp"
+
+namespace random_networks {
+
+template <std::uint64_t Seed>
+class TypedNetwork {
+  static constexpr Composition composition = composition_of(Seed, hidden_condition);
+  static constexpr int channels_of(int value) { return value < 2 ? 3 : composition[value - 2].channels; }
+
+  template <int I>
+  static constexpr auto layer() {
+    constexpr Step step = composition[I];
+    if constexpr (step.kind == Kind::conv)
+      return npt::Conv1x1<channels_of(step.first), step.channels>{};
+    else if constexpr (step.kind == Kind::activation && step.activation == 0)
+      return npt::Relu{};
+    else if constexpr (step.kind == Kind::activation && step.activation == 1)
+      return npt::Tanh{};
+    else if constexpr (step.kind == Kind::activation)
+      return npt::ScaledTanh{};
+    else if constexpr (step.kind == Kind::norm)
+      return npt::InstanceNorm{};
+    else if constexpr (step.kind == Kind::modulate)
+      return npt::SPAdaIN<step.channels, channels_of(step.second), npt::Norm::none>{};
+    else
+      return npt::MaxPool{};
+  }
+  template <int... I>
+  static constexpr auto layers(std::integer_sequence<int, I...>) {
+    return std::tuple{layer<I>()...};
+  }
+
+ public:
+  decltype(layers(std::make_integer_sequence<int, composition.count>{})) layers_ =
+      layers(std::make_integer_sequence<int, composition.count>{});
+
+  static constexpr void visit(auto& self, auto&& visitor) {
+    constexpr const char* names[max_steps] = {"v2",  "v3",  "v4",  "v5",  "v6",  "v7",  "v8",  "v9",  "v10", "v11",
+                                              "v12", "v13", "v14", "v15", "v16", "v17", "v18", "v19", "v20", "v21",
+                                              "v22", "v23", "v24", "v25", "v26", "v27", "v28", "v29", "v30", "v31",
+                                              "v32", "v33", "v34", "v35", "v36", "v37", "v38", "v39", "v40", "v41"};
+    [&]<std::size_t... I>(std::index_sequence<I...>) {
+      const auto one = [&](const char* name, auto& layer) {
+        if constexpr (requires { layer.visit(layer, visitor); }) visitor(name, layer);
+      };
+      (one(names[I], std::get<I>(self.layers_)), ...);
+    }
+    (std::make_index_sequence<static_cast<std::size_t>(composition.count)>{});
+  }
+
+  constexpr auto operator()(auto pose, auto identity) const { return grow<0>(std::tuple{pose, identity}); }
+
+ private:
+  template <int I>
+  constexpr auto grow(auto values) const {
+    if constexpr (I == composition.count) {
+      return std::get<static_cast<std::size_t>(I) + 1>(values);
+    } else {
+      constexpr Step step = composition[I];
+      const auto first = std::get<static_cast<std::size_t>(step.first)>(values);
+      const auto& layer = std::get<static_cast<std::size_t>(I)>(layers_);
+      const auto with = [&](auto value) { return grow<I + 1>(std::tuple_cat(values, std::tuple{value})); };
+      if constexpr (step.kind == Kind::modulate)
+        return with(layer(first, std::get<static_cast<std::size_t>(step.second)>(values)));
+      else if constexpr (step.kind == Kind::sum)
+        return with(first + std::get<static_cast<std::size_t>(step.second)>(values));
+      else if constexpr (step.kind == Kind::cat)
+        return with(cat(first, std::get<static_cast<std::size_t>(step.second)>(values)));
+      else
+        return with(first | layer);
+    }
+  }
+};
+
+template <class Scalar, std::uint64_t... Seeds>
+void check_typed_networks() {
+  (check(network_of<TypedNetwork<Seeds>, Scalar>(text_of(composition_of(Seeds, hidden_condition))), Seeds), ...);
+}
+
+}  // namespace random_networks
