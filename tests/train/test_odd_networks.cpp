@@ -103,6 +103,23 @@ struct NormalisedCondition {
   }
 };
 
+/// Layers with learned parameters, and with a hidden condition, on inputs whose own gradients nobody asks for.
+struct LearnedOnInputs {
+  npt::SPAdaIN<3, 3, npt::Norm::none> s;
+  npt::SPAdaIN<3, 5, npt::Norm::none> t;
+  Conv1x1<3, 5> b;
+  Conv1x1<6, 3> d;
+  static constexpr void visit(auto& self, auto&& visitor) {
+    visitor("s", self.s);
+    visitor("t", self.t);
+    visitor("b", self.b);
+    visitor("d", self.d);
+  }
+  constexpr auto operator()(auto pose, auto identity) const {
+    return cat(s(identity, pose), t(pose, identity | b)) | d;
+  }
+};
+
 template <class Net>
 double engine_error(std::size_t vertices, npt::Precision precision) {
   npt::Model<Net, double> model;
@@ -141,6 +158,13 @@ void check() {
     gradients.forward({&pair, 1});
     gradients.backward({&from, 1}, second.buffer());
     CHECK(std::ranges::equal(first.buffer(), second.buffer()));
+    std::vector<double> to_pose(pose.size()), to_identity(identity.size());
+    const std::span<double> pose_span(to_pose), identity_span(to_identity);
+    gradients.backward({.result = {&from, 1},
+                        .parameters = second.buffer(),
+                        .pose = {&pose_span, 1},
+                        .identity = {&identity_span, 1}});
+    CHECK(std::ranges::equal(first.buffer(), second.buffer()));
 
     CHECK(engine_error<Net>(v, npt::Precision::native) < 1e-5);
     for (const npt::Precision precision : {npt::Precision::bf16, npt::Precision::bf16x3})
@@ -169,6 +193,8 @@ TEST_CASE("what doesn't reach the output changes nothing and costs nothing") {
 }
 
 TEST_CASE("a bias is only left out where every reader normalises") { check<NormalisedCondition>(); }
+
+TEST_CASE("learned layers on inputs get their gradients whether or not the meshes do") { check<LearnedOnInputs>(); }
 
 namespace {
 

@@ -4,10 +4,9 @@
 #include <npt/config.hpp>
 #include <npt/core/aligned.hpp>
 #include <npt/graph/program.hpp>
-#include <npt/kernel/amx_product.hpp>
-#include <npt/kernel/packed_weights.hpp>
+#include <npt/kernel/panel.hpp>
+#include <npt/kernel/product.hpp>
 #include <npt/simd/amx.hpp>
-#include <npt/simd/bf16.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -44,6 +43,12 @@ constexpr int parts_of(Precision precision) {
 
 namespace npt::inline NPT_ABI::engine {
 
+/// The factors of products in a precision, which is not `automatic`.
+inline kernel::ProductFormat format_of(Precision precision) {
+  if (simd::has_matrix_registers()) return {.parts = parts_of(precision)};
+  return {.pairs = precision == Precision::bf16};
+}
+
 /// From this many rows of its widest convolution on, a network is faster with bf16x3 than in fp32. On a Xeon with AMX, two threads, with
 /// 1027, 259 and 131 rows: the forward pass at 6890 vertices 1.6, 1.32 and 1.13 times, a training step 1.5, 1.27 and 1.13 times.
 inline constexpr int rows_for_bf16x3 = 128;
@@ -62,32 +67,21 @@ Precision resolve(Precision precision, const Program& program) {
 /// becomes part of the bias (the compact feature's first decoder convolution shrinks from 1027 to 3 columns).
 template <class T>
 struct PackedStage {
-  kernel::PackedWeights<T> weights;  ///< per-vertex columns, in the order of the sources
-  kernel::AmxWeights amx_weights;    ///< the same, if products run on matrix registers
-  AlignedBuffer<T> pooled_weights;   ///< [pooled columns][rows]
+  kernel::ProductWeights<T> weights;  ///< per-vertex columns, in the order of the sources
+  AlignedBuffer<T> pooled_weights;    ///< [pooled columns][rows]
   int pooled_columns = 0;
-
-  /// Of a row, without pooled columns' share.
-  T own_bias(int row) const {
-    if constexpr (std::is_same_v<T, float>)
-      if (amx_weights.rows() > 0) {
-        const float* bias = kernel::AmxWeights::bias_at(amx_weights.bias(), row);
-        return bias == nullptr ? 0.0F : *bias;
-      }
-    return weights.bias()[row];
-  }
 };
 
 template <class T>
 class PackedProgram {
  public:
   PackedProgram(const graph::Program& program, std::span<const T> parameters, Precision precision = Precision::native)
-      : program_(program), precision_(precision), parts_(simd::has_matrix_registers() ? parts_of(precision) : 0) {
+      : program_(program), precision_(precision), format_(format_of(precision)) {
     for (int i = 0; i < program_.stage_count; ++i) {
       stages_.push_back(pack(program_.stage(i), parameters));
-      const kernel::AmxWeights& weights = stages_.back().amx_weights;
+      const kernel::ProductWeights<T>& weights = stages_.back().weights;
       operand_words_ = std::max(operand_words_, weights.operand_words(kernel::group_panels<T>));
-      operand_values_ = std::max(operand_values_, kernel::tile_size(weights.value_rows()));
+      operand_values_ = std::max(operand_values_, weights.operand_values());
     }
     copy_pointwise_parameters(parameters);
   }
@@ -96,22 +90,19 @@ class PackedProgram {
   /// Differs from that of every other packed program of the process, 0 is none's: what an engine knows its pose codes by.
   std::uint64_t id() const { return id_; }
   Precision precision() const { return precision_; }
-  /// bfloat16 parts of a value, where products run on matrix registers; 0: they don't.
-  int parts() const { return parts_; }
   /// Words of the largest operand on matrix registers.
   std::size_t operand_words() const { return operand_words_; }
   /// Elements of what such an operand keeps in T.
   std::size_t operand_values() const { return operand_values_; }
   /// Steps of the sum, and so rows of the operand tile, that `channels` channels of one source take.
-  int steps(int channels) const { return precision_ == Precision::bf16 ? (channels + 1) / 2 : channels; }
+  int steps(int channels) const { return format_.pairs ? (channels + 1) / 2 : channels; }
   const PackedStage<T>& stage(int i) const { return stages_[static_cast<std::size_t>(i)]; }
   /// Parameters of pointwise layers; steps' offsets in program() refer to it.
   const T* pointwise_parameters() const { return pointwise_.data(); }
 
   std::size_t bytes() const {
     std::size_t total = pointwise_.size() * sizeof(T);
-    for (const PackedStage<T>& s : stages_)
-      total += s.weights.bytes() + s.amx_weights.bytes() + s.pooled_weights.size() * sizeof(T);
+    for (const PackedStage<T>& s : stages_) total += s.weights.bytes() + s.pooled_weights.size() * sizeof(T);
     return total;
   }
 
@@ -153,7 +144,7 @@ class PackedProgram {
       if (!is_pooled && precision_ != Precision::native && source.channels % 2 != 0) columns.push_back(padding);
     }
     // Matrix registers need none behind the last: there they have zeros anyway.
-    if (parts_ > 0 && !columns.empty() && columns.back() == padding) columns.pop_back();
+    if (format_.parts > 0 && !columns.empty() && columns.back() == padding) columns.pop_back();
     const Matrix matrix = stage.folded_count == 0 ? Matrix{} : folded(stage, parameters);
     const auto weight = [&](int row, int column) {
       const std::size_t at =
@@ -171,20 +162,7 @@ class PackedProgram {
       return column == padding ? T(0) : weight(row, column);
     };
     PackedStage<T> packed;
-    if constexpr (std::is_same_v<T, float>) {
-      if (parts_ > 0)
-        packed.amx_weights =
-            kernel::AmxWeights(stage.rows, static_cast<int>(columns.size()), parts_, column_weight, bias);
-      else if (precision_ == Precision::bf16)
-        packed.weights = kernel::PackedWeights<T>(
-            stage.rows, static_cast<int>(columns.size()) / 2,
-            [&](int row, int step) {
-              return simd::bf16_pair(column_weight(row, 2 * step), column_weight(row, 2 * step + 1));
-            },
-            bias);
-    }
-    if (precision_ == Precision::native)
-      packed.weights = kernel::PackedWeights<T>(stage.rows, static_cast<int>(columns.size()), column_weight, bias);
+    packed.weights.pack(stage.rows, static_cast<int>(columns.size()), format_, column_weight, bias);
     packed.pooled_columns = static_cast<int>(pooled.size());
     packed.pooled_weights = AlignedBuffer<T>(pooled.size() * static_cast<std::size_t>(stage.rows));
     T* out = packed.pooled_weights.data();
@@ -237,7 +215,7 @@ class PackedProgram {
   std::uint64_t id_ = draw_id();
   graph::Program program_;
   Precision precision_;
-  int parts_;
+  kernel::ProductFormat format_;
   std::size_t operand_words_ = 0, operand_values_ = 0;
   std::vector<PackedStage<T>> stages_;
   AlignedBuffer<T> pointwise_;

@@ -4,7 +4,7 @@
 #include <npt/config.hpp>
 #include <npt/core/aligned.hpp>
 #include <npt/graph/program.hpp>
-#include <npt/kernel/amx_product.hpp>
+#include <npt/kernel/amx_kernel.hpp>
 #include <npt/kernel/panel.hpp>
 
 #include <array>

@@ -18,6 +18,8 @@
 
 #include <npt/config.hpp>
 #include <npt/core/aligned.hpp>
+#include <npt/kernel/amx_kernel.hpp>
+#include <npt/kernel/amx_operand.hpp>
 #include <npt/kernel/few_columns.hpp>
 #include <npt/kernel/few_rows.hpp>
 #include <npt/kernel/panel.hpp>
@@ -26,139 +28,10 @@
 #include <npt/simd/bf16.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <cstdint>
 #include <type_traits>
 
 namespace npt::inline NPT_ABI::kernel {
-
-using Word = std::uint32_t;  ///< two bfloat16 values
-
-inline constexpr int max_parts = 3;
-/// Rows of weights that one call of the kernel takes.
-inline constexpr int amx_block_rows = 2 * simd::matrix_rows;
-/// Columns of weights, and so channels of the operand, that one product of matrix registers takes.
-inline constexpr int amx_columns = 2 * simd::matrix_words;
-
-/// Elements of a matrix register, of either kind.
-inline constexpr std::size_t matrix_size = std::size_t{simd::matrix_rows} * simd::matrix_words;
-
-/// Which parts meet in a product of matrix registers, the largest is 0.
-struct PartPair {
-  int weight, operand;
-};
-
-/// All pairs that count, in an order in which one partner stays from each to the next: 14 instead of 18 loads of matrix registers for three
-/// parts. (Alone 7 % faster at 1027 rows, 25 % at 131; Xeon.)
-template <int Parts>
-inline constexpr auto part_pairs = [] {
-  if constexpr (Parts == 1)
-    return std::array{PartPair{0, 0}};
-  else if constexpr (Parts == 2)
-    return std::array{PartPair{1, 0}, PartPair{0, 0}, PartPair{0, 1}};
-  else
-    return std::array{PartPair{2, 0}, PartPair{1, 0}, PartPair{1, 1}, PartPair{0, 1}, PartPair{0, 0}, PartPair{0, 2}};
-}();
-
-/// Calls f(pair, whether its weights are new, whether its operand is), each as an integral constant, for every pair.
-template <int Parts, class F>
-NPT_ALWAYS_INLINE void for_each_part_pair(F&& f) {
-  constexpr auto& pairs = part_pairs<Parts>;
-  simd::unroll<static_cast<int>(pairs.size())>([&](auto n) NPT_LAMBDA_INLINE {
-    constexpr auto at = static_cast<std::size_t>(n), before = at - (n == 0 ? 0U : 1U);
-    f(std::integral_constant<int, pairs[at].weight>{}, std::integral_constant<int, pairs[at].operand>{},
-      std::bool_constant < n == 0 || pairs[at].weight != pairs[before].weight > {},
-      std::bool_constant < n == 0 || pairs[at].operand != pairs[before].operand > {});
-  });
-}
-
-/// tile[32 or 16 rows][panel_width] = bias + weights * operand for one block and one panel, or its first half: then the other becomes zero.
-///   depth     products of matrix registers along the columns; may be 0
-///   bias      of the block's rows; nullptr: none
-using AmxKernel = void (*)(int depth, const Word* weights, const Word* operand, const float* bias, float* tile);
-
-#if NPT_HAS_AMX
-
-template <int Parts, int RowRegisters, int Halves>
-NPT_NOINLINE void amx_kernel(int depth, const Word* NPT_RESTRICT weights, const Word* NPT_RESTRICT operand,
-                             const float* NPT_RESTRICT bias, float* NPT_RESTRICT tile) {
-  static_assert(panel_width<float> == 2 * simd::matrix_words && (RowRegisters == 1 || RowRegisters == 2));
-  constexpr int stride = panel_width<float> * static_cast<int>(sizeof(Word));
-  constexpr int row_stride = simd::matrix_words * static_cast<int>(sizeof(Word));
-  constexpr std::size_t lower = std::size_t{simd::matrix_rows} * panel_width<float>;
-  asm volatile("" ::: "memory");  // g++ doesn't know that loading a matrix register reads memory
-  // Biases lie spread out: writing them here, just before they are loaded, took 40 % of the kernel's time in training at bottleneck 128.
-  _tile_zero(1);
-  if constexpr (RowRegisters == 2) _tile_zero(3);
-  if (bias != nullptr) {
-    _tile_loadd(0, bias, row_stride);
-    if constexpr (Halves == 2) _tile_loadd(1, bias, row_stride);
-    if constexpr (RowRegisters == 2) _tile_loadd(2, bias + matrix_size, row_stride);
-    if constexpr (RowRegisters == 2 && Halves == 2) _tile_loadd(3, bias + matrix_size, row_stride);
-  } else {
-    _tile_zero(0);
-    if constexpr (RowRegisters == 2) _tile_zero(2);
-  }
-  for (int k = 0; k < depth; ++k) {
-    for_each_part_pair<Parts>([&](auto i, auto j, auto new_weights, auto new_operand) NPT_LAMBDA_INLINE {
-      if constexpr (new_weights) {
-        const Word* w = weights + (Parts - 1 - i) * RowRegisters * matrix_size;
-        _tile_loadd(4, w, row_stride);
-        if constexpr (RowRegisters == 2) _tile_loadd(5, w + matrix_size, row_stride);
-      }
-      if constexpr (new_operand) {
-        const Word* x = operand + j * 2 * matrix_size;
-        _tile_loadd(6, x, row_stride);
-        if constexpr (Halves == 2) _tile_loadd(7, x + matrix_size, row_stride);
-      }
-      _tile_dpbf16ps(0, 4, 6);
-      if constexpr (Halves == 2) _tile_dpbf16ps(1, 4, 7);
-      if constexpr (RowRegisters == 2) _tile_dpbf16ps(2, 5, 6);
-      if constexpr (RowRegisters == 2 && Halves == 2) _tile_dpbf16ps(3, 5, 7);
-    });
-    weights += Parts * RowRegisters * matrix_size;
-    operand += Parts * 2 * matrix_size;
-  }
-  _tile_stored(0, tile, stride);
-  _tile_stored(1, tile + simd::matrix_words, stride);
-  if constexpr (RowRegisters == 2) {
-    _tile_stored(2, tile + lower, stride);
-    _tile_stored(3, tile + lower + simd::matrix_words, stride);
-  }
-  asm volatile("" ::: "memory");
-}
-
-/// The kernel for a number of parts, of row registers and of halves of a panel.
-template <class = void>
-AmxKernel amx_kernel_for(int parts, int row_registers, int halves) {
-  static constexpr AmxKernel kernels[max_parts][2][2] = {
-      {{&amx_kernel<1, 1, 1>, &amx_kernel<1, 1, 2>}, {&amx_kernel<1, 2, 1>, &amx_kernel<1, 2, 2>}},
-      {{&amx_kernel<2, 1, 1>, &amx_kernel<2, 1, 2>}, {&amx_kernel<2, 2, 1>, &amx_kernel<2, 2, 2>}},
-      {{&amx_kernel<3, 1, 1>, &amx_kernel<3, 1, 2>}, {&amx_kernel<3, 2, 1>, &amx_kernel<3, 2, 2>}}};
-  return kernels[parts - 1][row_registers - 1][halves - 1];
-}
-
-#else
-
-// Never called: there is no engine for it. It keeps code that names both products compiling.
-template <class = void>
-AmxKernel amx_kernel_for(int, int, int) {
-  return nullptr;
-}
-
-#endif
-
-/// One panel of an operand.
-struct AmxOperand {
-  const Word* words;    ///< parts of the channels that matrix registers take
-  const float* values;  ///< [channels][panel_width] of all of them; read where AmxWeights::reads_values()
-  const float* few;     ///< of the channels behind those in `words`
-  int halves;           ///< of the panel that hold vertices, 1 or 2
-};
-
-/// Halves of a panel that its `valid` vertices take; more than a panel's are all.
-constexpr int used_halves(int valid) { return valid > simd::matrix_words ? 2 : 1; }
 
 /// Elements behind the last of several meshes' biases that the kernel may read: it takes 16 rows at a time.
 inline constexpr std::size_t bias_slack = std::size_t{simd::matrix_rows} * simd::matrix_words;
@@ -341,83 +214,6 @@ class AmxWeights {
   AlignedBuffer<float> bias_;
   AlignedBuffer<float> column_weights_, row_weights_;
 };
-
-namespace internal {
-
-/// Three parts hold all 24 bits of a value even if each is cut off, which takes half as long as rounding each: what the products leave out, and the
-/// terms that no pair of parts stands for, are below 2^-24 of a term.
-template <int Parts>
-NPT_ALWAYS_INLINE void split_pair(simd::Batch<float> first, simd::Batch<float> second, Word* to,
-                                  std::size_t part_stride) {
-  simd::unroll<Parts>([&](auto p) NPT_LAMBDA_INLINE {
-    constexpr bool last = p + 1 == Parts;
-    Word* part = to + p * part_stride;
-    if constexpr (Parts == max_parts) {
-      simd::store_words(part, simd::bf16_cut_pairs(first, second));
-      if constexpr (!last) {
-        first = simd::below_bf16(first);
-        second = simd::below_bf16(second);
-      }
-    } else {
-      const simd::Batch<float> pairs = simd::bf16_pairs(first, second);
-      simd::store_words(part, pairs);
-      if constexpr (!last) {
-        first -= simd::first_of_pairs(pairs);
-        second -= simd::second_of_pairs(pairs);
-      }
-    }
-  });
-}
-
-template <int Parts>
-NPT_NOINLINE void split_channels(const float* NPT_RESTRICT from, int rows, Word* NPT_RESTRICT panel, int first_word) {
-  constexpr int width = panel_width<float>, lanes = simd::lanes<float>;
-  for (int c = 0, word = first_word; c < rows; c += 2, ++word, from += 2 * width) {
-    Word* to = panel + static_cast<std::size_t>(word / simd::matrix_rows * Parts) * 2 * matrix_size +
-               static_cast<std::size_t>(word % simd::matrix_rows * simd::matrix_words);
-    const bool paired = c + 1 < rows;
-    simd::unroll<panel_registers>([&](auto q) NPT_LAMBDA_INLINE {
-      split_pair<Parts>(simd::load(from + q * lanes),
-                        paired ? simd::load(from + width + q * lanes) : simd::broadcast(0.0F), to + q * matrix_size,
-                        2 * matrix_size);
-    });
-  }
-}
-
-}  // namespace internal
-
-/// Splits the pairs (first, second) of each lane into parts of one register of words each, `part_stride` words apart.
-NPT_ALWAYS_INLINE void split_pair(int parts, const simd::Batch<float>& first, const simd::Batch<float>& second,
-                                  Word* to, std::size_t part_stride) {
-  static_assert(max_parts == 3);
-  if (parts == 1)
-    internal::split_pair<1>(first, second, to, part_stride);
-  else if (parts == 2)
-    internal::split_pair<2>(first, second, to, part_stride);
-  else
-    internal::split_pair<3>(first, second, to, part_stride);
-}
-
-/// Splits `rows` channels of one panel [rows][panel_width]. `panel`: the operand's words of that panel; the channels' first word is number
-/// `first_word`. An odd last channel is paired with zero. Gives the number of words.
-template <class T>
-int split_channels(const T* from, int rows, int parts, Word* panel, int first_word) {
-  static_assert(max_parts == 3);
-  constexpr std::array split{&internal::split_channels<1>, &internal::split_channels<2>, &internal::split_channels<3>};
-  split[static_cast<std::size_t>(parts - 1)](from, rows, panel, first_word);
-  return (rows + 1) / 2;
-}
-
-/// Zeros behind a panel's last word, as far as matrix registers read.
-inline void end_channels(Word* panel, int words, int parts) {
-  const int over = words % simd::matrix_rows;
-  if (over == 0) return;
-  Word* last = panel + static_cast<std::size_t>(words / simd::matrix_rows * parts) * 2 * matrix_size;
-  for (int m = 0; m < 2 * parts; ++m) {
-    Word* matrix = last + static_cast<std::size_t>(m) * matrix_size;
-    std::fill(matrix + over * simd::matrix_words, matrix + matrix_size, Word{0});
-  }
-}
 
 /// A panel [weights.columns()][panel_width] with `valid` vertices as an operand; its words go to `words`.
 template <class T>

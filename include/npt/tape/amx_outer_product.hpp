@@ -55,6 +55,9 @@ struct AmxOuterShape {
   /// Words of the collected operands.
   std::size_t a_size() const { return index(row_registers()) * line(); }
   std::size_t b_size() const { return index(panels()) * line(); }
+  static constexpr std::size_t collected_values() { return 0; }
+  std::size_t collected_words() const { return a_size() + b_size(); }
+  static constexpr bool overwrites = true;
   std::size_t line() const { return index(blocks * parts) * kernel::matrix_size; }
 
  private:
@@ -207,5 +210,9 @@ class AmxOuterProduct {
   int collected_ = 0;  ///< blocks
   bool adds_ = false;  ///< to the result, which holds something
 };
+
+inline AmxOuterProduct make_outer_product(const AmxOuterShape& shape, float*, kernel::Word* words, float* result) {
+  return AmxOuterProduct(shape, words, words + shape.a_size(), result);
+}
 
 }  // namespace npt::inline NPT_ABI::tape

@@ -8,11 +8,11 @@
 
 #include <npt/config.hpp>
 #include <npt/parallel/executor.hpp>
-#include <npt/simd/amx.hpp>
 #include <npt/tape/amx_outer_product.hpp>
 #include <npt/tape/chain_backward.hpp>
-#include <npt/tape/memory.hpp>
+#include <npt/tape/merge.hpp>
 #include <npt/tape/outer_product.hpp>
+#include <npt/tape/view.hpp>
 
 #include <algorithm>
 #include <array>
@@ -22,21 +22,12 @@
 
 namespace npt::inline NPT_ABI::tape {
 
-/// What a backward pass starts from and where it leaves its results.
 template <class T>
-struct BatchGradients {
-  std::span<const std::span<const T>> result;  ///< by pair: [V, 3]
-  std::span<T> parameters;                     ///< as Model::buffer(), overwritten
-  std::span<const std::span<T>> pose;          ///< by pair: [Vp, 3], overwritten; none if empty
-  std::span<const std::span<T>> identity;      ///< by pair: [V, 3]
-};
-
-template <class T>
-class Backward : View<T> {
+class Backward : Merge<T> {
  public:
   Backward(const Tape& tape, std::span<const ChainLoops<T>> loops, Memory<T>& memory,
            const BatchGradients<T>& gradients)
-      : View<T>(tape, loops, memory), gradients_(gradients) {}
+      : Merge<T>(tape, loops, memory, gradients) {}
 
   /// The gradient of what Forward ran last on this memory.
   template <Executor E>
@@ -50,11 +41,13 @@ class Backward : View<T> {
   }
 
  private:
-  using typename View<T>::Args;
-  using View<T>::index;
-  using View<T>::slack;
-  using View<T>::tape_;
-  using View<T>::memory_;
+  using typename Merge<T>::Args;
+  using typename Merge<T>::ChunkLayout;
+  using Merge<T>::index;
+  using Merge<T>::slack;
+  using Merge<T>::gradients_;
+  using Merge<T>::tape_;
+  using Merge<T>::memory_;
 
   // Every chunk has sums of its own, 4.2 MB for 1027 rows, which are added up at the end: enough groups must pay for them. Batches
   // that keep more than 16 threads busy are large, and pay with 32 groups a chunk.
@@ -64,32 +57,35 @@ class Backward : View<T> {
 
   // ---- what takes part ----
 
-  /// Whether gradients are wanted there: everywhere but at the inputs, unless they are asked for.
-  bool wanted(int adjoint) const {
-    if (adjoint < 0) return false;
-    const int input = tape_.activation(tape_.adjoint(adjoint).activation).input;
-    return input < 0 || !(input == 0 ? gradients_.pose : gradients_.identity).empty();
+  /// Gradients are wanted everywhere but at the inputs; there if they are asked for, or if layers with learned parameters read them.
+  void find_wanted() {
+    for (int p = 0; p < tape_.adjoint_count; ++p) {
+      const int input = tape_.activation(tape_.adjoint(p).activation).input;
+      wanted_[index(p)] = input < 0 || !(input == 0 ? gradients_.pose : gradients_.identity).empty();
+    }
+    for (int i = 0; i < tape_.stage_count; ++i)
+      for (int r = 0; r < tape_.stage(i).path_count; ++r)
+        if (const ReadPath& path = tape_.stage(i).paths[index(r)];
+            path.adjoint >= 0 && this->loops(path.chain).read_sums > 0)
+          wanted_[index(path.adjoint)] = true;
+  }
+  bool wanted(int adjoint) const { return adjoint >= 0 && wanted_[index(adjoint)]; }
+  /// Whether a gradient is to go back along a path.
+  bool wants(const ReadPath& path) const {
+    bool wants = wanted(path.adjoint);
+    for (int s = 0; s < path.chain.count; ++s) wants = wants || wanted(path.other_adjoints[index(s)]);
+    return wants;
   }
   bool has_gradient(int activation) const {
     bool found = false;
-    for_each_adjoint(activation, [&](int) { found = true; });
+    this->for_each_adjoint(activation, [&](int) { found = true; });
     return found;
   }
-  template <class F>
-  void for_each_adjoint(int activation, F&& f) const {
-    for (int p = 0; p < tape_.adjoint_count; ++p)
-      if (tape_.adjoint(p).activation == activation) f(p);
-  }
-  template <class F>
-  void for_each_pool(int adjoint, F&& f) const {
-    for (int t = 0; t < tape_.activation_count; ++t)
-      if (this->pooled(t) && tape_.activation(t).adjoint == adjoint) f(t);
-  }
-
   // ---- memory ----
 
   template <Executor E>
   void prepare(const E& executor) {
+    find_wanted();
     for (std::size_t side = 0; side < 2; ++side)
       for (int b = 0; b < tape_.buffer_count[side]; ++b) {
         bool used = false;
@@ -130,14 +126,11 @@ class Backward : View<T> {
     for (int i = 0; i < tape_.stage_count; ++i) {
       const Stage& stage = tape_.stage(i);
       tiles = std::max(tiles, kernel::tile_size(std::max(stage.operand_rows, stage.rows)) + slack);
-      if (memory_.parts > 0) {
-        const AmxOuterShape shape = amx_shape(stage);
-        collected_words_ = std::max(collected_words_, shape.a_size() + shape.b_size());
-        words = std::max(words, memory_.weights[index(i)].amx_backward.operand_words(kernel::group_panels<T>));
-      } else {
-        const OuterShape<T> shape = outer_shape(stage);
-        collected = std::max(collected, round_up(shape.a_size()) + shape.b_size());
-      }
+      with_shape(stage, [&](const auto& shape) {
+        collected = std::max(collected, shape.collected_values());
+        collected_words_ = std::max(collected_words_, shape.collected_words());
+      });
+      words = std::max(words, memory_.weights[index(i)].backward.operand_words(kernel::group_panels<T>));
     }
     this->reserve_words(collected_words_ + words, executor.slots());
     tile_stride_ = round_up(tiles);
@@ -149,29 +142,25 @@ class Backward : View<T> {
     return (n + unit - 1) / unit * unit;
   }
 
-  /// The bias is the weight of one more operand row, of ones.
-  static OuterShape<T> outer_shape(const Stage& stage) { return OuterShape<T>::of(stage.rows, stage.operand_rows + 1); }
-  AmxOuterShape amx_shape(const Stage& stage) const {
-    return AmxOuterShape::of(stage.rows, stage.operand_rows + 1, memory_.parts);
+  /// Calls f with the shape of the weights' gradient on the unit that multiplies. The bias is the weight of one more operand row, of
+  /// ones.
+  template <class F>
+  void with_shape(const Stage& stage, F&& f) const {
+    const int rows = stage.rows, columns = stage.operand_rows + 1;
+    if constexpr (kernel::ProductFormat::has_parts<T>) {
+      if (memory_.format.parts > 0) {
+        f(AmxOuterShape::of(rows, columns, memory_.format.parts));
+        return;
+      }
+    }
+    f(OuterShape<T>::of(rows, columns));
   }
-
-  /// Where a chunk keeps its sums.
-  struct ChunkLayout {
-    std::size_t size = 0;
-    std::array<std::size_t, max_paths> paths{};
-    std::array<std::size_t, max_adjoints> adjoints{};
-    int count = 0;  ///< of chunks
-    int items = 0;  ///< in each but the last
-  };
 
   // ---- one stage ----
 
   template <Executor E>
   void run_stage(int i, const E& executor) {
-    if (memory_.parts > 0)
-      run_stage(i, amx_shape(tape_.stage(i)), executor);
-    else
-      run_stage(i, outer_shape(tape_.stage(i)), executor);
+    with_shape(tape_.stage(i), [&](const auto& shape) { run_stage(i, shape, executor); });
   }
 
   template <class Shape, Executor E>
@@ -179,7 +168,7 @@ class Backward : View<T> {
     const Stage& stage = tape_.stage(i);
     const engine::MeshBatch<T>& side = this->side_of(stage.from_pose);
     reads_pooled_ = stage.operand_rows != stage.columns;
-    for_each_adjoint(stage.output, [&](int p) { merge_adjoint(p, side, executor); });
+    this->for_each_adjoint(stage.output, [&](int p) { this->merge_adjoint(p, side, executor); });
     if (reads_pooled_) memory_.bias_partial.grow_to(side.items.size() * index(stage.rows));
     const ChunkLayout layout = lay_out(stage, shape, static_cast<int>(side.items.size()));
     memory_.chunks.grow_to(layout.size * index(layout.count));
@@ -187,8 +176,8 @@ class Backward : View<T> {
       run_chunk(i, shape, layout, chunk, memory_.scratch.data() + index(slot) * memory_.scratch_stride,
                 this->words_of(slot));
     });
-    merge_chunks(i, shape, layout, executor);
-    if (reads_pooled_) take_to_pooled(stage, side, executor);
+    this->merge_chunks(i, shape, layout, executor);
+    if (reads_pooled_) this->take_to_pooled(stage, side, executor);
   }
 
   template <class Shape>
@@ -205,7 +194,7 @@ class Backward : View<T> {
       if (!this->pooled(path.activation))
         layout.paths[index(r)] = take(index(path.channels) * index(this->loops(path.chain).read_sums));
     }
-    for_each_adjoint(stage.output, [&](int p) {
+    this->for_each_adjoint(stage.output, [&](int p) {
       if (tape_.adjoint(p).normalises)
         layout.adjoints[index(p)] = take(index(stage.rows) * index(this->loops(tape_.adjoint(p).prefix).prefix_sums));
     });
@@ -218,20 +207,24 @@ class Backward : View<T> {
     return layout;
   }
 
-  void run_chunk(int i, const OuterShape<T>& shape, const ChunkLayout& layout, int chunk, T* scratch,
-                 kernel::Word* words) {
-    T* collected = scratch + 2 * tile_stride_;
-    OuterProduct<T> product(shape, collected, collected + round_up(shape.a_size()), start(layout, chunk, 0));
-    run_groups(i, layout, chunk, scratch, words, product);
-  }
-  void run_chunk(int i, const AmxOuterShape& shape, const ChunkLayout& layout, int chunk, T* scratch,
-                 kernel::Word* words) {
-    if constexpr (std::is_same_v<T, float>) {
-      [[maybe_unused]] const simd::MatrixRegisters registers;
-      AmxOuterProduct product(shape, words, words + shape.a_size(),
-                              start(layout, chunk, tape_.stage(i).product ? shape.result_size() : 0));
-      run_groups(i, layout, chunk, scratch, words + collected_words_, product);
-    }
+  /// One chunk of a stage, by one thread.
+  struct ChunkTask {
+    int i;  ///< number of the stage
+    const Stage& stage;
+    const ChunkLayout& layout;
+    T* sums;              ///< the chunk's
+    T* tile;              ///< scratch: the operand, then the gradient of the output
+    T* spare;             ///< scratch: a gradient that only maxima make
+    kernel::Word* words;  ///< scratch: an operand on matrix registers
+  };
+
+  template <class Shape>
+  void run_chunk(int i, const Shape& shape, const ChunkLayout& layout, int chunk, T* scratch, kernel::Word* words) {
+    const Stage& stage = tape_.stage(i);
+    [[maybe_unused]] const kernel::ProductScope scope(memory_.format);
+    T* sums = start(layout, chunk, Shape::overwrites && stage.product ? shape.result_size() : 0);
+    auto product = make_outer_product(shape, scratch + 2 * tile_stride_, words, sums);
+    run_groups({i, stage, layout, sums, scratch, scratch + tile_stride_, words + collected_words_}, chunk, product);
   }
   /// A chunk's sums, of which all behind the first `open` are made zero.
   T* start(const ChunkLayout& layout, int chunk, std::size_t open) const {
@@ -241,64 +234,60 @@ class Backward : View<T> {
   }
 
   template <class Product>
-  void run_groups(int i, const ChunkLayout& layout, int chunk, T* scratch, kernel::Word* words, Product& product) {
-    const Stage& stage = tape_.stage(i);
+  void run_groups(const ChunkTask& chunk_task, int chunk, Product& product) {
+    const Stage& stage = chunk_task.stage;
     const engine::MeshBatch<T>& side = this->side_of(stage.from_pose);
-    T* sums = memory_.chunks.data() + index(chunk) * layout.size;
-    T* tile = scratch;
-    T* spare = scratch + tile_stride_;
+    const int items = chunk_task.layout.items;
     bool propagates = false;  // to a path that wants it
-    for (int r = 0; r < stage.path_count; ++r) propagates = propagates || wanted(stage.paths[index(r)].adjoint);
-    const int last = std::min(static_cast<int>(side.items.size()), (chunk + 1) * layout.items);
-    for (int number = chunk * layout.items; number < last; ++number) {
-      const engine::Item& item = side.items[index(number)];
+    for (int r = 0; r < stage.path_count; ++r) propagates = propagates || wants(stage.paths[index(r)]);
+    const int last = std::min(static_cast<int>(side.items.size()), (chunk + 1) * items);
+    for (int number = chunk * items; number < last; ++number) {
+      const Task task = this->task(stage, index(number));
       if (stage.product)
-        product.collect_b(this->operand(stage, item, index(number), tile), stage.operand_rows, stage.operand_rows,
-                          item.valid);
-      const T* gradient = output_gradient(i, item, index(number), tile, spare, layout, sums);
-      if (reads_pooled_) keep_sums(stage, item, index(number), gradient);
+        product.collect_b(this->operand(stage, task, chunk_task.tile), stage.operand_rows, stage.operand_rows,
+                          task.item.valid);
+      const T* gradient = output_gradient(chunk_task, task);
+      if (reads_pooled_) keep_sums(stage, task, gradient);
       if (stage.product) {
-        product.collect_a(gradient, stage.rows, item.valid);
+        product.collect_a(gradient, stage.rows, task.item.valid);
         if (product.full() || number + 1 == last) product.multiply();
       }
       if (!propagates) continue;
       if (stage.product)
-        take_through_weights(i, item, index(number), gradient, words, layout, sums);
+        take_through_weights(chunk_task, task, gradient);
       else
-        take_along_paths(stage, item, index(number), 0, stage.rows, gradient, kernel::panel_stride<T>(stage.rows),
-                         layout, sums);
+        take_along_paths(chunk_task, task, 0, stage.rows, gradient, kernel::panel_stride<T>(stage.rows));
     }
   }
 
   /// The gradient of a stage's output for one group: in place where one adjoint holds it, else made in `tile`.
-  const T* output_gradient(int i, const engine::Item& item, std::size_t number, T* tile, T* spare,
-                           const ChunkLayout& layout, T* sums) const {
-    const Stage& stage = tape_.stage(i);
-    if (i == tape_.stage_count - 1) {
+  const T* output_gradient(const ChunkTask& chunk, const Task& task) const {
+    const Stage& stage = chunk.stage;
+    T *const tile = chunk.tile, *const spare = chunk.spare;
+    if (chunk.i == tape_.stage_count - 1) {
       kernel::split_coordinates(
-          gradients_.result[index(item.instance)].data() + 3 * index(item.group) * kernel::group_width, item.valid,
-          tile);
+          gradients_.result[index(task.item.instance)].data() + 3 * index(task.item.group) * kernel::group_width,
+          task.item.valid, tile);
       return tile;
     }
     int adjoints = 0, pools = 0, only = -1;
-    for_each_adjoint(stage.output, [&](int p) {
+    this->for_each_adjoint(stage.output, [&](int p) {
       ++adjoints;
       only = p;
-      for_each_pool(p, [&](int) { ++pools; });
+      this->for_each_pool(p, [&](int) { ++pools; });
     });
-    if (adjoints == 1 && pools == 0 && !tape_.adjoint(only).normalises)
-      return this->gradient_tile(only, item, number, stage.from_pose);
+    if (adjoints == 1 && pools == 0 && !tape_.adjoint(only).normalises) return this->gradient_tile(only, task);
     const std::size_t size = kernel::tile_size(stage.rows);
     bool adds = false;
-    for_each_adjoint(stage.output, [&](int p) {
+    this->for_each_adjoint(stage.output, [&](int p) {
       const Adjoint& adjoint = tape_.adjoint(p);
-      T* upstream = adjoint.dense ? this->gradient_tile(p, item, number, stage.from_pose) : spare;
+      T* upstream = adjoint.dense ? this->gradient_tile(p, task) : spare;
       if (!adjoint.dense) std::fill(spare, spare + size, T(0));
-      for_each_pool(p, [&](int t) { scatter_to_maxima(t, item, upstream); });
+      this->for_each_pool(p, [&](int t) { scatter_to_maxima(t, task.item, upstream); });
       if (!adjoint.normalises) {
         for (std::size_t k = 0; k < size; ++k) tile[k] = adds ? tile[k] + upstream[k] : upstream[k];
       } else {
-        finish(stage, p, item, number, upstream, tile, adds, sums + layout.adjoints[index(p)]);
+        finish(chunk, task, p, upstream, adds);
       }
       adds = true;
     });
@@ -319,38 +308,39 @@ class Backward : View<T> {
     }
   }
 
-  void finish(const Stage& stage, int p, const engine::Item& item, std::size_t number, const T* upstream, T* tile,
-              bool adds, T* sums) const {
+  /// From the output of the norm that adjoint p lies behind to the stored activation, into the chunk's tile.
+  void finish(const ChunkTask& chunk, const Task& task, int p, const T* upstream, bool adds) const {
+    const Stage& stage = chunk.stage;
     const Adjoint& adjoint = tape_.adjoint(p);
     const std::size_t stride = kernel::panel_stride<T>(stage.rows);
-    const Args args = this->arguments(adjoint.prefix, -1, item, number, stage.from_pose);
-    const T* moments = this->statistics(p, item.instance);
-    const T* means = norm_gradient(p, item.instance);
-    const T* values = this->tile(stage.output, item, number, stage.from_pose);
+    const Args args = this->arguments(adjoint.prefix, -1, task);
+    const T* moments = this->statistics(p, task.item.instance);
+    const T* means = this->norm_gradient(p, task.item.instance);
+    const T* values = this->tile(stage.output, task);
     // Other's gradients of layers in front of a norm are not kept: lowering stores such an input first.
     this->loops(adjoint.prefix)
         .finish({.rows = {.values = values,
                           .values_stride = stride,
                           .upstream = upstream,
                           .upstream_stride = stride,
-                          .downstream = tile,
+                          .downstream = chunk.tile,
                           .downstream_stride = stride,
                           .adds = adds,
-                          .valid = item.valid,
+                          .valid = task.item.valid,
                           .first_channel = 0,
                           .rows = stage.rows,
                           .args = args.data(),
-                          .parameter_sums = sums,
+                          .parameter_sums = chunk.sums + chunk.layout.adjoints[index(p)],
                           .norm_sums = {nullptr, nullptr},
                           .other = {}},
                  .norm = {moments, moments + stage.rows, means, means + stage.rows}});
   }
 
   /// The gradient's sum over the group's vertices: what a pooled feature, the same at all of them, is multiplied with.
-  void keep_sums(const Stage& stage, const engine::Item& item, std::size_t number, const T* gradient) {
+  void keep_sums(const Stage& stage, const Task& task, const T* gradient) {
     const std::size_t stride = kernel::panel_stride<T>(stage.rows);
-    const int panels = kernel::used_panels<T>(item.valid);
-    T* sums = memory_.bias_partial.data() + number * index(stage.rows);
+    const int panels = kernel::used_panels<T>(task.item.valid);
+    T* sums = memory_.bias_partial.data() + task.number * index(stage.rows);
     for (int r = 0; r < stage.rows; ++r) {
       simd::Batch<T> sum = simd::broadcast(T(0));
       for (int p = 0; p < panels; ++p)
@@ -361,20 +351,18 @@ class Backward : View<T> {
   }
 
   /// The gradient of the operand, a block of rows at a time, and on along the paths.
-  void take_through_weights(int i, const engine::Item& item, std::size_t number, const T* gradient, kernel::Word* words,
-                            const ChunkLayout& layout, T* sums) {
-    const Stage& stage = tape_.stage(i);
-    const Weights<T>& weights = memory_.weights[index(i)];
-    const int panels = kernel::used_panels<T>(item.valid);
-    const Product<T> product = memory_.parts > 0 ? Product<T>(weights.amx_backward, gradient, item.valid, words)
-                                                 : Product<T>(weights.backward, gradient);
-    alignas(simd_alignment) T raw[index(Product<T>::tallest_block) * kernel::group_width];
-    for (int b = 0; b < product.block_count(); ++b) {
-      const int row = product.first_row(b), rows = product.rows(b);
-      if (!any_wants(stage, row, rows)) continue;
+  void take_through_weights(const ChunkTask& chunk, const Task& task, const T* gradient) {
+    const kernel::ProductWeights<T>& weights = memory_.weights[index(chunk.i)].backward;
+    const int panels = kernel::used_panels<T>(task.item.valid);
+    const kernel::GroupProduct<T> product(weights, gradient, task.item.valid, chunk.words);
+    alignas(simd_alignment) T raw[index(kernel::ProductWeights<T>::tallest_block) * kernel::group_width];
+    for (int b = 0; b < weights.block_count(); ++b) {
+      const int row = weights.first_row(b), rows = weights.rows(b);
+      if (!any_wants(chunk.stage, row, rows)) continue;
       const std::size_t raw_stride = kernel::panel_stride<T>(rows);
-      for (int p = 0; p < panels; ++p) product(b, p, product.bias_at(product.bias(), row), raw + raw_stride * index(p));
-      take_along_paths(stage, item, number, row, rows, raw, raw_stride, layout, sums);
+      const T* bias = weights.bias_at(weights.bias(), row);
+      for (int p = 0; p < panels; ++p) product.multiply_exactly(b, p, bias, raw + raw_stride * index(p));
+      take_along_paths(chunk, task, row, rows, raw, raw_stride);
     }
   }
 
@@ -382,14 +370,15 @@ class Backward : View<T> {
     bool wants = false;
     for (int r = 0; r < stage.path_count; ++r) {
       const ReadPath& path = stage.paths[index(r)];
-      wants = wants || (wanted(path.adjoint) && path.row < row + rows && row < path.row + path.channels);
+      wants = wants || (this->wants(path) && path.row < row + rows && row < path.row + path.channels);
     }
     return wants;
   }
 
   /// Rows row .. row + rows - 1 of the operand's gradient (at `upstream`) into the adjoints of the paths that made them.
-  void take_along_paths(const Stage& stage, const engine::Item& item, std::size_t number, int row, int rows,
-                        const T* upstream, std::size_t upstream_stride, const ChunkLayout& layout, T* sums) {
+  void take_along_paths(const ChunkTask& chunk, const Task& task, int row, int rows, const T* upstream,
+                        std::size_t upstream_stride) {
+    const Stage& stage = chunk.stage;
     for (int r = 0; r < stage.path_count; ++r) {
       const ReadPath& path = stage.paths[index(r)];
       if (this->pooled(path.activation)) continue;
@@ -398,246 +387,56 @@ class Backward : View<T> {
       const Activation& activation = tape_.activation(path.activation);
       const ChainLoops<T>& loops = this->loops(path.chain);
       const int first = begin - path.row;
-      const std::size_t own = this->item_on(activation, item, number, stage.from_pose);
-      const Args args = this->arguments(path.chain, path.adjoint, item, number, stage.from_pose);
+      const std::size_t own = this->item_on(activation, task);
+      const Args args = this->arguments(path.chain, path.adjoint, task);
       T* norm_sums = nullptr;
       if (path.norm >= 0)
         norm_sums =
             memory_.norm_partials[index(path.adjoint)].data() + own * 2 * index(activation.channels) + index(first);
       BackwardRange<T> range{
-          .values = this->tile(path.activation, item, number, stage.from_pose) + index(first) * kernel::panel_width<T>,
+          .values = this->tile(path.activation, task) + index(first) * kernel::panel_width<T>,
           .values_stride = kernel::panel_stride<T>(activation.channels),
           .upstream = upstream + index(begin - row) * kernel::panel_width<T>,
           .upstream_stride = upstream_stride,
           .downstream = nullptr,
           .downstream_stride = kernel::panel_stride<T>(activation.channels),
           .adds = !path.overwrites,
-          .valid = item.valid,
+          .valid = task.item.valid,
           .first_channel = first,
           .rows = end - begin,
           .args = args.data(),
-          .parameter_sums = sums + layout.paths[index(r)] + index(first) * index(loops.read_sums),
+          .parameter_sums = chunk.sums + chunk.layout.paths[index(r)] + index(first) * index(loops.read_sums),
           .norm_sums = {norm_sums, norm_sums == nullptr ? nullptr : norm_sums + activation.channels},
           .other = {}};
       if (wanted(path.adjoint)) {
-        range.downstream =
-            this->gradient_tile(path.adjoint, item, number, stage.from_pose) + index(first) * kernel::panel_width<T>;
+        range.downstream = this->gradient_tile(path.adjoint, task) + index(first) * kernel::panel_width<T>;
         loops.backward(range);
       }
       if (loops.backward_others == nullptr) continue;
       bool others = false;
       for (int s = 0; s < path.chain.count; ++s)
         if (wanted(path.other_adjoints[index(s)])) {
-          range.other[s] = this->gradient_tile(path.other_adjoints[index(s)], item, number, stage.from_pose);
+          range.other[s] = this->gradient_tile(path.other_adjoints[index(s)], task);
           others = true;
         }
       if (others) loops.backward_others(range);
     }
   }
 
-  // ---- barriers ----
-
-  T* norm_gradient(int p, int mesh) const {
-    return memory_.norm_gradients[index(p)].data() +
-           index(mesh) * 2 * index(tape_.activation(tape_.adjoint(p).activation).channels);
-  }
-
-  /// The two means of a adjoint's gradients that its norm's derivative needs, and the gradients that maxima leave there.
-  template <Executor E>
-  void merge_adjoint(int p, const engine::MeshBatch<T>& side, const E& executor) {
-    const Adjoint& adjoint = tape_.adjoint(p);
-    const int channels = tape_.activation(adjoint.activation).channels;
-    if (adjoint.normalises)
-      executor.for_each(static_cast<int>(side.instances.size()), [&](int mesh, int) {
-        const engine::Instance<T>& instance = side.instances[index(mesh)];
-        T* NPT_RESTRICT means = norm_gradient(p, mesh);
-        const std::size_t width = 2 * index(channels);
-        std::fill(means, means + width, T(0));
-        if (adjoint.dense)
-          for (int g = 0; g < kernel::group_count(instance.vertices); ++g) {
-            const T* NPT_RESTRICT partial =
-                memory_.norm_partials[index(p)].data() + index(instance.first_item + g) * width;
-            for (std::size_t k = 0; k < width; ++k) means[k] += partial[k];
-          }
-      });
-    for_each_pool(p, [&](int t) {
-      for (int mesh = 0; mesh < static_cast<int>(side.instances.size()); ++mesh) take_through_pool(t, p, mesh);
-    });
-    if (adjoint.normalises)
-      for (int mesh = 0; mesh < static_cast<int>(side.instances.size()); ++mesh) {
-        const T share = T(1) / static_cast<T>(side.instances[index(mesh)].vertices);
-        T* means = norm_gradient(p, mesh);
-        for (int k = 0; k < 2 * channels; ++k) means[k] *= share;
-      }
-  }
-
-  void take_through_pool(int t, int p, int mesh) {
-    const Activation& activation = tape_.activation(t);
-    const ChainLoops<T>& loops = this->loops(activation.chain);
-    const Args args =
-        this->arguments(activation.chain, activation.adjoint, engine::Item{mesh, 0, 1}, 0, activation.from_pose);
-    memory_.pooled_sums.grow_to(index(activation.channels) * index(loops.read_sums) + 1);
-    T* sums = memory_.pooled_sums.data();
-    std::fill(sums, sums + index(activation.channels) * index(loops.read_sums), T(0));
-    T* means = tape_.adjoint(p).normalises ? norm_gradient(p, mesh) : nullptr;
-    // `adds` is for the norm's sums, so the gradient itself starts from zero.
-    T* gradient = this->panel(memory_.maximum_gradients[index(t)], activation.channels, mesh);
-    std::fill(gradient, gradient + kernel::panel_stride<T>(activation.channels), T(0));
-    loops.backward({.values = this->pooled_maxima(t, mesh),
-                    .values_stride = 0,
-                    .upstream = this->panel(memory_.pooled_gradients[index(t)], activation.channels, mesh),
-                    .upstream_stride = 0,
-                    .downstream = gradient,
-                    .downstream_stride = 0,
-                    .adds = true,
-                    .valid = 1,
-                    .first_channel = 0,
-                    .rows = activation.channels,
-                    .args = args.data(),
-                    .parameter_sums = sums,
-                    .norm_sums = {means, means == nullptr ? nullptr : means + activation.channels},
-                    .other = {}});
-    add_parameter_gradients(activation.chain, activation.norm + 1, activation.chain.count, activation.channels,
-                            loops.read_sums, {sums, 1, 0});
-  }
-
-  /// Sums [channels][sums] of some chunks.
-  struct ChunkSums {
-    const T* first;
-    int chunks;
-    std::size_t stride;
-    T operator()(std::size_t k) const {
-      T total = first[k];
-      for (int c = 1; c < chunks; ++c) total += first[index(c) * stride + k];
-      return total;
-    }
-  };
-
-  /// Gives the sums of steps begin .. end - 1 of a chain to their parameters.
-  void add_parameter_gradients(const Chain& chain, int begin, int end, int channels, int sums_per_channel,
-                               const ChunkSums& sums) {
-    if (sums_per_channel == 0) return;
-    const ChainLoops<T>& loops = this->loops(chain);
-    int first = 0;
-    for (int s = begin; s < end; ++s) {
-      const Step& step = chain.steps[index(s)];
-      int at = first;
-      for (std::size_t k = 0; k < step.parameters.size() && at < first + loops.operation_sums[index(s)]; ++k) {
-        if (step.parameters[k] < 0) continue;
-        const bool by_channel = step.sizes[k] % channels == 0;
-        const int elements = by_channel ? step.sizes[k] / channels : step.sizes[k];
-        T* gradient = gradients_.parameters.data() + step.parameters[k];
-        for (int c = 0; c < channels; ++c)
-          for (int e = 0; e < elements; ++e)
-            gradient[(by_channel ? c * elements : 0) + e] += sums(index(c) * index(sums_per_channel) + index(at + e));
-        at += elements;
-      }
-      first += loops.operation_sums[index(s)];
-    }
-  }
-
-  template <class Shape, Executor E>
-  void merge_chunks(int i, const Shape& shape, const ChunkLayout& layout, const E& executor) {
-    const Stage& stage = tape_.stage(i);
-    const T* chunks = memory_.chunks.data();
-    if (stage.product) {
-      constexpr int strip = 32;
-      executor.for_each((stage.rows + strip - 1) / strip, [&](int s, int) {
-        merge_weights(i, shape, layout, s * strip, std::min(stage.rows, (s + 1) * strip));
-      });
-    }
-    for (int r = 0; r < stage.path_count; ++r) {
-      const ReadPath& path = stage.paths[index(r)];
-      if (this->pooled(path.activation)) continue;
-      add_parameter_gradients(path.chain, path.norm + 1, path.chain.count, path.channels,
-                              this->loops(path.chain).read_sums,
-                              {chunks + layout.paths[index(r)], layout.count, layout.size});
-    }
-    for_each_adjoint(stage.output, [&](int p) {
-      const Adjoint& adjoint = tape_.adjoint(p);
-      if (adjoint.normalises)
-        add_parameter_gradients(adjoint.prefix, 0, adjoint.prefix.count, stage.rows,
-                                this->loops(adjoint.prefix).prefix_sums,
-                                {chunks + layout.adjoints[index(p)], layout.count, layout.size});
-    });
-  }
-
-  template <class Shape>
-  void merge_weights(int i, const Shape& shape, const ChunkLayout& layout, int begin, int end) {
-    const Stage& stage = tape_.stage(i);
-    const std::vector<int>& columns = memory_.columns[index(i)];
-    for (int p = 0; p < shape.panels(); ++p) {
-      const int width = shape.panel_columns(p);
-      const int first = shape.first_column(p);
-      const int used = std::min(width, stage.operand_rows - first);  // of the columns that are weights
-      for (int r = begin; r < end; ++r) {
-        T sum[std::max(kernel::panel_width<T>, AmxOuterShape::width)] = {};
-        const T* from = memory_.chunks.data() + shape.at(r, first);
-        for (int c = 0; c < layout.count; ++c, from += layout.size)
-          for (int k = 0; k < width; ++k) sum[k] += from[k];
-        T* gradient = gradients_.parameters.data() + stage.weight + r * stage.columns;
-        for (int k = 0; k < used; ++k) gradient[columns[index(first + k)]] += sum[k];
-        const int ones = stage.operand_rows - first;
-        if (ones < width && !stage.bias_is_dead) gradients_.parameters[index(stage.bias + r)] += sum[ones];
-      }
-    }
-  }
-
-  /// The gradients of pooled features and of the weights that they meet.
-  template <Executor E>
-  void take_to_pooled(const Stage& stage, const engine::MeshBatch<T>& side, const E& executor) {
-    const std::size_t meshes = side.instances.size();
-    memory_.mesh_bias.grow_to(meshes * index(stage.rows));
-    executor.for_each(static_cast<int>(meshes), [&](int mesh, int) {
-      const engine::Instance<T>& instance = side.instances[index(mesh)];
-      T* NPT_RESTRICT bias = memory_.mesh_bias.data() + index(mesh) * index(stage.rows);
-      std::fill(bias, bias + stage.rows, T(0));
-      for (int g = 0; g < kernel::group_count(instance.vertices); ++g) {
-        const T* NPT_RESTRICT partial =
-            memory_.bias_partial.data() + index(instance.first_item + g) * index(stage.rows);
-        for (int r = 0; r < stage.rows; ++r) bias[r] += partial[r];
-      }
-      for (int r = 0; r < stage.path_count; ++r) {
-        const ReadPath& path = stage.paths[index(r)];
-        if (!this->pooled(path.activation)) continue;
-        T* to = this->panel(memory_.pooled_gradients[index(path.activation)], path.channels, mesh);
-        for (int row = 0; row < stage.rows; ++row) {
-          const T* weights = memory_.parameters.data() + stage.weight + row * stage.columns + path.column;
-          for (int c = 0; c < path.channels; ++c) to[index(c) * kernel::panel_width<T>] += weights[c] * bias[row];
-        }
-      }
-    });
-    constexpr int strip = 32;
-    executor.for_each((stage.rows + strip - 1) / strip, [&](int s, int) {
-      for (int r = 0; r < stage.path_count; ++r) {
-        const ReadPath& path = stage.paths[index(r)];
-        if (!this->pooled(path.activation)) continue;
-        for (int mesh = 0; mesh < static_cast<int>(meshes); ++mesh) {
-          const T* feature = this->pooled_feature(path.activation, mesh);
-          for (int row = s * strip; row < std::min(stage.rows, (s + 1) * strip); ++row) {
-            T* gradient = gradients_.parameters.data() + stage.weight + row * stage.columns + path.column;
-            const T factor = memory_.mesh_bias[index(mesh) * index(stage.rows) + index(row)];
-            for (int c = 0; c < path.channels; ++c) gradient[c] += factor * feature[index(c) * kernel::panel_width<T>];
-          }
-        }
-      }
-    });
-  }
-
   void leave_input_gradients(int t, std::span<const std::span<T>> to) const {
     if (to.empty()) return;
     const engine::MeshBatch<T>& side = this->side_of(t == 0);
     for (const std::span<T>& gradient : to) std::fill(gradient.begin(), gradient.end(), T(0));
-    for_each_adjoint(t, [&](int p) {
+    this->for_each_adjoint(t, [&](int p) {
       for (std::size_t number = 0; number < side.items.size(); ++number) {
         const engine::Item& item = side.items[number];
-        kernel::join_coordinates(this->gradient_tile(p, item, number, t == 0), item.valid,
+        kernel::join_coordinates(this->gradient_tile(p, {item, number, t == 0}), item.valid,
                                  to[index(item.instance)].data() + 3 * index(item.group) * kernel::group_width);
       }
     });
   }
 
-  const BatchGradients<T>& gradients_;
+  std::array<bool, max_adjoints> wanted_{};
   std::size_t tile_stride_ = 0;
   std::size_t collected_words_ = 0;  ///< of a slot, in front of an operand's
   bool reads_pooled_ = false;        ///< the running stage reads a pooled activation

@@ -4,7 +4,7 @@
 #include <npt/config.hpp>
 #include <npt/kernel/moments.hpp>
 #include <npt/parallel/executor.hpp>
-#include <npt/tape/memory.hpp>
+#include <npt/tape/view.hpp>
 
 #include <array>
 #include <cstddef>
@@ -60,7 +60,7 @@ class Forward : View<T> {
     memory_.scratch.grow_to(memory_.scratch_stride * index(slots));
     std::size_t words = 0;
     for (const Weights<T>& w : memory_.weights)
-      words = std::max(words, w.amx_forward.operand_words(kernel::group_panels<T>));
+      words = std::max(words, w.forward.operand_words(kernel::group_panels<T>));
     this->reserve_words(words, slots);
     sums_stride_ = 2 * index(widest);
     memory_.sums.grow_to(sums_stride_ * index(slots));
@@ -80,18 +80,18 @@ class Forward : View<T> {
   void run_stage(int i, const E& executor) {
     const Stage& stage = tape_.stage(i);
     const engine::MeshBatch<T>& side = this->side_of(stage.from_pose);
-    part_size_ = side.items.size() * index(stage.rows);
-    std::size_t parts = 0;
+    array_size_ = side.items.size() * index(stage.rows);
+    std::size_t arrays = 0;
     for_each_adjoint(stage.output, [&](int p) {
-      partial_[index(p)] = parts * part_size_;
-      parts += 2;
+      partial_[index(p)] = arrays * array_size_;
+      arrays += 2;
     });
-    for_each_pool(stage.output, [&](int t) { pool_partial_[index(t)] = parts++ * part_size_; });
-    memory_.partial.grow_to(parts * part_size_);
+    for_each_pool(stage.output, [&](int t) { pool_partial_[index(t)] = arrays++ * array_size_; });
+    memory_.partial.grow_to(arrays * array_size_);
     add_pooled(i, executor);
     executor.for_each(static_cast<int>(side.items.size()), [&](int number, int slot) {
-      run_item(i, side.items[index(number)], index(number),
-               memory_.scratch.data() + index(slot) * memory_.scratch_stride, this->words_of(slot));
+      run_task(i, this->task(stage, index(number)), memory_.scratch.data() + index(slot) * memory_.scratch_stride,
+               this->words_of(slot));
     });
     executor.for_each(static_cast<int>(side.instances.size()),
                       [&](int mesh, int slot) { merge(stage, side, mesh, slot); });
@@ -104,8 +104,8 @@ class Forward : View<T> {
     has_pooled_ = stage.operand_rows != stage.columns;
     if (!has_pooled_) return;
     const std::size_t meshes = this->side_of(stage.from_pose).instances.size();
-    bias_stride_ = index(stage.rows);
-    if (memory_.parts > 0) bias_stride_ *= index(kernel::AmxWeights::bias_width);
+    const kernel::ProductWeights<T>& packed = memory_.weights[index(i)].forward;
+    bias_stride_ = index(stage.rows) * index(packed.bias_width());
     memory_.bias.grow_to(meshes * bias_stride_ + kernel::bias_slack);
     executor.for_each(static_cast<int>(meshes), [&](int mesh, int) {
       T* bias = memory_.bias.data() + index(mesh) * bias_stride_;
@@ -120,73 +120,66 @@ class Forward : View<T> {
         }
         bias[row] = sum;
       }
-      if constexpr (std::is_same_v<T, float>)
-        if (memory_.parts > 0) kernel::spread_biases(bias, stage.rows);
+      packed.lay_out_biases(bias, stage.rows);
     });
   }
 
-  void run_item(int i, const engine::Item& item, std::size_t number, T* scratch, kernel::Word* words) {
+  void run_task(int i, const Task& task, T* scratch, kernel::Word* words) {
     const Stage& stage = tape_.stage(i);
-    T* out = this->tile(stage.output, item, number, stage.from_pose);
+    T* out = this->tile(stage.output, task);
     if (!stage.product) {
-      this->read_operand(stage, item, number, out);
+      this->read_operand(stage, task, out);
       for (int row = 0; row < stage.rows; row += kernel::max_tile_rows)
-        gather(stage, item, number, row, std::min(kernel::max_tile_rows, stage.rows - row), out);
+        gather(stage, task, row, std::min(kernel::max_tile_rows, stage.rows - row), out);
       if (i == tape_.stage_count - 1)
-        kernel::join_coordinates(out, item.valid,
-                                 memory_.identity.instances[index(item.instance)].result.data() +
-                                     3 * index(item.group) * kernel::group_width);
+        kernel::join_coordinates(out, task.item.valid,
+                                 memory_.identity.instances[index(task.item.instance)].result.data() +
+                                     3 * index(task.item.group) * kernel::group_width);
       return;
     }
-    const Weights<T>& weights = memory_.weights[index(i)];
-    const T* operand = this->operand(stage, item, number, scratch);
-    if (memory_.parts > 0) {
-      [[maybe_unused]] const simd::MatrixRegisters registers;
-      multiply(stage, item, number, {weights.amx_forward, operand, item.valid, words}, out);
-    } else {
-      multiply(stage, item, number, {weights.forward, operand}, out);
-    }
-  }
-
-  void multiply(const Stage& stage, const engine::Item& item, std::size_t number, const Product<T>& product, T* out) {
+    const kernel::ProductWeights<T>& weights = memory_.weights[index(i)].forward;
+    [[maybe_unused]] const kernel::ProductScope scope(weights.format());
+    const kernel::GroupProduct<T> product(weights, this->operand(stage, task, scratch), task.item.valid, words);
     const std::size_t out_stride = kernel::panel_stride<T>(stage.rows);
-    const T* bias = has_pooled_ ? memory_.bias.data() + index(item.instance) * bias_stride_ : product.bias();
-    for (int b = 0; b < product.block_count(); ++b) {
-      const int row = product.first_row(b);
-      for (int p = 0; p < kernel::used_panels<T>(item.valid); ++p)
-        product(b, p, product.bias_at(bias, row), out + out_stride * index(p) + index(row) * kernel::panel_width<T>);
-      gather(stage, item, number, row, product.rows(b), out);
+    const T* bias = has_pooled_ ? memory_.bias.data() + index(task.item.instance) * bias_stride_ : weights.bias();
+    for (int b = 0; b < weights.block_count(); ++b) {
+      const int row = weights.first_row(b);
+      for (int p = 0; p < kernel::used_panels<T>(task.item.valid); ++p)
+        product.multiply_exactly(b, p, weights.bias_at(bias, row),
+                                 out + out_stride * index(p) + index(row) * kernel::panel_width<T>);
+      gather(stage, task, row, weights.rows(b), out);
     }
   }
 
   /// What rows of the output give to moments and maxima.
-  void gather(const Stage& stage, const engine::Item& item, std::size_t number, int row, int rows, const T* out) {
+  void gather(const Stage& stage, const Task& task, int row, int rows, const T* out) {
     const std::size_t stride = kernel::panel_stride<T>(stage.rows);
     const T* values = out + index(row) * kernel::panel_width<T>;
-    const std::size_t at = number * index(stage.rows) + index(row);
+    const std::size_t at = task.number * index(stage.rows) + index(row);
     for_each_adjoint(stage.output, [&](int p) {
       const Chain& prefix = tape_.adjoint(p).prefix;
       T* mean = memory_.partial.data() + partial_[index(p)] + at;
       if (prefix.count == 0) {
-        kernel::gather_moments(values, stride, item.valid, rows, mean, mean + part_size_);
+        kernel::gather_moments(values, stride, task.item.valid, rows, mean, mean + array_size_);
         return;
       }
-      alignas(simd_alignment) T through[index(Product<T>::tallest_block) * kernel::group_width];
+      alignas(simd_alignment) T through[index(kernel::ProductWeights<T>::tallest_block) * kernel::group_width];
       const std::size_t through_stride = kernel::panel_stride<T>(rows);
-      const Args args = this->arguments(prefix, -1, item, number, stage.from_pose);
+      const Args args = this->arguments(prefix, -1, task);
       this->loops(prefix).read({.from = values,
                                 .to = through,
                                 .from_stride = stride,
                                 .to_stride = through_stride,
                                 .first_panel = 0,
-                                .panels = kernel::used_panels<T>(item.valid),
+                                .panels = kernel::used_panels<T>(task.item.valid),
                                 .first_channel = row,
                                 .rows = rows,
                                 .args = args.data()});
-      kernel::gather_moments(through, through_stride, item.valid, rows, mean, mean + part_size_);
+      kernel::gather_moments(through, through_stride, task.item.valid, rows, mean, mean + array_size_);
     });
     for_each_pool(stage.output, [&](int t) {
-      kernel::gather_maxima(values, stride, item.valid, rows, memory_.partial.data() + pool_partial_[index(t)] + at);
+      kernel::gather_maxima(values, stride, task.item.valid, rows,
+                            memory_.partial.data() + pool_partial_[index(t)] + at);
     });
   }
 
@@ -196,7 +189,7 @@ class Forward : View<T> {
     for_each_adjoint(stage.output, [&](int p) {
       T* mean = this->statistics(p, mesh);
       const T* partial = memory_.partial.data() + partial_[index(p)] + first;
-      kernel::merge_moments(partial, partial + part_size_, instance.vertices, stage.rows,
+      kernel::merge_moments(partial, partial + array_size_, instance.vertices, stage.rows,
                             memory_.sums.data() + index(slot) * sums_stride_, mean, mean + stage.rows);
     });
     for_each_pool(stage.output, [&](int t) { merge_pool(stage, instance, t, mesh, first); });
@@ -233,7 +226,7 @@ class Forward : View<T> {
       argmax[c] = vertex_of(stage, instance, group, c, best);
     }
     const Args args =
-        this->arguments(activation.chain, activation.adjoint, engine::Item{mesh, 0, 1}, 0, activation.from_pose);
+        this->arguments(activation.chain, activation.adjoint, this->mesh_task(mesh, activation.from_pose));
     this->loops(activation.chain)
         .read({.from = raw,
                .to = this->pooled_feature(t, mesh),
@@ -248,10 +241,10 @@ class Forward : View<T> {
 
   bool has_pooled_ = false;      ///< the running stage reads a pooled activation
   std::size_t bias_stride_ = 0;  ///< its biases of a mesh
-  // Offsets in memory.partial of parts [items][channels]:
+  // Offsets in memory.partial of arrays [items][channels]:
   std::array<std::size_t, max_adjoints> partial_{};          ///< by adjoint: of its means; squares stand behind
   std::array<std::size_t, max_activations> pool_partial_{};  ///< by pooled activation: of its maxima
-  std::size_t part_size_ = 0;
+  std::size_t array_size_ = 0;
   std::size_t sums_stride_ = 0;  ///< of a slot's scratch for merging moments
 };
 

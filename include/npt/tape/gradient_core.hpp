@@ -53,7 +53,7 @@ class GradientCore {
                    .expected = "float and a processor and a system with AMX, or the native precision"});
     precision_ = precision;
     *memory_ = Memory<T>{};
-    memory_->parts = parts_of(precision);
+    memory_->format = engine::format_of(precision);
   }
 
   /// Takes new weights: after every step of the optimiser.
@@ -120,36 +120,26 @@ class GradientCore {
     const auto transposed = [&](int k, int row) { return weight(row, k); };
     const auto no_bias = [](int) { return T(0); };
     Weights<T>& packed = memory_->weights[static_cast<std::size_t>(i)];
-    if constexpr (std::is_same_v<T, float>) {
-      if (const int parts = memory_->parts; parts > 0) {
-        // Columns that meet no pooled feature nearly always stand side by side.
-        const bool contiguous =
-            columns.back() - columns.front() + 1 == stage.operand_rows && std::ranges::is_sorted(columns);
-        const auto stride = static_cast<std::size_t>(stage.columns);
-        AlignedBuffer<float>& transposed_weights = memory_->transposed[static_cast<std::size_t>(i)];
-        if (!contiguous) {
-          if (is_forward)
-            packed.amx_forward.pack(stage.rows, stage.operand_rows, parts, weight, bias);
-          else
-            packed.amx_backward.pack(stage.operand_rows, stage.rows, parts, transposed, no_bias);
-        } else if (is_forward) {
-          packed.amx_forward.pack_matrix(stage.rows, stage.operand_rows, parts, weights + columns.front(), stride,
-                                         bias);
-        } else {
-          transposed_weights.grow_to(static_cast<std::size_t>(stage.rows) * stride);
-          kernel::transpose_matrix(weights, stage.rows, stage.columns, transposed_weights.data());
-          const auto rows = static_cast<std::size_t>(stage.rows);
-          packed.amx_backward.pack_matrix(stage.operand_rows, stage.rows, parts,
-                                          transposed_weights.data() + static_cast<std::size_t>(columns.front()) * rows,
-                                          rows, no_bias);
-        }
-        return;
-      }
+    const kernel::ProductFormat format = memory_->format;
+    // Columns that meet no pooled feature nearly always stand side by side: a matrix, which matrix registers want row by row.
+    const bool contiguous =
+        columns.back() - columns.front() + 1 == stage.operand_rows && std::ranges::is_sorted(columns);
+    const auto stride = static_cast<std::size_t>(stage.columns);
+    if (format.parts == 0 || !contiguous) {
+      if (is_forward)
+        packed.forward.pack(stage.rows, stage.operand_rows, format, weight, bias);
+      else
+        packed.backward.pack(stage.operand_rows, stage.rows, format, transposed, no_bias);
+    } else if (is_forward) {
+      packed.forward.pack_matrix(stage.rows, stage.operand_rows, format, weights + columns.front(), stride, bias);
+    } else {
+      const auto rows = static_cast<std::size_t>(stage.rows);
+      AlignedBuffer<T>& matrix = memory_->transposed[static_cast<std::size_t>(i)];
+      matrix.grow_to(rows * stride);
+      kernel::transpose_matrix(weights, stage.rows, stage.columns, matrix.data());
+      packed.backward.pack_matrix(stage.operand_rows, stage.rows, format,
+                                  matrix.data() + static_cast<std::size_t>(columns.front()) * rows, rows, no_bias);
     }
-    if (is_forward)
-      packed.forward.pack(stage.rows, stage.operand_rows, weight, bias);
-    else
-      packed.backward.pack(stage.operand_rows, stage.rows, transposed, no_bias);
   }
 
   static void expect(const char* what, std::size_t found, std::size_t expected) {

@@ -6,6 +6,7 @@
 
 #include <npt/config.hpp>
 #include <npt/core/aligned.hpp>
+#include <npt/kernel/amx_kernel.hpp>
 #include <npt/kernel/packed_weights.hpp>
 #include <npt/kernel/panel.hpp>
 #include <npt/simd/batch.hpp>
@@ -95,8 +96,16 @@ struct OuterShape {
   /// Elements of the collected operands. A register's worth of vertices and of rows may be written behind each part.
   std::size_t a_stride() const { return index(vertices + lanes) * kernel::max_tile_rows + lanes; }
   std::size_t b_stride() const { return index(vertices + lanes) * kernel::panel_width<T>; }
-  std::size_t a_size() const { return a_stride() * index(blocks().count); }
+  std::size_t a_size() const {
+    constexpr std::size_t unit = simd_alignment / sizeof(T);
+    return (a_stride() * index(blocks().count) + unit - 1) / unit * unit;
+  }
   std::size_t b_size() const { return b_stride() * index(panels()); }
+  /// Elements of both, and words on matrix registers.
+  std::size_t collected_values() const { return a_size() + b_size(); }
+  static constexpr std::size_t collected_words() { return 0; }
+  /// Whether the first product overwrites the result; else it must be zero before.
+  static constexpr bool overwrites = false;
   /// Rows behind the last one of a tile that are read (and not used).
   static constexpr int rows_read_behind = kernel::panel_width<T>;
 
@@ -176,5 +185,11 @@ class OuterProduct {
   T* result_;
   int collected_ = 0;
 };
+
+/// The product of a shape in an executor slot's memory: `values` in T, `words` for matrix registers.
+template <class T>
+OuterProduct<T> make_outer_product(const OuterShape<T>& shape, T* values, kernel::Word*, T* result) {
+  return OuterProduct<T>(shape, values, values + shape.a_size(), result);
+}
 
 }  // namespace npt::inline NPT_ABI::tape
