@@ -191,6 +191,23 @@ TEST_CASE("wrong headers are errors with their line") {
   CHECK(ply_error(header("nonsense\n")).starts_with("f: line 3: found 'nonsense'"));
 }
 
+TEST_CASE("a header of very many names takes time in proportion") {
+  std::string elements = "element vertex 1\n" + xyz, row = "0 0 0", many;
+  for (int i = 0; i < 200000; ++i) {  // compared pairwise: minutes
+    elements += "property float a_property_with_a_long_name_" + std::to_string(i) + "\n";
+    row += " 1";
+    many += "element an_element_with_a_long_name_" + std::to_string(i) + " 0\n";
+  }
+  CHECK(npt::parse_ply(header(elements) + row + "\n", "f").properties.size() == 200000);
+  CHECK(ply_error(header(elements + "property float a_property_with_a_long_name_7\n") + row + "\n")
+            .find("a second property 'a_property_with_a_long_name_7'") != std::string::npos);
+  CHECK(npt::parse_ply(header("element vertex 1\n" + xyz + many) + "0 0 0\n", "f").vertex_count() == 1);
+  CHECK(ply_error(header(many + "element an_element_with_a_long_name_7 0\n")).find("a second element") !=
+        std::string::npos);
+  // The names of one element are free for the next.
+  CHECK(ply_error(header("element camera 0\nproperty float x\nelement vertex 1\n" + xyz) + "0 0 0\n") == "no error");
+}
+
 TEST_CASE("missing elements and properties are named") {
   CHECK(ply_error(header("")) == "f: header: found no vertices, expected element vertex, with a count of at least 1");
   CHECK(ply_error(header("element vertex 0\n" + xyz)).find("no vertices") != std::string::npos);

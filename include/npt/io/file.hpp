@@ -71,10 +71,10 @@ inline std::string read_file(const std::filesystem::path& path, std::uint64_t li
 /// exception on the way) the temporary file is removed and what stood at `path` is untouched. An existing file keeps
 /// its permissions, a symbolic link keeps pointing and its target is replaced.
 ///
-/// The bytes are on the disk before the file gets its name (fsync), so that also after a loss of power the name stands for
-/// the old file or the whole new one. The folder is not synced: which of the two it is then, is left open. On a virtual disk
-/// with ext4, a thousand files of 200 KB take 0.4 s unsynced, 5 to 8 s synced, and 12 s with their folder synced as well;
-/// a transfer that makes such a file takes 50 ms or more.
+/// The bytes are on the disk before the file gets its name (fsync), so that also after a loss of power the name stands
+/// for the old file or the whole new one. The folder is not synced: which of the two it is then, is left open. On a
+/// virtual disk with ext4, a thousand files of 200 KB take 0.4 s unsynced, 5 to 8 s synced, and 12 s with their folder
+/// synced as well; a transfer that makes such a file takes 50 ms or more.
 class AtomicFile {
  public:
   explicit AtomicFile(const std::filesystem::path& path) : name_(path.string()), target_(resolve(path)) {

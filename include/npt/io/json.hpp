@@ -1,7 +1,12 @@
 /// JSON (RFC 8259) as it stands in headers of files: read strictly, as a series of events, and quoted for writing.
 ///
-/// Events rather than a tree: a tree keeps one of two equal keys in silence, and its depth is the sender's to choose. A reader
-/// of events refuses what doesn't fit the place it stands in.
+/// Events rather than a tree: a tree keeps one of two equal keys in silence, and its depth is the sender's to choose. A
+/// reader of events refuses what doesn't fit the place it stands in.
+///
+/// Why not nlohmann/json, whose SAX parser gives the same events: every host that includes npt.hpp would parse it, since
+/// npt is headers only and has no compiled part to hide it in. `g++ -fsyntax-only` (12.2, least of ten) takes 1.3 s for
+/// <nlohmann/json.hpp> alone, 0.2 s for this header, of which <string> is nearly all, and 1.2 s for npt.hpp with it.
+/// Programs, which pay once, use nlohmann/json.
 #pragma once
 
 #include <npt/config.hpp>
@@ -13,8 +18,8 @@
 
 namespace npt::inline NPT_ABI::internal {
 
-/// Length of the UTF-8 sequence that `text` begins with; 0 where it begins with none: stray and missing bytes, longer forms
-/// than needed, surrogates, beyond U+10FFFF.
+/// Length of the UTF-8 sequence that `text` begins with; 0 where it begins with none: stray and missing bytes, longer
+/// forms than needed, surrogates, beyond U+10FFFF.
 inline std::size_t utf8_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
   const auto follows = [&](std::size_t i) { return byte(i) >= 0x80 && byte(i) <= 0xBF; };

@@ -2,8 +2,8 @@
 ///   u64 little-endian N <= 100 MB | N bytes of JSON, "{...}" padded with blanks | the tensors' bytes, row major
 ///   JSON: name -> {"dtype", "shape", "data_offsets": [begin, end]}, "__metadata__" -> {string: string}
 /// Numerics  bytes are kept as they are; tensor_values.hpp converts them
-/// Errors    npt::Error that names the file and the tensor: not this format, truncated, a name twice, sizes that overflow
-///           or don't agree with the shape, tensors that overlap or leave a hole, an unknown type
+/// Errors    npt::Error that names the file and the tensor: not this format, truncated, a name twice, sizes that
+///           overflow or don't agree with the shape, tensors that overlap or leave a hole, an unknown type
 /// Source    https://github.com/huggingface/safetensors, "Format"
 #pragma once
 

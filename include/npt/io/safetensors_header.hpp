@@ -21,7 +21,8 @@ namespace npt::inline NPT_ABI::internal {
 
 inline constexpr std::uint64_t max_safetensors_header = 100'000'000;
 
-/// Metadata; also the names that may not repeat, whose second text is empty: a std::set beside it would cost compilers more.
+/// Metadata; also the names that may not repeat, whose second text is empty: a std::set beside it would cost compilers
+/// more.
 using TextMap = std::map<std::string, std::string>;
 
 /// What the header says of one tensor, before it has been checked.
@@ -32,8 +33,8 @@ struct TensorEntry {
   bool has_dtype = false, has_shape = false, has_offsets = false;
 };
 
-/// Takes the header's JSON event by event. Each either fits the place it stands in or is an error, so nothing nests deeper
-/// than the format does, and no name stands twice.
+/// Takes the header's JSON event by event. Each either fits the place it stands in or is an error, so nothing nests
+/// deeper than the format does, and no name stands twice.
 class SafetensorsHeaderEvents {
  public:
   SafetensorsHeaderEvents(std::string_view header, std::string file) : header_(header), file_(std::move(file)) {}

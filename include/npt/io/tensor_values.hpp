@@ -1,6 +1,7 @@
 /// The numbers of a file's tensor.
 /// Numerics  each value exactly, or rounded once
-/// Errors    npt::Error that names file, tensor and element: a value that the type can't hold; unless allowed, NaN and infinity
+/// Errors    npt::Error that names file, tensor and element: a value that the type can't hold; unless allowed, NaN and
+///           infinity
 #pragma once
 
 #include <npt/config.hpp>

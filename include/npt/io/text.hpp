@@ -24,14 +24,11 @@ class TextLines {
   /// Moves to the next line; false at the end of the text.
   bool next(std::string_view& line) {
     if (rest_.empty()) return false;
-    const std::size_t end = rest_.find_first_of("\r\n");
+    std::size_t end = 0;  // std::string_view::find_first_of took an eighth of the time of reading an OBJ file
+    while (end < rest_.size() && rest_[end] != '\n' && rest_[end] != '\r') ++end;
     line = rest_.substr(0, end);
     ++number_;
-    if (end == std::string_view::npos) {
-      rest_ = {};
-    } else {
-      rest_.remove_prefix(end + (rest_.substr(end, 2) == "\r\n" ? 2 : 1));
-    }
+    rest_.remove_prefix(end == rest_.size() ? end : end + (rest_.substr(end, 2) == "\r\n" ? 2 : 1));
     return true;
   }
   /// Number of the line that next() gave last, from 1.

@@ -45,7 +45,8 @@ inline std::string number_text(double value) {
   return text;
 }
 
-/// The finite number that a file's metadata gives as `text` for `key`; npt::Error that names file and key for other text.
+/// The finite number that a file's metadata gives as `text` for `key`; npt::Error that names file and key for other
+/// text.
 inline double metadata_number(const std::string& text, const std::string& file, const std::string& key) {
   const std::optional<double> value = parse_number<double>(text);
   if (!value || !std::isfinite(*value))
@@ -179,8 +180,8 @@ void write_values(const std::filesystem::path& path, const std::vector<NamedPara
 
 }  // namespace internal
 
-/// Fills the model from a file and returns the file's metadata. `assume` gives values for keys that the file lacks; where it has
-/// them, they must agree.
+/// Fills the model from a file and returns the file's metadata. `assume` gives values for keys that the file lacks;
+/// where it has them, they must agree.
 template <class Net, class T>
 Metadata load(Model<Net, T>& model, const SafetensorsFile& file, const Metadata& assume = {}) {
   const Metadata variant = variant_metadata<Net>();
@@ -192,8 +193,8 @@ Metadata load(Model<Net, T>& model, const SafetensorsFile& file, const Metadata&
   return file.metadata();
 }
 
-/// The same for whoever knows a network only by its variant's metadata and its list of parameters. `buffer` is laid out as
-/// Model::buffer() and unchanged after an error.
+/// The same for whoever knows a network only by its variant's metadata and its list of parameters. `buffer` is laid out
+/// as Model::buffer() and unchanged after an error.
 template <class T>
 Metadata load_values(const SafetensorsFile& file, const Metadata& variant,
                      const std::vector<NamedParameter>& parameters, std::span<T> buffer, const Metadata& assume = {}) {
@@ -210,7 +211,8 @@ Metadata load(Model<Net, T>& model, const std::filesystem::path& path, const Met
   return load(model, SafetensorsFile::read(path), assume);
 }
 
-/// Writes the values of a buffer that is laid out as Model::buffer(), with the variant and whatever else `metadata` says.
+/// Writes the values of a buffer that is laid out as Model::buffer(), with the variant and whatever else `metadata`
+/// says.
 template <class T>
 void save_values(const std::filesystem::path& path, const Metadata& variant,
                  const std::vector<NamedParameter>& parameters, std::span<const T> buffer, Metadata metadata = {}) {
