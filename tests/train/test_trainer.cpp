@@ -3,11 +3,13 @@
 #include <npt/train/initialise.hpp>
 #include <npt/train/trainer.hpp>
 
+#include <algorithm>
 #include <barrier>
 #include <cmath>
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -38,6 +40,48 @@ Buffer initial(std::uint64_t seed = 3) {
   npt::initialise<float>(LinearCore::parameters(), buffer.span(), npt::Initialisation::small, seed);
   return buffer;
 }
+
+/// A LinearCore with a hidden matrix that the result doesn't depend on; its gradient is its value.
+class MatrixCore : public LinearCore {
+ public:
+  static constexpr std::size_t size = LinearCore::size + 16;
+  static std::vector<npt::NamedParameter> parameters() {
+    std::vector<npt::NamedParameter> list = LinearCore::parameters();
+    npt::Parameter matrix(4, 4, 1);
+    matrix.offset = LinearCore::size;
+    list.push_back({"hidden.weight", matrix});
+    return list;
+  }
+  void load(std::span<const float> parameters) {
+    LinearCore::load(parameters.first(LinearCore::size));
+    matrix_.assign(parameters.begin() + LinearCore::size, parameters.end());
+  }
+  void backward(std::span<const std::span<const float>> result_gradients, std::span<float> gradient) {
+    LinearCore::backward(result_gradients, gradient.first(LinearCore::size));
+    std::ranges::copy(matrix_, gradient.begin() + LinearCore::size);
+  }
+
+ private:
+  std::vector<float> matrix_;
+};
+
+struct MatrixRun {
+  Buffer parameters{MatrixCore::size};
+  MatrixCore core;
+  npt::Trainer<MatrixCore> trainer;
+  explicit MatrixRun(double matrix_rate) : trainer(core, MatrixCore::parameters(), filled(), with(matrix_rate)) {}
+
+ private:
+  std::span<float> filled() {
+    for (std::size_t i = 0; i < parameters.size(); ++i) parameters[i] = 0.1F + 0.01F * static_cast<float>(i * i % 7);
+    return parameters.span();
+  }
+  static npt::TrainerOptions with(double matrix_rate) {
+    npt::TrainerOptions o = options(10);
+    o.matrix_rate = matrix_rate;
+    return o;
+  }
+};
 
 struct Run {
   Buffer parameters = initial();
@@ -162,6 +206,24 @@ TEST_CASE("stopped, written to a file, read and continued: the same bits as with
     CHECK(equal(whole.trainer.weights(), after.trainer.weights()));
   }
   std::filesystem::remove(path);
+}
+
+TEST_CASE("a checkpoint of another optimiser is refused: Muon's momentum lies where Adam's mean would") {
+  MatrixRun muon(0.5), adam(0);
+  const auto fresh = muon.trainer.checkpoint();
+  for (int i = 0; i < 3; ++i) {
+    muon.trainer.step();
+    adam.trainer.step();
+  }
+  const std::string to_adam = error_of([&] { MatrixRun(0).trainer.restore(muon.trainer.checkpoint(), "x"); });
+  const std::string to_muon = error_of([&] { MatrixRun(0.5).trainer.restore(adam.trainer.checkpoint(), "x"); });
+  CHECK(to_adam.find("x: found Muon's momentum") == 0);
+  CHECK(to_muon.find("x: found Adam's means") == 0);
+  // The same optimiser with another rate goes on, and so does either from a training that hasn't begun.
+  CHECK_NOTHROW(MatrixRun(0.1).trainer.restore(muon.trainer.checkpoint()));
+  CHECK_NOTHROW(MatrixRun(0).trainer.restore(adam.trainer.checkpoint()));
+  CHECK_NOTHROW(MatrixRun(0).trainer.restore(fresh));
+  CHECK_NOTHROW(MatrixRun(0.1).trainer.restore(fresh));
 }
 
 TEST_CASE("a training by the clock ends when its time is spent, whoever spent it") {

@@ -180,6 +180,8 @@ class Trainer {
   }
 
   /// Goes on from a checkpoint of a trainer for the same network. `name` stands in the message of an error.
+  /// Errors  npt::Error for one of another network, for one with a moving average where none is kept and the reverse, and for one
+  ///         of Adam on all parameters where Muon takes the matrices and the reverse
   void restore(const Checkpoint<float>& c, const std::string& name = "checkpoint") {
     if (c.parameters.size() != parameters_.size() || c.mean.size() != parameters_.size() ||
         c.square.size() != parameters_.size())
@@ -190,6 +192,11 @@ class Trainer {
       throw Error({.file = name,
                    .found = c.average.empty() ? "no moving average" : "a moving average of the weights",
                    .expected = average_ ? "one, which this training keeps" : "none, which this training doesn't keep"});
+    if (muon_.has_value() ? holds_adams_squares(c) : holds_muons_momentum(c))
+      throw Error({.file = name,
+                   .found = muon_ ? "Adam's means of the hidden matrices" : "Muon's momentum of the hidden matrices",
+                   .expected = muon_ ? "Muon's momentum, since this training has a matrix rate"
+                                     : "Adam's means, since this training has a matrix rate of 0"});
     std::ranges::copy(c.parameters.span(), parameters_.begin());
     std::ranges::copy(c.mean.span(), adam_.mean().begin());
     std::ranges::copy(c.square.span(), adam_.square().begin());
@@ -226,6 +233,21 @@ class Trainer {
     AlignedBuffer<float> copy(values.size());
     std::ranges::copy(values, copy.span().begin());
     return copy;
+  }
+
+  /// Muon keeps its momentum where Adam's mean of the matrices would lie, and leaves Adam's squares of them zero.
+  bool holds_adams_squares(const Checkpoint<float>& c) const { return any_in_matrices(c.square.span()); }
+  bool holds_muons_momentum(const Checkpoint<float>& c) const {
+    return any_in_matrices(c.mean.span()) && !holds_adams_squares(c);
+  }
+  /// Whether a hidden matrix of a buffer has an element that is not zero.
+  bool any_in_matrices(std::span<const float> buffer) const {
+    return std::ranges::any_of(list_, [buffer](const NamedParameter& p) {
+      return is_hidden_matrix(p.parameter) &&
+             std::ranges::any_of(buffer.subspan(static_cast<std::size_t>(p.parameter.offset),
+                                                static_cast<std::size_t>(p.parameter.size())),
+                                 [](float x) { return x != 0; });
+    });
   }
 
   void check_options() const {
