@@ -43,6 +43,7 @@ std::vector<InstructionSet> instruction_sets() {
           {"avx512", avx512},
           {"avx2+fma", __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")},
           {"avx", __builtin_cpu_supports("avx") != 0},
+          {"sse4.2", __builtin_cpu_supports("sse4.2") != 0},
           {"sse4.1", __builtin_cpu_supports("sse4.1") != 0},
           {"sse2", __builtin_cpu_supports("sse2") != 0}};
 #else

@@ -9,6 +9,12 @@
 #error "npt needs C++20 (-std=c++20)"
 #endif
 
+// A NaN that goes in comes out, it never becomes a plausible mesh: -ffinite-math-only, a part of -ffast-math and
+// -Ofast, lets the compiler take it for a number.
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ && !defined(NPT_ALLOW_FINITE_MATH_ONLY)
+#error "npt: NaN is lost with -ffast-math: add -fno-finite-math-only (or -DNPT_ALLOW_FINITE_MATH_ONLY)"
+#endif
+
 #include <cassert>
 
 #define NPT_VERSION_MAJOR 0
@@ -16,14 +22,17 @@
 #define NPT_VERSION_PATCH 0
 #define NPT_VERSION "0.1.0"
 
-/// Whether this unit may use the matrix registers (AMX) for products of bfloat16 values. g++ and clang name the macros differently.
-#if defined(__AVX512BF16__) && defined(__AVX512BW__) && defined(__linux__) && \
+/// Whether this unit may use the matrix registers (AMX) for products of bfloat16 values. g++ and clang name the macros
+/// differently.
+#if defined(__AVX512BF16__) && defined(__AVX512BW__) && defined(__AVX512DQ__) && defined(__linux__) && \
     ((defined(__AMX_TILE__) && defined(__AMX_BF16__)) || (defined(__AMXTILE__) && defined(__AMXBF16__)))
 #define NPT_HAS_AMX 1
 #else
 #define NPT_HAS_AMX 0
 #endif
 
+// Every feature that npt or xsimd asks for has its part in the tag, also in combinations that no processor has: flags
+// name them.
 #if NPT_HAS_AMX
 #define NPT_ABI v0_avx512amx
 #define NPT_ISA_NAME "avx512+bf16"  // AMX is asked for at run time
@@ -33,15 +42,42 @@
 #elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512BW__)
 #define NPT_ABI v0_avx512
 #define NPT_ISA_NAME "avx512"
+#elif defined(__AVX512F__) && defined(__AVX512BW__) && defined(__AVX512BF16__)
+#define NPT_ABI v0_avx512f_bw_bf16
+#define NPT_ISA_NAME "avx512f+bw+bf16"
+#elif defined(__AVX512F__) && defined(__AVX512BW__)
+#define NPT_ABI v0_avx512f_bw
+#define NPT_ISA_NAME "avx512f+bw"
+#elif defined(__AVX512F__) && defined(__AVX512DQ__)
+#define NPT_ABI v0_avx512f_dq
+#define NPT_ISA_NAME "avx512f+dq"
+#elif defined(__AVX512F__)
+#define NPT_ABI v0_avx512f
+#define NPT_ISA_NAME "avx512f"
 #elif defined(__AVX2__) && defined(__FMA__)
 #define NPT_ABI v0_avx2fma
 #define NPT_ISA_NAME "avx2+fma"
+#elif defined(__AVX2__)
+#define NPT_ABI v0_avx2
+#define NPT_ISA_NAME "avx2"
+#elif defined(__AVX__) && defined(__FMA__)
+#define NPT_ABI v0_avxfma
+#define NPT_ISA_NAME "avx+fma"
 #elif defined(__AVX__)
 #define NPT_ABI v0_avx
 #define NPT_ISA_NAME "avx"
+#elif defined(__SSE4_2__)
+#define NPT_ABI v0_sse42
+#define NPT_ISA_NAME "sse4.2"
 #elif defined(__SSE4_1__)
 #define NPT_ABI v0_sse4
 #define NPT_ISA_NAME "sse4.1"
+#elif defined(__SSSE3__)
+#define NPT_ABI v0_ssse3
+#define NPT_ISA_NAME "ssse3"
+#elif defined(__SSE3__)
+#define NPT_ABI v0_sse3
+#define NPT_ISA_NAME "sse3"
 #elif defined(__SSE2__)
 #define NPT_ABI v0_sse2
 #define NPT_ISA_NAME "sse2"
@@ -53,8 +89,8 @@
 #define NPT_ISA_NAME "generic"
 #endif
 
-/// Whether engines run on oneTBB unless told otherwise: 0 where NPT_NO_TBB is defined, and where its headers are missing.
-/// All units of a program that share an engine must agree.
+/// Whether engines run on oneTBB unless told otherwise: 0 where NPT_NO_TBB is defined, and where its headers are
+/// missing. All units of a program that share an engine must agree.
 #if !defined(NPT_NO_TBB) && __has_include(<tbb/task_arena.h>)
 #define NPT_HAS_TBB 1
 #else

@@ -12,7 +12,10 @@ if(NOT expectations)
   fail("no line '// expect: TEXT'")
 endif()
 
-separate_arguments(flags UNIX_COMMAND "${FLAGS}")
+# A case may ask for flags of its own: `// flags: FLAG ...`.
+file(STRINGS "${SOURCE}" own_flags REGEX "^// flags: ")
+string(REGEX REPLACE "// flags: " "" own_flags "${own_flags}")
+separate_arguments(flags UNIX_COMMAND "${FLAGS} ${own_flags}")
 # Without column limits or colours, and in English, whatever the user's settings are.
 set(ENV{LC_ALL} C)
 execute_process(COMMAND "${COMPILER}" ${flags} "${SOURCE}" RESULT_VARIABLE result
