@@ -129,8 +129,8 @@ class SheetTopology {
     leaving_[a] = none;
   }
 
-  std::vector<std::array<std::uint32_t, 3>> triangles() const {
-    std::vector<std::array<std::uint32_t, 3>> result;
+  std::vector<npt::Triangle> triangles() const {
+    std::vector<npt::Triangle> result;
     for (std::uint32_t t = 0; t < half_edges(); t += 3) {
       if (!removed(t)) result.push_back({corner_[t], corner_[t + 1], corner_[t + 2]});
     }

@@ -4,6 +4,7 @@
 #include <npt/body/body_tables.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/core/random.hpp>
+#include <npt/core/vec3.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -103,3 +103,9 @@ TEST_CASE("corners without a normal stay without, faces without an area keep the
   CHECK(mesh.normals == std::vector<npt::Vec3f>{{0, 1, 0}});
   CHECK(mesh.corner_normal[3] == npt::no_index);
 }
+
+TEST_CASE("area vectors of points are sums over their triangles") {
+  const std::vector<npt::Vec3d> points{{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, 1}, {5, 5, 5}};
+  const std::vector<npt::Vec3d> sums = npt::area_vectors(points, std::vector<npt::Triangle>{{0, 1, 2}, {0, 2, 3}});
+  CHECK(sums == std::vector<npt::Vec3d>{{3, 0, 6}, {0, 0, 6}, {3, 0, 6}, {3, 0, 0}, {0, 0, 0}});
+}

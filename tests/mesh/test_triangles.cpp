@@ -15,3 +15,12 @@ TEST_CASE("triangles don't depend on the positions") {
   for (npt::Vec3f& p : mesh.positions) p = {-p.y * 3, p.x, p.x * p.y};
   CHECK(npt::triangulate(mesh) == before);
 }
+
+TEST_CASE("triangles become faces, and back") {
+  const std::vector<npt::Triangle> triangles{{0, 1, 2}, {2, 1, 3}};
+  npt::Mesh mesh;
+  mesh.positions.resize(4);
+  npt::set_faces(mesh, triangles);
+  CHECK(mesh.face_start == std::vector<std::size_t>{0, 3, 6});
+  CHECK(npt::triangulate(mesh) == triangles);
+}

@@ -22,8 +22,7 @@ using npt::Vec3f;
 inline Mesh mesh_of(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles) {
   Mesh mesh;
   for (const Vec3d p : points) mesh.positions.push_back(p.as<float>());
-  for (std::size_t t = 0; t <= triangles.size(); ++t) mesh.face_start.push_back(3 * t);
-  for (const Triangle& t : triangles) mesh.corners.insert(mesh.corners.end(), t.begin(), t.end());
+  npt::set_faces(mesh, triangles);
   return mesh;
 }
 

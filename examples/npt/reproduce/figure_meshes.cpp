@@ -77,8 +77,7 @@ npt::Mesh mesh_of(const std::vector<float>& xyz, const std::vector<npt::Triangle
   npt::Mesh mesh;
   mesh.positions.resize(xyz.size() / 3);
   std::ranges::copy(xyz, mesh.coordinates().begin());
-  for (std::size_t f = 0; f <= triangles.size(); ++f) mesh.face_start.push_back(3 * f);
-  for (const npt::Triangle& t : triangles) mesh.corners.insert(mesh.corners.end(), t.begin(), t.end());
+  npt::set_faces(mesh, triangles);
   return mesh;
 }
 

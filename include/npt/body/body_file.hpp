@@ -13,6 +13,7 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/io/safetensors.hpp>
+#include <npt/io/text.hpp>
 
 #include <array>
 #include <cstddef>
@@ -21,7 +22,6 @@
 #include <limits>
 #include <map>
 #include <span>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -95,13 +95,6 @@ Int index_value(std::int64_t value, std::int64_t least, const std::string& file,
   return static_cast<Int>(value);
 }
 
-inline std::vector<std::string> split_at_blanks(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> words;
-  for (std::string word; stream >> word;) words.push_back(word);
-  return words;
-}
-
 }  // namespace body::internal
 
 /// The body in an open file.
@@ -125,7 +118,8 @@ inline BodyModel load_body(const SafetensorsFile& file) {
   }
   body.metadata = file.metadata();
   if (const auto names = body.metadata.find("joint_names"); names != body.metadata.end()) {
-    body.joint_names = split_at_blanks(names->second);
+    std::string_view rest = names->second;
+    for (std::string_view name; !(name = next_word(rest)).empty();) body.joint_names.emplace_back(name);
     body.metadata.erase(names);
   }
   return BodyModel(std::move(body), file.name());

@@ -17,8 +17,8 @@
 #include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/triangles.hpp>
 
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -80,7 +80,7 @@ class BodyModel {
   std::size_t vertex_count() const noexcept { return tables_.vertex_count(); }
   std::size_t joint_count() const noexcept { return tables_.joint_count(); }
   std::size_t shape_count() const noexcept { return tables_.shape_count(); }
-  std::span<const std::array<std::uint32_t, 3>> triangles() const noexcept { return tables_.triangles; }
+  std::span<const Triangle> triangles() const noexcept { return tables_.triangles; }
   const BodyTables& tables() const noexcept { return tables_; }
   const RestJoints& rest_joints() const noexcept { return rest_joints_; }
 
@@ -193,11 +193,7 @@ inline Mesh to_mesh(const BodyModel& body, std::span<const float> betas = {}, st
   mesh.positions.resize(body.vertex_count());
   const std::vector<float> rest(axis_angles.empty() ? 3 * body.joint_count() : 0, 0.0F);
   body.posed(betas, axis_angles.empty() ? std::span<const float>(rest) : axis_angles, mesh.coordinates());
-  mesh.face_start.resize(body.triangles().size() + 1);
-  for (std::size_t f = 0; f < mesh.face_start.size(); ++f) mesh.face_start[f] = 3 * f;
-  mesh.corners.reserve(3 * body.triangles().size());
-  for (const auto& triangle : body.triangles())
-    mesh.corners.insert(mesh.corners.end(), triangle.begin(), triangle.end());
+  set_faces(mesh, body.triangles());
   return mesh;
 }
 

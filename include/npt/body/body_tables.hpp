@@ -6,8 +6,8 @@
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
+#include <npt/mesh/triangles.hpp>
 
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -20,15 +20,15 @@ namespace npt::inline NPT_ABI {
 
 /// A plain table: anybody fills it, check_tables() judges it, BodyModel computes with it.
 struct BodyTables {
-  std::vector<float> v_template;                        ///< [V, 3] mean shape in the rest pose
-  std::vector<float> shapedirs;                         ///< [V, 3, S] vertex = v_template + shapedirs * betas
-  std::vector<float> posedirs;                          ///< [V, 3, 9 (J - 1)] corrections for bent joints, or empty
-  SparseMatrix J_regressor;                             ///< [J, V] joints = J_regressor * vertices of the rest pose
-  SparseMatrix weights;                                 ///< [V, J] skin weights: not negative, each row sums to 1
-  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< [F]
-  std::vector<int> parents;                             ///< [J] an earlier joint; -1 for the root, joint 0
-  std::vector<std::string> joint_names;                 ///< [J] or empty
-  std::map<std::string, std::string> metadata;          ///< unit, up, front, rest_pose, licence, source, ...
+  std::vector<float> v_template;                ///< [V, 3] mean shape in the rest pose
+  std::vector<float> shapedirs;                 ///< [V, 3, S] vertex = v_template + shapedirs * betas
+  std::vector<float> posedirs;                  ///< [V, 3, 9 (J - 1)] corrections for bent joints, or empty
+  SparseMatrix J_regressor;                     ///< [J, V] joints = J_regressor * vertices of the rest pose
+  SparseMatrix weights;                         ///< [V, J] skin weights: not negative, each row sums to 1
+  std::vector<Triangle> triangles;              ///< [F]
+  std::vector<int> parents;                     ///< [J] an earlier joint; -1 for the root, joint 0
+  std::vector<std::string> joint_names;         ///< [J] or empty
+  std::map<std::string, std::string> metadata;  ///< unit, up, front, rest_pose, licence, source, ...
 
   std::size_t vertex_count() const noexcept { return v_template.size() / 3; }
   std::size_t joint_count() const noexcept { return parents.size(); }

@@ -26,6 +26,7 @@
 #include <npt/deformation/surface.hpp>
 #include <npt/linear/similarity.hpp>
 #include <npt/linear/sparse_cholesky.hpp>
+#include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/parallel/executor.hpp>
 #include <npt/surface/closest_point.hpp>
@@ -75,17 +76,6 @@ inline std::vector<Vec3d> triangle_normals(const Surface& surface, std::span<con
   for (std::size_t t = 0; t < normals.size(); ++t) {
     const auto [a, b, c] = surface.corners(t, positions);
     if (!is_flat(a, b, c)) normals[t] = normalised(cross(b - a, c - a));
-  }
-  return normals;
-}
-
-/// For each point the sum of its triangles' normals times their areas.
-inline std::vector<Vec3d> point_normals(const Surface& surface, std::span<const Vec3d> positions) {
-  std::vector<Vec3d> normals(positions.size());
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const auto [a, b, c] = surface.corners(t, positions);
-    const Vec3d area = cross(b - a, c - a);
-    for (const std::uint32_t p : surface.triangles[t]) normals[p] += area;
   }
   return normals;
 }
@@ -420,7 +410,7 @@ class RegistrationRun {
 
   template <Executor Exec>
   std::vector<std::pair<std::uint32_t, Vec3d>> closest(std::span<const Vec3d> deformed, const Exec& executor) const {
-    const std::vector<Vec3d> normals = point_normals(source_, deformed);
+    const std::vector<Vec3d> normals = area_vectors(deformed, source_.triangles);
     std::vector<std::optional<Vec3d>> found(deformed.size());
     for_ranges(executor, deformed.size(), [&](std::size_t first, std::size_t last) {
       for (std::size_t p = first; p < last; ++p)

@@ -6,8 +6,8 @@
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/mannequin/surface_data.hpp>
+#include <npt/mesh/triangles.hpp>
 
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -27,7 +27,7 @@ inline Vec3d rounded(Vec3d p) {
 /// A piece of a surface. Triangles face outwards.
 struct TriangleSheet {
   std::vector<Vec3d> positions;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<Triangle> triangles;
 };
 
 /// The digits 0 to 63: 0-9, A-Z, a-z, + and -.
@@ -59,9 +59,9 @@ inline TriangleSheet left_half() {
 }
 
 struct Surface {
-  std::vector<Vec3d> positions;                         ///< [V] those with x = 0, those with x > 0, their mirror images
-  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< outward
-  std::vector<std::uint32_t> mirror;                    ///< [V] the vertex at (-x, y, z)
+  std::vector<Vec3d> positions;       ///< [V] those with x = 0, those with x > 0, their mirror images
+  std::vector<Triangle> triangles;    ///< outward
+  std::vector<std::uint32_t> mirror;  ///< [V] the vertex at (-x, y, z)
 };
 
 /// A whole surface from its half at x >= 0.

@@ -8,6 +8,7 @@
 #include <npt/config.hpp>
 #include <npt/core/sort.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -27,6 +28,16 @@ inline Vec3d face_area_vector(const Mesh& mesh, std::size_t f) {
   for (std::size_t i = 1; i + 1 < face.size(); ++i)
     sum += cross(mesh.positions[face[i]].as<double>() - origin, mesh.positions[face[i + 1]].as<double>() - origin);
   return sum;
+}
+
+/// [P] For each point the sum of its triangles' unit normals times twice their areas.
+inline std::vector<Vec3d> area_vectors(std::span<const Vec3d> points, std::span<const Triangle> triangles) {
+  std::vector<Vec3d> sums(points.size());
+  for (const auto& [a, b, c] : triangles) {
+    const Vec3d area = cross(points[b] - points[a], points[c] - points[a]);
+    for (const std::uint32_t p : {a, b, c}) sums[p] += area;
+  }
+  return sums;
 }
 
 /// One unit normal a vertex, the area-weighted mean of its faces'; (0, 0, 0) where no face with an area touches it.

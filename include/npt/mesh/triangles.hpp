@@ -1,4 +1,4 @@
-/// The triangles of a mesh's faces.
+/// A mesh's faces as triangles, and triangles as faces.
 /// Requires  a valid mesh (validate.hpp)
 #pragma once
 
@@ -26,6 +26,15 @@ inline std::vector<Triangle> triangulate(const Mesh& mesh) {
     for (std::size_t i = 1; i + 1 < face.size(); ++i) triangles.push_back({face[0], face[i], face[i + 1]});
   }
   return triangles;
+}
+
+/// Gives a mesh these triangles for faces. Requires a mesh without faces.
+inline void set_faces(Mesh& mesh, std::span<const Triangle> triangles) {
+  NPT_ASSERT(mesh.face_start.empty());
+  mesh.face_start.resize(triangles.size() + 1);
+  for (std::size_t f = 0; f < mesh.face_start.size(); ++f) mesh.face_start[f] = 3 * f;
+  mesh.corners.reserve(3 * triangles.size());
+  for (const Triangle& t : triangles) mesh.corners.insert(mesh.corners.end(), t.begin(), t.end());
 }
 
 }  // namespace npt::inline NPT_ABI

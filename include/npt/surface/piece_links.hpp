@@ -7,6 +7,7 @@
 
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
 
 #include <algorithm>
@@ -65,11 +66,7 @@ class PointGrid {
 /// and the normals are less than 60 degrees apart. Points of no triangle aren't linked.
 inline std::vector<Edge> piece_links(std::span<const Vec3d> points, std::span<const Triangle> triangles, double reach) {
   const std::vector<std::uint32_t> piece = connected_components(triangles, points.size());
-  std::vector<Vec3d> normals(points.size());
-  for (const Triangle& t : triangles) {
-    const Vec3d area = cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]);
-    for (const std::uint32_t corner : t) normals[corner] += area;
-  }
+  std::vector<Vec3d> normals = area_vectors(points, triangles);
   bool several = false;
   for (std::size_t p = 0; p < points.size(); ++p) {
     normals[p] = normalised(normals[p]);
