@@ -52,6 +52,7 @@ inline Value operator|(Value x, const npt::Tanh&) {
   for (double& value : x.map.values) value = std::tanh(value);
   return x;
 }
+inline Value operator|(const Value& x, npt::Tanh (*layer)()) { return x | layer(); }
 inline Value operator|(Value x, const npt::ScaledTanh& layer) {
   for (double& value : x.map.values) value = x.parameters[layer.scale.offset] * std::tanh(value);
   return x;

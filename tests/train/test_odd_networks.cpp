@@ -211,7 +211,8 @@ struct CrossedSum {
     visitor("d", self.d);
   }
   constexpr auto operator()(auto, auto identity) const {
-    const auto x = identity | a | npt::instance_norm, y = identity | b;
+    const auto x = identity | a | npt::instance_norm;
+    const auto y = identity | b;
     return (cat(y, x | npt::relu) + cat(x, y)) | c | npt::relu | d;
   }
 };

@@ -11,6 +11,7 @@
 #include <npt/kernel/pointwise.hpp>
 #include <npt/layer/conv1x1.hpp>
 #include <npt/layer/max_pool.hpp>
+#include <npt/layer/tanh.hpp>
 
 #include <array>
 #include <concepts>
@@ -229,6 +230,12 @@ constexpr auto operator|(Expression<C, E, Ops> x, const L& layer) {
   }
   using Result = Expression<C, E, graph::Merged<Ops, graph::OperationList<graph::Operation<L>>>>;
   return Result{x.graph, x.graph->add(graph::internal::pointwise_node<C>(*x.graph, x.node, layer))};
+}
+
+/// x | tanh, which is the name of a function.
+template <int C, Extent E, class Ops>
+constexpr auto operator|(Expression<C, E, Ops> x, Tanh (*layer)()) {
+  return x | layer();
 }
 
 /// A pointwise layer that also reads `condition` at the same vertex.

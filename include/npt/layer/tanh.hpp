@@ -46,6 +46,8 @@ struct Tanh : kernel::Pointwise {
     return dy * (simd::broadcast(T(1)) - t * t);
   }
 };
-inline constexpr Tanh tanh{};
+/// The layer by name, x | tanh. A function, unlike relu: the C library has a global function of this name, and where both are seen, as
+/// after `using namespace npt`, functions are overloads of each other while a constant would be an ambiguity.
+constexpr Tanh tanh() { return {}; }
 
 }  // namespace npt::inline NPT_ABI

@@ -200,6 +200,7 @@ class AmxOuterProduct {
     asm volatile("" ::: "memory");
 #else
     static_cast<void>(r + c);
+    static_cast<void>(result_);
 #endif
   }
 
