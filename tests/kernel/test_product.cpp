@@ -26,7 +26,8 @@ npt::AlignedBuffer<T> random_values(std::size_t count, std::uint64_t seed) {
   return values;
 }
 
-/// Largest error of a group's product in a format, its operand given as a tile in T; NaN where something wasn't written.
+/// Largest error of a group's product in a format, its operand given as a tile in T; NaN where something wasn't
+/// written.
 template <class T>
 double product_error(int rows, int columns, int valid, kernel::ProductFormat format, bool as_matrix) {
   const auto weights = random_values<T>(index(rows) * index(columns), 1), biases = random_values<T>(index(rows), 2),

@@ -121,8 +121,8 @@ struct GlobalNet {
   }
 };
 
-/// Layers behind max_pool: directly, with a parameter a channel, and behind a concatenation with per-vertex channels; the
-/// plain maxima are used as well.
+/// Layers behind max_pool: directly, with a parameter a channel, and behind a concatenation with per-vertex channels;
+/// the plain maxima are used as well.
 struct BehindPoolNet {
   npt::Conv1x1<3, 21> a;
   PRelu<21> p;

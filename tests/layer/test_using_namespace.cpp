@@ -1,4 +1,5 @@
-// A network in a file that has `using namespace npt`, and std beside it: every name of the vocabulary is found, the C library's tanh too.
+// A network in a file that has `using namespace npt`, and std beside it: every name of the vocabulary is found, the C
+// library's tanh too.
 #include <doctest/doctest.h>
 
 #include <npt/npt.hpp>

@@ -29,7 +29,8 @@ struct Operands {
       values.emplace_back();
       for (int r = 0; r < rows; ++r)
         for (int v = 0; v < kernel::group_width; ++v) {
-          // The first operand is a gradient, which is zero where there is no vertex; the other may hold anything finite.
+          // The first operand is a gradient, which is zero where there is no vertex; the other may hold anything
+          // finite.
           const T x = v < vertices ? static_cast<T>(random.uniform(-1, 1)) : T(0);
           tiles.back()[kernel::panel_stride<T>(rows) * index(v / kernel::panel_width<T>) +
                        index(r * kernel::panel_width<T> + v % kernel::panel_width<T>)] = x;

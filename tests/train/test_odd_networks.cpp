@@ -1,5 +1,5 @@
-// Networks that are composed in unusual ways: engine, tape and plain loops agree, and a second backward pass gives the bits of the
-// first. Each was once wrong.
+// Networks that are composed in unusual ways: engine, tape and plain loops agree, and a second backward pass gives the
+// bits of the first. Each was once wrong.
 #include <doctest/doctest.h>
 
 #include <npt/train/gradient_check.hpp>

@@ -1,5 +1,5 @@
-/// What an engine is apart from its network's type: calls, checks, workspaces. Compiled once a scalar and executor, however many
-/// networks a program has.
+/// What an engine is apart from its network's type: calls, checks, workspaces. Compiled once a scalar and executor,
+/// however many networks a program has.
 #pragma once
 
 #include <npt/config.hpp>
@@ -52,7 +52,7 @@ class Core {
     run(workspace, {&pair, 1});
   }
 
-  /// The same on the host's tensors: returns a new one.
+  /// pose [Vp, 3], identity [V, 3] -> [V, 3], a new one, as tensors of the host's (adapt/).
   template <HostTensor P, HostTensor I>
   auto operator()(const P& pose, const I& identity) const {
     const auto pose_points = TensorAdapter<P>::template read<T>(pose);
@@ -94,7 +94,8 @@ class Core {
     return code;
   }
 
-  /// Gives an encoded pose to an identity. Errors: npt::Error for a code of another engine, even one with the same weights.
+  /// Gives an encoded pose to an identity. Errors: npt::Error for a code of another engine, even one with the same
+  /// weights.
   void decode(const PoseCode<T>& code, std::span<const T> identity, std::span<T> result) const {
     check_coordinates(identity.size(), "identity");
     check_result(identity.size(), result.size());

@@ -16,18 +16,20 @@
 
 namespace npt::inline NPT_ABI {
 
-/// A network ready to run, in the network's own coordinates: meshes centred, scaled and turned as in its training, vertices
-/// paired at random. PoseTransfer (transfer/pose_transfer.hpp) does that for meshes as they come and is the front door.
+/// A network ready to run, in the network's own coordinates: meshes centred, scaled and turned as in its training,
+/// vertices paired at random. PoseTransfer (transfer/pose_transfer.hpp) does that for meshes as they come and is the
+/// front door.
 /// Shapes     pose: [Vp, 3]   identity, result: [V, 3], row major; Vp = V where the network pairs vertices
-/// Threads    all members are const and may be called by any number of threads at a time; each running call uses one workspace,
-///            the caller's or one from a pool inside
-/// Memory     weights are packed once, the model isn't needed afterwards; a call whose shapes were seen before allocates nothing
-/// Numerics   within 1e-5 relative of a double reference in fp32; the same bits for any number of threads, any batch, and for
-///            encode + decode; NaN in gives NaN out
-/// Precision  fp32's error by the fastest unit unless told otherwise; bf16 where the processor multiplies it: about 1e-2 relative
-///            (docs/performance.md)
-/// Errors     npt::Error on sizes that are not three a vertex, empty meshes, a pose code of another engine, and unequal vertex
-///            counts where the network pairs vertices (every feature but the pooled one)
+/// Threads    all members are const and may be called by any number of threads at a time; each running call uses one
+///            workspace, the caller's or one from a pool inside
+/// Memory     weights are packed once, the model isn't needed afterwards; a call whose shapes were seen before
+///            allocates nothing
+/// Numerics   within 1e-5 relative of a double reference in fp32; the same bits for any number of threads, any batch,
+///            and for encode + decode; NaN in gives NaN out
+/// Precision  fp32's error by the fastest unit unless told otherwise; bf16 where the processor multiplies it: about
+///            1e-2 relative (docs/performance.md)
+/// Errors     npt::Error on sizes that are not three a vertex, empty meshes, a pose code of another engine, and unequal
+///            vertex counts where the network pairs vertices (every feature but the pooled one)
 template <class Net, class T = float, class Exec = DefaultExecutor>
 class Engine : public engine::Core<T, Exec> {
  public:
@@ -44,8 +46,8 @@ class Engine : public engine::Core<T, Exec> {
   static constexpr const graph::Program& program() { return graph::program_of<Net>; }
   /// Whether both meshes must have equally many vertices.
   static constexpr bool pairs_vertices() { return graph::program_of<Net>.paired; }
-  /// Whether this build on this machine can multiply in a precision. bf16 needs a float engine compiled for AVX512_BF16, the
-  /// others one compiled for AMX, and a system that lets it be used.
+  /// Whether this build on this machine can multiply in a precision. bf16 needs a float engine compiled for
+  /// AVX512_BF16, the others one compiled for AMX, and a system that lets it be used.
   static bool supports(Precision precision) {
     switch (precision) {
       case Precision::native:

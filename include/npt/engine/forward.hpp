@@ -44,8 +44,8 @@ class Forward : View<T> {
     run_decoder(executor);
   }
 
-  /// The decoder for a code that nobody reads afterwards and of which each identity takes its own pose, group by group: the code's
-  /// memory becomes the first feature map.
+  /// The decoder for a code that nobody reads afterwards and of which each identity takes its own pose, group by group:
+  /// the code's memory becomes the first feature map.
   template <Executor E>
   void decode_and_consume(CodeStorage<T>& code, const E& executor) {
     this->use(code, program_.code_alias >= 0 ? &code : nullptr);
@@ -215,8 +215,8 @@ class Forward : View<T> {
     return {words, values, row(weights.word_columns()), kernel::used_halves(valid)};
   }
 
-  /// Whether the output's tile lies where a narrower one does that the prologue reads: its first panel then covers others of
-  /// that tile.
+  /// Whether the output's tile lies where a narrower one does that the prologue reads: its first panel then covers
+  /// others of that tile.
   bool overwrites_sources(const Stage& stage, const Task<T>& task) const {
     const T* out = this->output_tile(stage.output, task);
     bool overwrites = false;

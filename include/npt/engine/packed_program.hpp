@@ -18,16 +18,17 @@
 
 namespace npt::inline NPT_ABI {
 
-/// What the products are computed in. Everything else (moments, modulation, feature maps) is always the engine's scalar.
+/// What the products are computed in. Everything else (moments, modulation, feature maps) is always the engine's
+/// scalar.
 enum class Precision {
-  native,  ///< the engine's scalar
-  bf16,    ///< products of bfloat16 values summed in fp32
-  bf16x2,  ///< each value as a sum of two bfloat16 values: three products, an error of about 2^-16. On matrix registers (AMX) only
-  bf16x3,     ///< of three: six products, the error of fp32. On matrix registers only
+  native,     ///< the engine's scalar
+  bf16,       ///< products of bfloat16 values summed in fp32
+  bf16x2,     ///< values as sums of two bfloat16 values, three products: error about 2^-16; matrix registers (AMX)
+  bf16x3,     ///< values as sums of three, six products: the error of fp32; matrix registers
   automatic,  ///< bf16x3 where it is faster than native, native elsewhere: no error that fp32 doesn't have
 };
 
-/// As written in options and reports.
+/// The name of a precision in options and reports.
 constexpr const char* name_of(Precision precision) {
   constexpr const char* names[] = {"native", "bf16", "bf16x2", "bf16x3", "auto"};
   return names[static_cast<int>(precision)];
@@ -49,8 +50,9 @@ inline kernel::ProductFormat format_of(Precision precision) {
   return {.pairs = precision == Precision::bf16};
 }
 
-/// From this many rows of its widest convolution on, a network is faster with bf16x3 than in fp32. On a Xeon with AMX, two threads, with
-/// 1027, 259 and 131 rows: the forward pass at 6890 vertices 1.6, 1.32 and 1.13 times, a training step 1.5, 1.27 and 1.13 times.
+/// From this many rows of its widest convolution on, a network is faster with bf16x3 than in fp32. On a Xeon with AMX,
+/// two threads, with 1027, 259 and 131 rows: the forward pass at 6890 vertices 1.6, 1.32 and 1.13 times, a training
+/// step 1.5, 1.27 and 1.13 times.
 inline constexpr int rows_for_bf16x3 = 128;
 
 /// What `precision` stands for in a program or tape: itself, unless it is `automatic`.
@@ -87,7 +89,8 @@ class PackedProgram {
   }
 
   const graph::Program& program() const { return program_; }
-  /// Differs from that of every other packed program of the process, 0 is none's: what an engine knows its pose codes by.
+  /// Differs from that of every other packed program of the process, 0 is none's: what an engine knows its pose codes
+  /// by.
   std::uint64_t id() const { return id_; }
   Precision precision() const { return precision_; }
   /// Words of the largest operand on matrix registers.

@@ -63,7 +63,8 @@ struct MeshBatch {
   }
 };
 
-/// Values that the stages of one side leave for each mesh: an activation's mean and 1 / deviation, or its pooled maxima.
+/// Values that the stages of one side leave for each mesh: an activation's mean and 1 / deviation, or its pooled
+/// maxima.
 template <class T>
 struct MeshValues {
   AlignedBuffer<T> values;
@@ -100,7 +101,7 @@ struct WorkspaceStorage {
   AlignedBuffer<T> bias;     ///< by mesh: biases that hold a pooled source's share
   AlignedBuffer<T> scratch;  ///< [slots of the executor][scratch tiles of the program]
   AlignedBuffer<kernel::Word> words;  ///< [slots of the executor] operands on matrix registers
-  AlignedBuffer<T> operands;          ///< [slots of the executor] the same in T, as far as needed
+  AlignedBuffer<T> operands;          ///< [slots of the executor] what is kept of them in T
   AlignedBuffer<double> sums;         ///< for merging moments
 
   std::size_t bytes() const {
@@ -119,8 +120,8 @@ class Core;
 
 namespace npt::inline NPT_ABI {
 
-/// An encoded pose, to be given to many identities. Belongs to the engine that made it, as long as that lives: the engine may be
-/// moved, and every other one refuses the code.
+/// An encoded pose, to be given to many identities. Belongs to the engine that made it, as long as that lives: the
+/// engine may be moved, and every other one refuses the code.
 template <class T = float>
 class PoseCode {
  public:

@@ -28,8 +28,8 @@ namespace graph {
 
 inline constexpr int max_nodes = 128;
 
-/// The identity of an operation type as a number; 0 is none. A hash of the type's name: addresses of variables would do, but
-/// g++ 12 takes comparing them for no constant expression under -fsanitize=undefined.
+/// The identity of an operation type as a number; 0 is none. A hash of the type's name: addresses of variables would
+/// do, but g++ 12 takes comparing them for no constant expression under -fsanitize=undefined.
 using OperationId = std::uint64_t;
 
 namespace internal {

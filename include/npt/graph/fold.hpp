@@ -1,5 +1,6 @@
-/// Folding: a convolution that reads a sum of convolutions with nothing in between takes their weights into its own, when the engine
-/// packs them. In the ReLU-before-conv order conv2, conv_res and the next decoder convolution become one: a third of the work goes.
+/// Folding: a convolution that reads a sum of convolutions with nothing in between takes their weights into its own,
+/// when the engine packs them. In the ReLU-before-conv order conv2, conv_res and the next decoder convolution become
+/// one: a third of the work goes.
 #pragma once
 
 #include <npt/config.hpp>

@@ -1,8 +1,8 @@
 /// From a recorded network to a program, in a constant expression.
 ///
-/// 1. Every convolution becomes a stage (stages.hpp). Its epilogue absorbs what follows and needs no moments: activations, and the
-///    sum with an earlier stage's output. Its sources are what its operand resolves to: stored activations, each read through the
-///    pointwise layers in between.
+/// 1. Every convolution becomes a stage (stages.hpp). Its epilogue absorbs what follows and needs no moments:
+///    activations, and the sum with an earlier stage's output. Its sources are what its operand resolves to: stored
+///    activations, each read through the pointwise layers in between.
 /// 2. Convolutions that only another one reads are multiplied into it where that saves work (fold.hpp).
 /// 3. Stages are gathered in sweeps (sweeps.hpp).
 /// 4. Activations get their memory (storage.hpp).

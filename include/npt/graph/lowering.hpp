@@ -11,8 +11,8 @@ namespace npt::inline NPT_ABI::graph {
 
 constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-/// A pointwise node as a step of a chain that is applied to `channels` of the node's channels, from `first` on. `other`: the
-/// activation that it is conditioned on, or -1.
+/// A pointwise node as a step of a chain that is applied to `channels` of the node's channels, from `first` on.
+/// `other`: the activation that it is conditioned on, or -1.
 constexpr Step step_of(const Node& node, int first, int channels, int other) {
   Step step{.operation = node.operation, .normalises = node.normalises, .other = other};
   for (std::size_t i = 0; i < step.parameters.size(); ++i) {
@@ -25,20 +25,21 @@ constexpr Step step_of(const Node& node, int first, int channels, int other) {
   return step;
 }
 
-/// Whether a maximum over the vertices may be taken before node n instead of behind it: all layers between n and an activation
-/// (activation_of[node] >= 0) are increasing, and the same at every vertex.
+/// Whether a maximum over the vertices may be taken before node n instead of behind it: all layers between n and an
+/// activation (activation_of[node] >= 0) are increasing, and the same at every vertex.
 constexpr bool increases_up_to(const Graph& graph, int n, const std::array<int, max_nodes>& activation_of) {
   for (; activation_of[index(n)] < 0; n = graph[n].first)
     if (!graph[n].increasing || graph[n].second >= 0) return false;
   return true;
 }
 
-/// The activation that is pooled activation t with one more layer behind it, which the pooled values go through like those in front
-/// of max_pool: one of `count` that are there, or -1. The chain of `longer`, a copy of t, gets the layer.
+/// The activation that is pooled activation t with one more layer behind it, which the pooled values go through like
+/// those in front of max_pool: one of `count` that are there, or -1. The chain of `longer`, a copy of t, gets the
+/// layer.
 template <class Activations, class A>
 constexpr int find_behind_pool(const Activations& activations, int count, A& longer, const Step& step) {
   if (step.normalises || step.other >= 0)
-    throw "npt: behind max_pool no layer may need values per vertex: instance_norm, or one that is conditioned on others";
+    throw "npt: behind max_pool no layer may need values per vertex: instance_norm, or one that is conditioned";
   longer.chain.push(step);
   for (int p = 0; p < count; ++p)
     if (activations[index(p)].pooled_from == longer.pooled_from && activations[index(p)].chain == longer.chain)

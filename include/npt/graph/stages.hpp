@@ -1,4 +1,4 @@
-/// From a recorded network to the stages of a program, which nothing is known of yet but what they compute.
+/// The first step of lowering: from a recorded network to stages, of which only what they compute is known.
 #pragma once
 
 #include <npt/config.hpp>
@@ -178,7 +178,8 @@ class StageBuilder {
 
 }  // namespace internal
 
-/// Every convolution as a stage, with the pointwise layers in front of it in its sources' chains and those behind it in its epilogue.
+/// Every convolution as a stage, with the pointwise layers in front of it in its sources' chains and those behind it in
+/// its epilogue.
 constexpr Program make_stages(const Graph& graph) { return internal::StageBuilder(graph).run(); }
 
 }  // namespace npt::inline NPT_ABI::graph

@@ -1,5 +1,5 @@
-/// Sweeps: a stage runs in the first one in which the moments and maxima that it needs are known, or later if its output is only used
-/// later: a residual branch then lives and dies inside one task.
+/// Sweeps: a stage runs in the first one in which the moments and maxima that it needs are known, or later if its
+/// output is only used later: a residual branch then lives and dies inside one task.
 #pragma once
 
 #include <npt/config.hpp>

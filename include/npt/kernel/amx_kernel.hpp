@@ -1,4 +1,5 @@
-/// The kernel of products on matrix registers (AMX), and which bfloat16 parts of weights and operand meet in it (amx_product.hpp).
+/// The kernel of products on matrix registers (AMX), and which bfloat16 parts of weights and operand meet in it
+/// (amx_product.hpp).
 #pragma once
 
 #include <npt/config.hpp>
@@ -29,8 +30,8 @@ struct PartPair {
   int weight, operand;
 };
 
-/// All pairs that count, in an order in which one partner stays from each to the next: 14 instead of 18 loads of matrix registers for three
-/// parts. (Alone 7 % faster at 1027 rows, 25 % at 131; Xeon.)
+/// All pairs that count, in an order in which one partner stays from each to the next: 14 instead of 18 loads of matrix
+/// registers for three parts. (Alone 7 % faster at 1027 rows, 25 % at 131; Xeon.)
 template <int Parts>
 inline constexpr auto part_pairs = [] {
   if constexpr (Parts == 1)
@@ -53,7 +54,8 @@ NPT_ALWAYS_INLINE void for_each_part_pair(F&& f) {
   });
 }
 
-/// tile[32 or 16 rows][panel_width] = bias + weights * operand for one block and one panel, or its first half: then the other becomes zero.
+/// tile[32 or 16 rows][panel_width] = bias + weights * operand for one block and one panel, or its first half: then the
+/// other becomes zero.
 ///   depth     products of matrix registers along the columns; may be 0
 ///   bias      of the block's rows; nullptr: none
 using AmxKernel = void (*)(int depth, const Word* weights, const Word* operand, const float* bias, float* tile);
@@ -68,7 +70,8 @@ NPT_NOINLINE void amx_kernel(int depth, const Word* NPT_RESTRICT weights, const 
   constexpr int row_stride = simd::matrix_words * static_cast<int>(sizeof(Word));
   constexpr std::size_t lower = std::size_t{simd::matrix_rows} * panel_width<float>;
   asm volatile("" ::: "memory");  // g++ doesn't know that loading a matrix register reads memory
-  // Biases lie spread out: writing them here, just before they are loaded, took 40 % of the kernel's time in training at bottleneck 128.
+  // Biases lie spread out: writing them here, just before they are loaded, took 40 % of the kernel's time in training
+  // at bottleneck 128.
   _tile_zero(1);
   if constexpr (RowRegisters == 2) _tile_zero(3);
   if (bias != nullptr) {

@@ -1,4 +1,5 @@
-/// Operands of products on matrix registers (AMX): fp32 values split into bfloat16 parts (amx_product.hpp has the layout).
+/// Operands of products on matrix registers (AMX): fp32 values split into bfloat16 parts (amx_product.hpp has the
+/// layout).
 #pragma once
 
 #include <npt/config.hpp>
@@ -27,8 +28,8 @@ constexpr int used_halves(int valid) { return valid > simd::matrix_words ? 2 : 1
 
 namespace internal {
 
-/// Three parts hold all 24 bits of a value even if each is cut off, which takes half as long as rounding each: what the products leave out, and the
-/// terms that no pair of parts stands for, are below 2^-24 of a term.
+/// Three parts hold all 24 bits of a value even if each is cut off, which takes half as long as rounding each: what the
+/// products leave out, and the terms that no pair of parts stands for, are below 2^-24 of a term.
 template <int Parts>
 NPT_ALWAYS_INLINE void split_pair(simd::Batch<float> first, simd::Batch<float> second, Word* to,
                                   std::size_t part_stride) {
@@ -81,8 +82,8 @@ NPT_ALWAYS_INLINE void split_pair(int parts, const simd::Batch<float>& first, co
     internal::split_pair<3>(first, second, to, part_stride);
 }
 
-/// Splits `rows` channels of one panel [rows][panel_width]. `panel`: the operand's words of that panel; the channels' first word is number
-/// `first_word`. An odd last channel is paired with zero. Gives the number of words.
+/// Splits `rows` channels of one panel [rows][panel_width]. `panel`: the operand's words of that panel; the channels'
+/// first word is number `first_word`. An odd last channel is paired with zero. Gives the number of words.
 template <class T>
 int split_channels(const T* from, int rows, int parts, Word* panel, int first_word) {
   static_assert(max_parts == 3);

@@ -3,11 +3,11 @@
 ///   x = x1 + x2 + ...       each part the bfloat16 next to what the parts before it leave over
 ///   w x ~ sum of wi xj      over i + j <= parts + 1: 1, 3 or 6 products, smallest terms left out
 ///
-/// Every bfloat16 product is exact in fp32, in which the sums run. One part keeps 8 bits of the operands, two 16, three all 24: the
-/// error of three parts is that of a product in fp32.
+/// Every bfloat16 product is exact in fp32, in which the sums run. One part keeps 8 bits of the operands, two 16, three
+/// all 24: the error of three parts is that of a product in fp32.
 ///
-/// Matrix registers take 32 columns and 16 rows at a time. A few more of either (131 = 128 + 3, 65 = 64 + 1) are left to few_columns.hpp and
-/// few_rows.hpp, in fp32.
+/// Matrix registers take 32 columns and 16 rows at a time. A few more of either (131 = 128 + 3, 65 = 64 + 1) are left
+/// to few_columns.hpp and few_rows.hpp, in fp32.
 ///
 /// Layouts, in 32-bit words of two bfloat16 values:
 ///   weights  [block of 32 rows][32 columns][part, the last first][16 rows][16 words], words along the columns
@@ -62,7 +62,7 @@ class AmxWeights {
     });
   }
 
-  /// The same for a matrix in memory, whose rows are `stride` elements apart: several times as fast.
+  /// Packs a matrix in memory, whose rows are `stride` elements apart: several times as fast as entry by entry.
   template <class Bias>
   void pack_matrix(int rows, int columns, int parts, const float* from, std::size_t stride, Bias&& bias) {
     pack_rows(rows, columns, parts, bias, [&](int row, int first, int count, float* values) {
@@ -81,8 +81,9 @@ class AmxWeights {
   int few_columns() const { return columns_ - word_columns(); }
   /// Whether the last block reads AmxOperand::values.
   bool reads_values() const { return few_rows_ > 0; }
-  /// Where an operand's values are kept that is made a few channels at a time: rows of memory [value_rows()][panel_width], and the one for a
-  /// column. Up to `value_strip` columns may be written there before they become words; those that nobody reads later are overwritten.
+  /// Where an operand's values are kept that is made a few channels at a time: rows of memory
+  /// [value_rows()][panel_width], and the one for a column. Up to `value_strip` columns may be written there before
+  /// they become words; those that nobody reads later are overwritten.
   static constexpr int value_strip = 4 * amx_columns;
   int value_rows() const { return reads_values() ? columns_ : value_strip + few_columns(); }
   int value_row(int column) const {
@@ -98,12 +99,12 @@ class AmxWeights {
   }
   /// Whether multiply() writes no rows behind those of the block.
   bool writes_exactly(int block) const { return block == amx_blocks() || rows(block) % simd::matrix_rows == 0; }
-  /// Whether all rows of one panel should come before the next panel: its operand stays in the first-level cache, while the weights,
-  /// which must fit the second, pass by for every panel. Otherwise they pass by once for all panels.
+  /// Whether all rows of one panel should come before the next panel: its operand stays in the first-level cache, while
+  /// the weights, which must fit the second, pass by for every panel. Otherwise they pass by once for all panels.
   bool panel_by_panel() const { return words_.size() * sizeof(Word) <= most_passing_bytes; }
   /// [rows][bias_width]; nullptr: all are zero.
   const float* bias() const { return biased_ ? bias_.data() : nullptr; }
-  /// Of a row, in biases like these.
+  /// The bias of a row in biases that are laid out like bias().
   static const float* bias_at(const float* biases, int row) {
     return biases == nullptr ? nullptr : biases + index(row) * bias_width;
   }
@@ -114,9 +115,9 @@ class AmxWeights {
   std::size_t operand_words(int panels) const { return panel_words() * index(panels); }
   std::size_t panel_words() const { return index(depth_ * parts_) * 2 * matrix_size; }
 
-  /// tile[rows(block)][panel_width] = bias + weights * operand for one block and one panel; anything finite in a half that isn't used. `bias`: of the block's first row, or nullptr; whole
-  /// matrix registers of it are read. The caller holds simd::MatrixRegisters. A template, as split_channels is, so that only units that use it compile
-  /// the kernels.
+  /// tile[rows(block)][panel_width] = bias + weights * operand for one block and one panel; anything finite in a half
+  /// that isn't used. `bias`: of the block's first row, or nullptr; whole matrix registers of it are read. The caller
+  /// holds simd::MatrixRegisters. A template, as split_channels is, so that only units that use it compile the kernels.
   template <class T>
   void multiply(int block, const AmxOperand& operand, const T* bias, T* tile) const {
     static_assert(std::is_same_v<T, float>);
@@ -142,7 +143,8 @@ class AmxWeights {
   int row_registers(int block) const { return rows(block) > simd::matrix_rows ? 2 : 1; }
   std::size_t block_offset(int b) const { return index(first_row(b)) * index(depth_ * parts_) * simd::matrix_words; }
 
-  /// read(row, first column, count, memory) gives `count` values of a row, wherever they lie; the rest of the memory is zero.
+  /// read(row, first column, count, memory) gives `count` values of a row, wherever they lie; the rest of the memory is
+  /// zero.
   template <class Bias, class Read>
   void pack_rows(int rows, int columns, int parts, Bias&& bias, Read&& read) {
     rows_ = rows;

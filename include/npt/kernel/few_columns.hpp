@@ -1,5 +1,5 @@
-/// A product's last columns in fp32, where all before them were multiplied on matrix registers, which take 32 at a time: with 131 = 128 + 3
-/// columns a fifth of their work would meet zeros.
+/// A product's last columns in fp32, where all before them were multiplied on matrix registers, which take 32 at a
+/// time: with 131 = 128 + 3 columns a fifth of their work would meet zeros.
 #pragma once
 
 #include <npt/config.hpp>
@@ -39,7 +39,8 @@ NPT_NOINLINE void add_columns(int rows, const T* NPT_RESTRICT weights, const T* 
 
 }  // namespace internal
 
-/// tile[r][v] += sum over c < columns of weights[r][c] * values[c][v], for r < rows, v < panel_width. 1 <= columns <= most_few_columns.
+/// tile[r][v] += sum over c < columns of weights[r][c] * values[c][v], for r < rows, v < panel_width. 1 <= columns <=
+/// most_few_columns.
 template <class T>
 void add_few_columns(int columns, int rows, const T* weights, const T* values, T* tile) {
   static constexpr auto kernels = []<int... I>(std::integer_sequence<int, I...>) {

@@ -11,7 +11,8 @@
 
 namespace npt::inline NPT_ABI::kernel {
 
-/// The most rows that are computed this way, and the most columns of a product in which they are: their operand is kept in fp32.
+/// The most rows that are computed this way, and the most columns of a product in which they are: their operand is kept
+/// in fp32.
 inline constexpr int most_few_rows = 4;
 inline constexpr int most_value_columns = 512;
 
@@ -51,8 +52,8 @@ NPT_NOINLINE void multiply_rows(int columns, const T* NPT_RESTRICT weights, cons
 
 }  // namespace internal
 
-/// tile[r][v] = bias[r * bias_stride] + sum over c < columns of weights[c][r] * values[c][v], for r < rows, v < panel_width.
-/// 1 <= rows <= most_few_rows; no bias where it is nullptr.
+/// tile[r][v] = bias[r * bias_stride] + sum over c < columns of weights[c][r] * values[c][v], for r < rows, v <
+/// panel_width. 1 <= rows <= most_few_rows; no bias where it is nullptr.
 template <class T>
 void multiply_few_rows(int rows, int columns, const T* weights, const T* values, const T* bias, int bias_stride,
                        T* tile) {

@@ -13,8 +13,8 @@
 
 namespace npt::inline NPT_ABI::kernel {
 
-/// c = a b for row-major matrices, a also given transposed: one or the other lies as the kernel wants it. Keeps its packing memory
-/// between calls; one thread.
+/// c = a b for row-major matrices, a also given transposed: one or the other lies as the kernel wants it. Keeps its
+/// packing memory between calls; one thread.
 template <class T>
 class MatrixProduct {
  public:

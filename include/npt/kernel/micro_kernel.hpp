@@ -42,8 +42,8 @@ NPT_NOINLINE void micro_kernel(int steps, const T* NPT_RESTRICT weights, const T
     simd::unroll<panel_registers>([&](auto q) NPT_LAMBDA_INLINE { sum[r][q] = simd::broadcast(bias[r]); });
   });
   // The block of weights behind this one comes from the third-level cache, which other cores share: asking for it while
-  // this one is used gave 16 % on one thread and 12 % on two (187 to 218 and 380 to 425 GFLOP/s, bottleneck 1024, paired
-  // runs on a busy Zen 5).
+  // this one is used gave 16 % on one thread and 12 % on two (187 to 218 and 380 to 425 GFLOP/s, bottleneck 1024,
+  // paired runs on a busy Zen 5).
   const auto next_block = reinterpret_cast<std::uintptr_t>(weights) +
                           static_cast<std::uintptr_t>(steps) * static_cast<std::uintptr_t>(MR) * sizeof(T);
   for (int k = 0; k < steps; ++k) {

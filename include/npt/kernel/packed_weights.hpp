@@ -69,7 +69,7 @@ class PackedWeights {
     return weights_.data() + static_cast<std::size_t>(blocks_.first_row(b)) * static_cast<std::size_t>(k_count_);
   }
   const T* bias() const { return bias_.data(); }
-  /// Of a row, in biases like these.
+  /// The bias of a row in biases that are laid out like bias().
   static const T* bias_at(const T* biases, int row) { return biases + row; }
   std::size_t bytes() const { return (weights_.size() + bias_.size()) * sizeof(T); }
 

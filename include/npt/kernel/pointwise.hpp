@@ -1,11 +1,12 @@
 /// Pointwise layers: what one is to the kernels, and how a chain of them is applied to rows of a tile.
 ///
 /// A pointwise operation maps one value of one channel at one vertex to another. It is a type with static members;
-/// derive from Pointwise for the defaults. What it needs besides the value comes in three parts, each computed once and
-/// held in registers:
-///   column(args, v)  for a register of vertices: e.g. the coordinates that SPAdaIN is conditioned on
-///   row(args, c)     for a channel: e.g. its mean, or its modulation weights, broadcast
-///   apply(x, row, column, position)
+/// derive from Pointwise for the defaults.
+///   column(args, at)       what it needs for a register of vertices, e.g. the coordinates that SPAdaIN is conditioned
+///                          on
+///   row(args, c)           what it needs for a channel, e.g. its mean, or its modulation weights, broadcast
+///   apply(x, row, column)  the values of channel c in that register
+/// The first two are computed once for a column and a row of registers and held there.
 /// Chains are compiled into one loop that a stage runs while it reads (prologue) or writes (epilogue) a tile, so a
 /// pointwise layer costs no pass over memory.
 #pragma once
@@ -45,9 +46,9 @@ struct Position {
 struct Pointwise {
   struct Nothing {};
   static constexpr bool normalises = false;  ///< needs mean and deviation of its input over all vertices
-  static constexpr bool increasing =
-      false;  ///< x <= y implies f(x) <= f(y): a maximum over vertices may be taken before it
-  // For training, see backward.hpp:
+  /// x <= y implies f(x) <= f(y): a maximum over vertices may be taken before it.
+  static constexpr bool increasing = false;
+  // For training, see tape/chain_backward.hpp:
   static constexpr int sums_per_channel = 0;  ///< sums that the gradients of its parameters are made of
   static constexpr int other_channels = 0;    ///< channels of its second input that vjp knows a gradient for
   template <class T>
@@ -145,7 +146,7 @@ NPT_NOINLINE void transform_rows(const RowRange<T>& range) {
       });
 }
 
-/// The same, but two channels become one row of bfloat16 pairs; an odd last channel is paired with zero.
+/// Applies Ops, and two channels become one row of bfloat16 pairs; an odd last channel is paired with zero.
 template <class T, class... Ops>
 NPT_NOINLINE void transform_rows_to_bf16(const RowRange<T>& range) {
   internal::for_each_row<T, Ops...>(

@@ -1,5 +1,5 @@
-/// A product of packed weights with an operand, on whichever unit multiplies: one class for all, so that nothing outside this header
-/// and the making of operands asks which.
+/// A product of packed weights with an operand, on whichever unit multiplies: one class for all, so that nothing
+/// outside this header and the making of operands asks which.
 ///   vector registers   weights and operand in T (packed_weights.hpp), or as pairs of bfloat16 values (AVX512_BF16)
 ///   matrix registers   fp32 values in one to three bfloat16 parts (AMX, amx_product.hpp)
 #pragma once
@@ -38,8 +38,8 @@ class ProductWeights {
  public:
   ProductWeights() = default;
 
-  /// weight(row, column) and bias(row) are called for every entry; pairs need an even number of columns. Allocates nothing where shape
-  /// and format stay.
+  /// weight(row, column) and bias(row) are called for every entry; pairs need an even number of columns. Allocates
+  /// nothing where shape and format stay.
   template <class Weight, class Bias>
   void pack(int rows, int columns, ProductFormat format, Weight&& weight, Bias&& bias) {
     format_ = format;
@@ -107,7 +107,8 @@ class ProductWeights {
     const T* bias = bias_at(this->bias(), row);
     return bias == nullptr ? T(0) : *bias;
   }
-  /// A row's in biases that are laid out as a product reads them: bias_width() elements a row, bias_slack behind the last.
+  /// The bias of a row in biases that are laid out as a product reads them: bias_width() elements a row, bias_slack
+  /// behind the last.
   const T* bias_at(const T* biases, int row) const {
     if constexpr (matrix)
       if (on_matrix_registers()) return AmxWeights::bias_at(biases, row);
@@ -125,8 +126,8 @@ class ProductWeights {
   std::size_t operand_values() const { return on_matrix_registers() ? tile_size(matrix_.value_rows()) : 0; }
   std::size_t bytes() const { return vector_.bytes() + matrix_.bytes(); }
 
-  /// tile[rows(block)][panel_width] = bias + weights * operand for one block and one panel, which lies at `panel` for vector registers
-  /// and in `words` for matrix registers. `bias`: of the block's first row.
+  /// tile[rows(block)][panel_width] = bias + weights * operand for one block and one panel, which lies at `panel` for
+  /// vector registers and in `words` for matrix registers. `bias`: of the block's first row.
   void multiply(int block, const T* panel, const AmxOperand& words, const T* bias, T* tile) const {
     if constexpr (matrix) {
       if (on_matrix_registers()) {
@@ -168,7 +169,8 @@ class GroupProduct {
  public:
   /// The operand comes by set_operand or set_panel.
   explicit GroupProduct(const ProductWeights<T>& weights) : weights_(weights) {}
-  /// Of a tile in T with as many channels as the weights have columns and `valid` vertices. `words`: memory for it in parts.
+  /// The operand is a tile in T with as many channels as the weights have columns and `valid` vertices. `words`: memory
+  /// for it in parts.
   GroupProduct(const ProductWeights<T>& weights, const T* tile, int valid, Word* words)
       : weights_(weights), tile_(tile) {
     if constexpr (ProductFormat::has_parts<T>) {
@@ -185,7 +187,8 @@ class GroupProduct {
   /// For matrix registers.
   void set_panel(int panel, const AmxOperand& operand) { panels_[index(panel)] = operand; }
 
-  /// A block's rows of a panel, [rows(block)][panel_width], and up to tallest_block rows where it doesn't write exactly.
+  /// A block's rows of a panel, [rows(block)][panel_width], and up to tallest_block rows where it doesn't write
+  /// exactly.
   void multiply(int block, int panel, const T* bias, T* to) const {
     const T* at = weights_.on_matrix_registers() ? nullptr : tile_ + panel_stride<T>(weights_.steps()) * index(panel);
     weights_.multiply(block, at, panels_[index(panel)], bias, to);

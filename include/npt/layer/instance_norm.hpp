@@ -1,10 +1,10 @@
 /// Instance normalisation of each channel of each mesh over its vertices, without parameters.
 ///   y[c, v] = (x[c, v] - mean_c) / sqrt(var_c + eps)
-/// Shapes    x, y: [C, V]
-/// Numerics  biased variance, eps = 1e-5; moments merged in a fixed order; with V = 1 every y is 0; NaN in gives NaN
-/// out.
-///           The mean is subtracted before the scaling: folding both into one multiply-add loses digits where the mean
-///           is large beside the deviation.
+/// Shapes     x, y: [C, V]
+/// Numerics   biased variance, eps = 1e-5; moments merged in a fixed order; with V = 1 every y is 0; NaN in, NaN out
+///            the mean is subtracted before the scaling: folding both into one multiply-add loses digits where the mean
+///            is large beside the deviation
+/// Gradients  x
 #pragma once
 
 #include <npt/config.hpp>

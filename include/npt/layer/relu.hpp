@@ -1,4 +1,7 @@
-/// Rectified linear unit: y = max(0, x), elementwise; NaN in gives NaN out. Its derivative at 0 is 0.
+/// Rectified linear unit: y = max(0, x), elementwise.
+/// Shapes     x, y: [C, V]
+/// Numerics   NaN in gives NaN out
+/// Gradients  x: 0 at x = 0
 #pragma once
 
 #include <npt/config.hpp>

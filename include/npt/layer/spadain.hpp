@@ -1,9 +1,11 @@
 /// Spatially adaptive instance normalisation (Wang et al., CVPR 2020, section 3.3, eq. 1-3, Table 4).
 ///   y[c, v] = gamma_c(p_v) * (x[c, v] - mean_c) / sqrt(var_c + eps) + beta_c(p_v)
+/// Shapes     x, y: [C, V]   p: [Cond, V], the identity mesh, normalised
+/// Numerics   biased variance over V, eps = 1e-5; NaN in gives NaN out
+/// Gradients  gamma.weight, gamma.bias, beta.weight, beta.bias, x, p
+///
 /// gamma and beta are 1x1 convolutions of the conditioning mesh. They are evaluated in registers where y is used and
-/// never stored: about 8 multiply-adds an element, under 1 % of the work of the convolution behind it. Shapes     x, y:
-/// [C, V]   p: [Cond, V], the identity mesh, normalised Numerics   as InstanceNorm Gradients  gamma.weight, gamma.bias,
-/// beta.weight, beta.bias, x, p
+/// never stored: about 8 multiply-adds an element, under 1 % of the work of the convolution behind it.
 #pragma once
 
 #include <npt/config.hpp>

@@ -1,6 +1,8 @@
 /// Hyperbolic tangent with a scale: y = scale * tanh(x), elementwise.
 /// The paper's output is tanh (scale 1, section 3.4); the released code uses 2 tanh. The scale is an attribute of the
 /// network: a number in the weights' metadata under the name that the network gives it, not a learned tensor.
+/// Shapes     x, y: [C, V]
+/// Gradients  x
 #pragma once
 
 #include <npt/config.hpp>
@@ -46,8 +48,9 @@ struct Tanh : kernel::Pointwise {
     return dy * (simd::broadcast(T(1)) - t * t);
   }
 };
-/// The layer by name, x | tanh. A function, unlike relu: the C library has a global function of this name, and where both are seen, as
-/// after `using namespace npt`, functions are overloads of each other while a constant would be an ambiguity.
+/// The layer by name, x | tanh. A function, unlike relu: the C library has a global function of this name, and where
+/// both are seen, as after `using namespace npt`, functions are overloads of each other while a constant would be an
+/// ambiguity.
 constexpr Tanh tanh() { return {}; }
 
 }  // namespace npt::inline NPT_ABI

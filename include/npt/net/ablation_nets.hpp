@@ -1,5 +1,6 @@
-/// The networks that the paper compares its own with (section 4.3, Table 2): the same encoder, decoders with parts left out. Shapes as
-/// PoseTransferNet with the per-vertex feature. The paper says no more of them than their names; what we chose stands beside each.
+/// The networks that the paper compares its own with (section 4.3, Table 2): the same encoder, decoders with parts left
+/// out. The paper says no more of them than their names; what we chose stands beside each.
+/// Shapes  pose, identity, result: [3, V]
 #pragma once
 
 #include <npt/config.hpp>

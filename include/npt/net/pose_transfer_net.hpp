@@ -1,11 +1,11 @@
 /// The pose transfer network (Wang et al., CVPR 2020, section 3, Tables 3-5, Fig. 4; compact feature: supplement C.2,
 /// D.5).
-///
-/// Pose encoder, on the pose mesh: three 1x1 convolutions with instance norm and ReLU, 3 -> 64 -> 128 -> Bottleneck
-/// channels. Decoder: the feature and the identity mesh's coordinates, concatenated, through three SPAdaIN residual
-/// blocks of widths W = Bottleneck + 3, W / 2 and W / 4, each conditioned on the identity mesh, to 3 coordinates and
-/// tanh. Shapes   pose: [3, Vp]   identity: [3, V]   result: [3, V]; Vp = V unless the feature is pooled Weights  names
-/// of the authors' public state dict
+/// Encoder  on the pose mesh: three 1x1 convolutions with instance norm and ReLU, 3 -> 64 -> 128 -> Bottleneck channels
+/// Decoder  the feature and the identity mesh's coordinates, concatenated, through three SPAdaIN residual blocks of
+///          widths W = Bottleneck + 3, W / 2 and W / 4, each conditioned on the identity mesh, to 3 coordinates and
+/// tanh
+/// Shapes   pose: [3, Vp]   identity: [3, V]   result: [3, V]; Vp = V unless the feature is pooled
+/// Weights  names of the authors' public state dict
 #pragma once
 
 #include <npt/config.hpp>
@@ -45,7 +45,7 @@ struct PoseTransferNet {
   using Feature = PoseFeature;
   static constexpr int W = Bottleneck + 3;
 
-  /// What the metadata of its weights says.
+  /// Entries of its weights' metadata.
   static std::map<std::string, std::string> variant() {
     return {{"order", Order::name}, {"feature", Feature::name}, {"bottleneck", std::to_string(Bottleneck)}};
   }

@@ -1,8 +1,8 @@
-/// Products that sum over the vertices on matrix registers (AMX): what outer_product.hpp computes, of values in bfloat16 parts
-/// (amx_product.hpp).
+/// Products that sum over the vertices on matrix registers (AMX): what outer_product.hpp computes, of values in
+/// bfloat16 parts (amx_product.hpp).
 ///   out[r][k] += sum over v of a[r][v] * b[k][v]
-/// Rows of `a` need no transposition: vertices lie side by side in a tile, and so they do in the matrix register on the left. Those of `b`
-/// are transposed as words of two vertices, half of what single values would take.
+/// Rows of `a` need no transposition: vertices lie side by side in a tile, and so they do in the matrix register on the
+/// left. Those of `b` are transposed as words of two vertices, half of what single values would take.
 ///
 /// Layouts, in words of two vertices' values, by blocks of 32 vertices (one panel):
 ///   a       [16 rows][block][part][16][16], words along the vertices
@@ -30,7 +30,7 @@ struct AmxOuterShape {
   int parts = 1;
   int blocks = 0;  ///< of 32 vertices that are collected before they are multiplied
 
-  /// As many blocks as keep both operands inside the second-level cache beside the tiles they come from.
+  /// The shape with as many blocks as keep both operands inside the second-level cache beside the tiles they come from.
   static AmxOuterShape of(int rows, int columns, int parts) {
     constexpr int budget = 768 * 1024, group_blocks = kernel::group_panels<float>, most_groups = 4;
     AmxOuterShape shape{rows, columns, parts, group_blocks};
@@ -64,8 +64,8 @@ struct AmxOuterShape {
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 };
 
-/// Collects tiles of both operands and sums their products up as OuterProduct does, but the first product overwrites the result. The caller
-/// holds simd::MatrixRegisters.
+/// Collects tiles of both operands and sums their products up as OuterProduct does, but the first product overwrites
+/// the result. The caller holds simd::MatrixRegisters.
 class AmxOuterProduct {
  public:
   AmxOuterProduct(const AmxOuterShape& shape, kernel::Word* a, kernel::Word* b, float* result)
@@ -73,8 +73,8 @@ class AmxOuterProduct {
 
   bool full() const { return collected_ + kernel::group_panels<float> > shape_.blocks; }
 
-  /// First the group's b tile [panel][columns][kernel::panel_width], then its a tile. Row `ones` of b, behind those of its tile, is 1 everywhere: the
-  /// product's column for it is the sum of a.
+  /// First the group's b tile [panel][columns][panel_width], then its a tile. Row `ones` of b, behind those of its
+  /// tile, is 1 everywhere: the product's column for it is the sum of a.
   void collect_b(const float* tile, int tile_rows, int ones, int valid) {
     alignas(simd_alignment) kernel::Word lines[kernel::max_parts][kernel::matrix_size];
     for (int p = 0; p < kernel::used_panels<float>(valid); ++p)

@@ -1,9 +1,9 @@
 /// Runs a tape backwards: from the gradient of the result to those of all parameters and, if asked for, of both meshes.
 ///
-/// Stages go last to first. One task carries a chunk of groups through a stage: the gradient of its output is finished (through the
-/// norm that reads it), multiplied with the transposed weights and taken through the paths into their adjoints, and collected for the
-/// gradient of the weights together with the operand, which is made again. Chunks are as many as the shapes say, never as the
-/// threads, and are merged in order: the same bits for any number of threads.
+/// Stages go last to first. One task carries a chunk of groups through a stage: the gradient of its output is finished
+/// (through the norm that reads it), multiplied with the transposed weights and taken through the paths into their
+/// adjoints, and collected for the gradient of the weights together with the operand, which is made again. Chunks are
+/// as many as the shapes say, never as the threads, and are merged in order: the same bits for any number of threads.
 #pragma once
 
 #include <npt/config.hpp>
@@ -49,15 +49,16 @@ class Backward : Merge<T> {
   using Merge<T>::tape_;
   using Merge<T>::memory_;
 
-  // Every chunk has sums of its own, 4.2 MB for 1027 rows, which are added up at the end: enough groups must pay for them. Batches
-  // that keep more than 16 threads busy are large, and pay with 32 groups a chunk.
+  // Every chunk has sums of its own, 4.2 MB for 1027 rows, which are added up at the end: enough groups must pay for
+  // them. Batches that keep more than 16 threads busy are large, and pay with 32 groups a chunk.
   static constexpr int few_chunks = 16;
   static constexpr int least_items = 8;  ///< in a chunk, if there are several, up to few_chunks of them
   static constexpr int least_items_of_many = 32;
 
   // ---- what takes part ----
 
-  /// Gradients are wanted everywhere but at the inputs; there if they are asked for, or if layers with learned parameters read them.
+  /// Gradients are wanted everywhere but at the inputs; there if they are asked for, or if layers with learned
+  /// parameters read them.
   void find_wanted() {
     for (int p = 0; p < tape_.adjoint_count; ++p) {
       const int input = tape_.activation(tape_.adjoint(p).activation).input;
@@ -120,8 +121,8 @@ class Backward : Merge<T> {
       memory_.maximum_gradients[index(t)].grow_to(size);
       std::fill(memory_.pooled_gradients[index(t)].data(), memory_.pooled_gradients[index(t)].data() + size, T(0));
     }
-    // A task's scratch: a tile for the operand and later the gradient, one for a gradient that only maxima make, and the collected
-    // operands of the weights' gradient.
+    // A task's scratch: a tile for the operand and later the gradient, one for a gradient that only maxima make, and
+    // the collected operands of the weights' gradient.
     std::size_t tiles = 0, collected = 0, words = 0;
     for (int i = 0; i < tape_.stage_count; ++i) {
       const Stage& stage = tape_.stage(i);
@@ -142,8 +143,8 @@ class Backward : Merge<T> {
     return (n + unit - 1) / unit * unit;
   }
 
-  /// Calls f with the shape of the weights' gradient on the unit that multiplies. The bias is the weight of one more operand row, of
-  /// ones.
+  /// Calls f with the shape of the weights' gradient on the unit that multiplies. The bias is the weight of one more
+  /// operand row, of ones.
   template <class F>
   void with_shape(const Stage& stage, F&& f) const {
     const int rows = stage.rows, columns = stage.operand_rows + 1;
@@ -375,7 +376,8 @@ class Backward : Merge<T> {
     return wants;
   }
 
-  /// Rows row .. row + rows - 1 of the operand's gradient (at `upstream`) into the adjoints of the paths that made them.
+  /// Rows row .. row + rows - 1 of the operand's gradient (at `upstream`) into the adjoints of the paths that made
+  /// them.
   void take_along_paths(const ChunkTask& chunk, const Task& task, int row, int rows, const T* upstream,
                         std::size_t upstream_stride) {
     const Stage& stage = chunk.stage;

@@ -1,11 +1,11 @@
-/// Chains of pointwise layers run backwards: from the gradient of a chain's output to that of its input, with the sums over the
-/// vertices that the gradients of parameters and norms are made of. Values between the layers are computed again from the stored
-/// tensor, which costs less than reading them would.
+/// Chains of pointwise layers run backwards: from the gradient of a chain's output to that of its input, with the sums
+/// over the vertices that the gradients of parameters and norms are made of. Values between the layers are computed
+/// again from the stored activation, which costs less than reading them would.
 ///
 /// A pointwise layer that can be trained has, beside what pointwise.hpp asks for,
-///   vjp(x, dy, row, column, sums)        returns dL/dx from x and dL/dy and adds to sums[0 .. sums_per_channel - 1] what this register
-///                                        of vertices gives to its parameters' gradients: one sum for each element that a channel has,
-///                                        in the order in which visit lists the parameters
+///   vjp(x, dy, row, column, sums)        returns dL/dx from x and dL/dy and adds to sums[0 .. sums_per_channel - 1]
+///                                        what this register of vertices gives to its parameters' gradients: one sum
+///                                        for each element that a channel has, in the order of visit
 ///   sums_per_channel                     how many those are; 0, the default, for a layer without learned parameters
 /// and, if it reads a second input at the same vertex,
 ///   other_channels                       how many channels of that input
@@ -137,8 +137,8 @@ NPT_ALWAYS_INLINE auto rows_of(const kernel::PointwiseArgs<T>* args, int channel
 
 }  // namespace internal
 
-/// From the chain's output back to its norm's output, or to the stored activation where it has no norm. Gathers norm_sums in the first
-/// case. `upstream` is zero in lanes without a vertex, and so is what is written.
+/// From the chain's output back to its norm's output, or to the stored activation where it has no norm. Gathers
+/// norm_sums in the first case. `upstream` is zero in lanes without a vertex, and so is what is written.
 template <class T, class... Ops>
 NPT_NOINLINE void backward_rows(const BackwardRange<T>& range) {
   using B = simd::Batch<T>;
@@ -248,8 +248,8 @@ NPT_NOINLINE void finish_rows(const FinishRange<T>& finish) {
   }
 }
 
-/// The gradients of the layers' second inputs, from the same gradient of the chain's output. Apart, since training needs none: the
-/// network is conditioned on its input.
+/// The gradients of the layers' second inputs, from the same gradient of the chain's output. Apart, since training
+/// needs none: the network is conditioned on its input.
 template <class T, class... Ops>
 NPT_NOINLINE void backward_others(const BackwardRange<T>& range) {
   using B = simd::Batch<T>;

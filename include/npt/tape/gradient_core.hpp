@@ -1,5 +1,5 @@
-/// What Gradients (train/gradients.hpp) is apart from its network's type. Compiled once a scalar and executor, however many networks a
-/// program trains.
+/// What Gradients (train/gradients.hpp) is apart from its network's type. Compiled once a scalar and executor, however
+/// many networks a program trains.
 #pragma once
 
 #include <npt/config.hpp>
@@ -74,7 +74,8 @@ class GradientCore {
     executor_.for_each(2 * tape_->stage_count, [&](int task, int) { pack(task / 2, task % 2 == 0); });
   }
 
-  /// A batch through the network. Results are written, and what the gradient needs is kept. The pairs' meshes may be gone afterwards.
+  /// A batch through the network. Results are written, and what the gradient needs is kept. The pairs' meshes may be
+  /// gone afterwards.
   void forward(std::span<const TransferPair<T>> pairs) {
     if (memory_->weights.empty())
       throw Error({.file = "gradients", .found = "no weights", .expected = "a call of load() before"});
@@ -89,12 +90,12 @@ class GradientCore {
     Forward<T>(*tape_, loops_, *memory_).run(executor_);
   }
 
-  /// The gradient of the batch of the last forward(): result_gradient[i], [V, 3], is dL / d result of pair i. Overwrites
-  /// parameter_gradient, which is laid out as Model::buffer() (attributes and padding get 0).
+  /// The gradient of the batch of the last forward(): result_gradient[i], [V, 3], is dL / d result of pair i.
+  /// Overwrites parameter_gradient, which is laid out as Model::buffer() (attributes and padding get 0).
   void backward(std::span<const std::span<const T>> result_gradient, std::span<T> parameter_gradient) {
     backward({.result = result_gradient, .parameters = parameter_gradient, .pose = {}, .identity = {}});
   }
-  /// The same with the gradients of the meshes.
+  /// Leaves the gradients of the meshes too, where they are asked for.
   void backward(const BatchGradients<T>& gradients) {
     const auto& pairs = memory_->identity.instances;
     expect("parameter gradient", gradients.parameters.size(), parameter_count_);
@@ -121,7 +122,8 @@ class GradientCore {
     const auto no_bias = [](int) { return T(0); };
     Weights<T>& packed = memory_->weights[static_cast<std::size_t>(i)];
     const kernel::ProductFormat format = memory_->format;
-    // Columns that meet no pooled feature nearly always stand side by side: a matrix, which matrix registers want row by row.
+    // Columns that meet no pooled feature nearly always stand side by side: a matrix, which matrix registers want row
+    // by row.
     const bool contiguous =
         columns.back() - columns.front() + 1 == stage.operand_rows && std::ranges::is_sorted(columns);
     const auto stride = static_cast<std::size_t>(stage.columns);

@@ -1,10 +1,11 @@
 /// From a recorded network to a tape, in a constant expression.
 ///
 /// 1. Every convolution becomes a stage that stores its output.
-/// 2. Its paths are what its operand resolves to: stored activations through pointwise layers; the parts of a concatenation side by side, those of
-///    a sum on top of each other.
-/// 3. What can't be read that way is gathered first, by a stage without a product: a sum with a layer behind it, a second norm in a
-///    chain, an input of a conditioned layer that is no stored activation. The network's result is gathered last.
+/// 2. Its paths are what its operand resolves to: stored activations through pointwise layers; the parts of a
+///    concatenation side by side, those of a sum on top of each other.
+/// 3. What can't be read that way is gathered first, by a stage without a product: a sum with a layer behind it, a
+///    second norm in a chain, an input of a conditioned layer that is no stored activation. The network's result is
+///    gathered last.
 /// 4. Each path gets the adjoint into which its gradient goes; adjoints share buffers by lifetime.
 #pragma once
 
@@ -265,7 +266,8 @@ class Lowering {
 
   // ---- memory ----
 
-  /// A buffer belongs to a adjoint from the last stage (the first backwards) that reads its activation to the stage that wrote it.
+  /// A buffer belongs to an adjoint from the last stage (the first backwards) that reads its activation to the stage
+  /// that wrote it.
   constexpr void assign_buffers() {
     struct Life {
       int last = -1, first = 0;

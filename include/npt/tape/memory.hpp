@@ -1,5 +1,5 @@
-/// What a tape keeps while it runs: packed weights, the activations of the forward pass, gradients on their way back. It only ever
-/// grows, so that a warm step allocates nothing.
+/// What a tape keeps while it runs: packed weights, the activations of the forward pass, gradients on their way back.
+/// It only ever grows, so that a warm step allocates nothing.
 #pragma once
 
 #include <npt/config.hpp>

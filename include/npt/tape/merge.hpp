@@ -62,7 +62,8 @@ class Merge : protected View<T> {
            index(mesh) * 2 * index(tape_.activation(tape_.adjoint(p).activation).channels);
   }
 
-  /// The two means of an adjoint's gradients that its norm's derivative needs, and the gradients that maxima leave there.
+  /// The two means of an adjoint's gradients that its norm's derivative needs, and the gradients that maxima leave
+  /// there.
   template <Executor E>
   void merge_adjoint(int p, const engine::MeshBatch<T>& side, const E& executor) {
     const Adjoint& adjoint = tape_.adjoint(p);

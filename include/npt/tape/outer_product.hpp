@@ -1,7 +1,8 @@
 /// Products that sum over the vertices: the gradient of a convolution's weights,
 ///   out[r][k] += sum over v of a[r][v] * b[k][v]
-/// Both operands come as tiles, are transposed a register block at a time and collected for some groups of vertices; then the same
-/// kind of register tile as in the forward product runs over them: `rows` of a broadcast, columns of b in registers.
+/// Both operands come as tiles, are transposed a register block at a time and collected for some groups of vertices;
+/// then the same kind of register tile as in the forward product runs over them: `rows` of a broadcast, columns of b in
+/// registers.
 #pragma once
 
 #include <npt/config.hpp>
@@ -57,7 +58,8 @@ inline constexpr auto outer_kernels = []<int... I>(std::integer_sequence<int, I.
 }
 (std::make_integer_sequence<int, kernel::max_tile_rows>{});
 
-/// Shape and memory layout of an outer product: columns in panels of two registers, the last of one where that is enough.
+/// Shape and memory layout of an outer product: columns in panels of two registers, the last of one where that is
+/// enough.
 template <class T>
 struct OuterShape {
   int rows = 0, columns = 0;
@@ -65,7 +67,8 @@ struct OuterShape {
 
   static constexpr int lanes = simd::lanes<T>;
 
-  /// As many vertices as keep both operands inside the second-level cache beside the tiles they come from.
+  /// The shape with as many vertices as keep both operands inside the second-level cache beside the tiles they come
+  /// from.
   static OuterShape of(int rows, int columns) {
     constexpr int budget = 768 * 1024 / static_cast<int>(sizeof(T));
     const int fitting = budget / (rows + columns) / kernel::group_width * kernel::group_width;
@@ -114,8 +117,8 @@ struct OuterShape {
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 };
 
-/// Collects tiles of both operands and adds their product to a result. Works in memory of the caller: a and b as large as the
-/// shape says.
+/// Collects tiles of both operands and adds their product to a result. Works in memory of the caller: a and b as large
+/// as the shape says.
 template <class T>
 class OuterProduct {
  public:
@@ -125,8 +128,9 @@ class OuterProduct {
   /// Whether another group has room.
   bool full() const { return collected_ + kernel::group_width > shape_.vertices; }
 
-  /// First the group's b tile [panel][columns][kernel::panel_width], then its a tile: they may be in the same memory, one after the other. Row `ones` of
-  /// b, behind those of its tile, is 1 everywhere: the product's column for it is the sum of a.
+  /// First the group's b tile [panel][columns][panel_width], then its a tile: they may be in the same memory, one after
+  /// the other. Row `ones` of b, behind those of its tile, is 1 everywhere: the product's column for it is the sum of
+  /// a.
   void collect_b(const T* tile, int tile_rows, int ones, int valid) {
     for (int p = 0; p < shape_.panels(); ++p) {
       const int width = shape_.registers(p) * simd::lanes<T>;
@@ -164,8 +168,9 @@ class OuterProduct {
       to[static_cast<std::size_t>(v) * static_cast<std::size_t>(width)] = 1;
   }
 
-  /// `width` rows of the tile, from first_row on, to columns of `to` behind the vertices collected so far. A register may hold more
-  /// rows than are left: what it writes too much is the next vertices', which are written later, and of their rows the first last.
+  /// `width` rows of the tile, from first_row on, to columns of `to` behind the vertices collected so far. A register
+  /// may hold more rows than are left: what it writes too much is the next vertices', which are written later, and of
+  /// their rows the first last.
   void transpose_rows(const T* tile, int tile_rows, int first_row, int valid, T* to, int width) const {
     constexpr int lanes = simd::lanes<T>;
     for (int v = 0; v < valid; v += lanes) {

@@ -1,10 +1,10 @@
-/// Tapes: what a network is lowered to for training (tape/lower.hpp). Plain constant data, made at compile time, interpreted
-/// forwards and backwards (tape/forward.hpp, tape/backward.hpp).
+/// Tapes: what a network is lowered to for training (tape/lower.hpp). Plain constant data, made at compile time,
+/// interpreted forwards and backwards (tape/forward.hpp, tape/backward.hpp).
 ///
-/// A tape has one stage for each convolution, and a few that only gather what several convolutions made. It stores what the
-/// convolutions put out, nothing else: pointwise layers stay in the paths by which a stage reads a stored activation, and are run again
-/// when the gradient comes back along the same path. So that norms can be differentiated in tiles, gradients are kept behind the
-/// norm, where their two sums over the vertices are known one barrier later.
+/// A tape has one stage for each convolution, and a few that only gather what several convolutions made. It stores what
+/// the convolutions put out, nothing else: pointwise layers stay in the paths by which a stage reads a stored
+/// activation, and are run again when the gradient comes back along the same path. So that norms can be differentiated
+/// in tiles, gradients are kept behind the norm, where their two sums over the vertices are known one barrier later.
 #pragma once
 
 #include <npt/config.hpp>
