@@ -162,15 +162,15 @@ class Core {
     memory.identity.clear();
     for (const TransferPair<T>& pair : pairs) {
       int code = 0;
-      const int poses = static_cast<int>(memory.pose.instances.size());
-      while (code < poses && !same_pose(memory.pose.instances[static_cast<std::size_t>(code)].coordinates, pair.pose))
+      const int poses = static_cast<int>(memory.pose.meshes.size());
+      while (code < poses && !same_pose(memory.pose.meshes[static_cast<std::size_t>(code)].coordinates, pair.pose))
         ++code;
       if (code == poses) memory.pose.add({.coordinates = pair.pose, .result = {}});
       memory.identity.add({.coordinates = pair.identity, .result = pair.result, .code = code});
     }
     Forward<T> pass = forward(memory);
     pass.encode(memory.code, executor_);
-    if (memory.pose.instances.size() == pairs.size())
+    if (memory.pose.meshes.size() == pairs.size())
       pass.decode_and_consume(memory.code, executor_);
     else
       pass.decode(memory.code, executor_);

@@ -32,7 +32,7 @@ class Forward : View<T> {
     const MeshBatch<T>& poses = memory_.pose;
     poses.split(code.coordinates);
     code.first_item.clear();
-    for (const Instance<T>& pose : poses.instances) code.first_item.push_back(pose.first_item);
+    for (const BatchMesh<T>& pose : poses.meshes) code.first_item.push_back(pose.first_item);
     this->prepare(poses, true, executor.slots());
     for (int s = 0; s < program_.encoder_sweeps; ++s) run(program_.sweep(s), poses, executor);
   }
@@ -77,30 +77,30 @@ class Forward : View<T> {
   // ---- one sweep ----
 
   template <Executor E>
-  void run(const graph::Sweep& sweep, const MeshBatch<T>& meshes, const E& executor) {
+  void run(const graph::Sweep& sweep, const MeshBatch<T>& batch, const E& executor) {
     const int first = sweep.first_stage, end = first + sweep.stage_count;
-    add_pooled_sources(sweep, meshes);
-    place_partials(sweep, meshes);
-    executor.for_each(static_cast<int>(meshes.items.size()), [&](int number, int slot) {
-      const Task<T> task = this->task(meshes, sweep.over_pose, number, slot);
+    add_pooled_sources(sweep, batch);
+    place_partials(sweep, batch);
+    executor.for_each(static_cast<int>(batch.items.size()), [&](int number, int slot) {
+      const Task<T> task = this->task(batch, sweep.over_pose, number, slot);
       for (int i = first; i < end; ++i) run_stage(i, task);
     });
-    for (int i = first; i < end; ++i) merge(i, meshes, sweep.over_pose);
+    for (int i = first; i < end; ++i) merge(i, batch, sweep.over_pose);
   }
 
   /// Biases of this sweep's stages with the pooled sources' products, for every mesh.
-  void add_pooled_sources(const graph::Sweep& sweep, const MeshBatch<T>& meshes) {
+  void add_pooled_sources(const graph::Sweep& sweep, const MeshBatch<T>& batch) {
     const int first = sweep.first_stage, end = first + sweep.stage_count;
     std::size_t total = 0;
     for (int i = first; i < end; ++i) {
       if (packed_.stage(i).pooled_columns == 0) continue;
       bias_offset_[index(i)] = total;
-      total += meshes.instances.size() * bias_stride(i);
+      total += batch.meshes.size() * bias_stride(i);
     }
     memory_.bias.grow_to(total + kernel::bias_slack);
     for (int i = first; i < end; ++i)
       if (packed_.stage(i).pooled_columns != 0)
-        for (int m = 0; m < static_cast<int>(meshes.instances.size()); ++m) add_pooled_sources(i, m, sweep.over_pose);
+        for (int m = 0; m < static_cast<int>(batch.meshes.size()); ++m) add_pooled_sources(i, m, sweep.over_pose);
   }
 
   /// Elements of a mesh's biases that hold pooled sources' products.
@@ -131,11 +131,11 @@ class Forward : View<T> {
   }
 
   /// Room for what each group contributes to moments and maxima.
-  void place_partials(const graph::Sweep& sweep, const MeshBatch<T>& meshes) {
+  void place_partials(const graph::Sweep& sweep, const MeshBatch<T>& batch) {
     std::size_t total = 0;
     const auto place = [&](std::size_t& offset, int channels) {
       offset = total;
-      total += meshes.items.size() * index(channels);
+      total += batch.items.size() * index(channels);
     };
     for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i) {
       const Stage& stage = program_.stage(i);
@@ -262,7 +262,7 @@ class Forward : View<T> {
     const Args args = this->arguments(stage.epilogue, stage.output, task);
     T* out = this->output_tile(stage.output, task);
     const std::size_t out_stride = kernel::panel_stride<T>(stage.rows);
-    const T* bias = packed_.stage(i).pooled_columns == 0 ? weights.bias() : mesh_biases(i, task.item.instance);
+    const T* bias = packed_.stage(i).pooled_columns == 0 ? weights.bias() : mesh_biases(i, task.item.mesh);
     const kernel::RowTransform<T> transform = transforms_.epilogue[index(stage.epilogue.signature)];
     alignas(simd_alignment) T raw[index(kernel::ProductWeights<T>::tallest_block) * kernel::panel_width<T>];
 
@@ -292,7 +292,7 @@ class Forward : View<T> {
       gather(i, task, row, weights.rows(b), out + index(row) * kernel::panel_width<T>, out_stride);
     }
     if (stage.output == program_.output) {
-      T* result = task.meshes.instances[index(task.item.instance)].result.data();
+      T* result = task.batch.meshes[index(task.item.mesh)].result.data();
       kernel::join_coordinates(out, task.item.valid, result + 3 * index(task.item.group) * kernel::group_width);
     }
   }
@@ -311,13 +311,13 @@ class Forward : View<T> {
 
   // ---- the barrier ----
 
-  void merge(int i, const MeshBatch<T>& meshes, bool over_pose) {
+  void merge(int i, const MeshBatch<T>& batch, bool over_pose) {
     const Stage& stage = program_.stage(i);
     const Partial& partial = partial_[index(i)];
-    const int count = static_cast<int>(meshes.instances.size());
+    const int count = static_cast<int>(batch.meshes.size());
     if (program_.activation(stage.output).moments) {
       for (int m = 0; m < count; ++m) {
-        const Instance<T>& mesh = meshes.instances[index(m)];
+        const BatchMesh<T>& mesh = batch.meshes[index(m)];
         const std::size_t first = index(mesh.first_item) * index(stage.rows);
         T* mean = this->own_values_of(stage.output).of(m);
         kernel::merge_moments(memory_.partial.data() + partial.mean + first,
@@ -328,13 +328,13 @@ class Forward : View<T> {
     if (stage.gathers_maxima)
       for (int t = 0; t < program_.activation_count; ++t)
         if (program_.activation(t).pooled_from == stage.output)
-          for (int m = 0; m < count; ++m) pool(t, partial.maximum, meshes, m, over_pose);
+          for (int m = 0; m < count; ++m) pool(t, partial.maximum, batch, m, over_pose);
   }
 
   /// The groups' maxima merged, then the layers that stand between convolution and max_pool.
-  void pool(int t, std::size_t maxima_offset, const MeshBatch<T>& meshes, int m, bool over_pose) {
+  void pool(int t, std::size_t maxima_offset, const MeshBatch<T>& batch, int m, bool over_pose) {
     const Activation& activation = program_.activation(t);
-    const Instance<T>& mesh = meshes.instances[index(m)];
+    const BatchMesh<T>& mesh = batch.meshes[index(m)];
     T* pooled = this->own_values_of(t).of(m);  // a tile of one panel, of which only the first lane counts
     const T* maxima = memory_.partial.data() + maxima_offset + index(mesh.first_item) * index(activation.channels);
     for (int c = 0; c < activation.channels; ++c) {
@@ -344,7 +344,7 @@ class Forward : View<T> {
       pooled[index(c) * kernel::panel_width<T>] = best;
     }
     const Args args = this->arguments(activation.chain, activation.pooled_from,
-                                      {.meshes = meshes, .over_pose = over_pose, .number = 0, .item = {m, 0, 0}});
+                                      {.batch = batch, .over_pose = over_pose, .number = 0, .item = {m, 0, 0}});
     transforms_.epilogue[index(activation.chain.signature)]({.from = pooled,
                                                              .to = pooled,
                                                              .from_stride = 0,

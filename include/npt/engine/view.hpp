@@ -16,9 +16,9 @@ namespace npt::inline NPT_ABI::engine {
 /// One group of vertices that a thread carries through a sweep.
 template <class T>
 struct Task {
-  const MeshBatch<T>& meshes;  ///< over which the sweep runs
-  bool over_pose;              ///< they are the poses
-  std::size_t number;          ///< of the group among all of these meshes'
+  const MeshBatch<T>& batch;  ///< over which the sweep runs
+  bool over_pose;             ///< they are the poses
+  std::size_t number;         ///< of the group among all of these meshes'
   Item item;
   // the thread's own memory:
   T* scratch = nullptr;           ///< the program's scratch tiles
@@ -47,14 +47,14 @@ class View {
   }
 
   /// Makes room for a pass over `meshes` by an executor of so many slots.
-  void prepare(const MeshBatch<T>& meshes, bool over_pose, int slots) {
+  void prepare(const MeshBatch<T>& batch, bool over_pose, int slots) {
     if (over_pose)
       for (const Activation& a : program_.activations)
-        if (a.storage == Storage::code) own_code_->tiles[index(a.place)].grow_to(meshes.items.size() * code_stride(a));
+        if (a.storage == Storage::code) own_code_->tiles[index(a.place)].grow_to(batch.items.size() * code_stride(a));
     for (int b = 0; b < program_.buffer_count; ++b) {
       const bool consume = !over_pose && own_code_ != nullptr && b == program_.code_alias;
       buffer_stride_[index(b)] = buffer_stride(b, over_pose);
-      if (!consume) memory_.buffers[index(b)].grow_to(meshes.items.size() * buffer_stride_[index(b)]);
+      if (!consume) memory_.buffers[index(b)].grow_to(batch.items.size() * buffer_stride_[index(b)]);
       buffer_[index(b)] = consume ? own_code_->tiles[0].data() : memory_.buffers[index(b)].data();
     }
     scratch_stride_ = 0;
@@ -74,17 +74,17 @@ class View {
       values.stride = activation.storage == Storage::pooled ? index(activation.channels) * kernel::panel_width<T>
                       : activation.moments                  ? 2 * index(activation.channels)
                                                             : 0;
-      values.values.grow_to(meshes.instances.size() * values.stride);
+      values.values.grow_to(batch.meshes.size() * values.stride);
     }
     memory_.sums.grow_to(2 * index(widest));
   }
 
   /// The task of group `number` on an executor's slot.
-  Task<T> task(const MeshBatch<T>& meshes, bool over_pose, int number, int slot) {
-    return {.meshes = meshes,
+  Task<T> task(const MeshBatch<T>& batch, bool over_pose, int number, int slot) {
+    return {.batch = batch,
             .over_pose = over_pose,
             .number = index(number),
-            .item = meshes.items[index(number)],
+            .item = batch.items[index(number)],
             .scratch = memory_.scratch.data() + index(slot) * scratch_stride_,
             .words = memory_.words.data() + index(slot) * packed_.operand_words(),
             .values = memory_.operands.data() + index(slot) * packed_.operand_values()};
@@ -102,7 +102,7 @@ class View {
   /// The mesh of an activation's own side that mesh number `mesh` of the running side meets.
   int mesh_of(const Activation& a, int mesh, bool over_pose) const {
     if (over_pose || !a.from_pose) return mesh;
-    return memory_.identity.instances[index(mesh)].code;
+    return memory_.identity.meshes[index(mesh)].code;
   }
 
   /// Where the stage that runs writes its output.
@@ -150,7 +150,7 @@ class View {
         if (step.parameters[k] >= 0) a.parameters[k] = packed_.pointwise_parameters() + step.parameters[k];
       if (step.normalises) {
         const Activation& activation = program_.activation(t);
-        a.mean = values_of(t).of(mesh_of(activation, task.item.instance, task.over_pose));
+        a.mean = values_of(t).of(mesh_of(activation, task.item.mesh, task.over_pose));
         a.inverse_deviation = a.mean + activation.channels;
       }
       if (step.other >= 0) {
@@ -169,7 +169,7 @@ class View {
   /// Number of the task's group on the activation's own side.
   std::size_t number_of(const Activation& a, const Task<T>& task) const {
     if (task.over_pose || !a.from_pose) return task.number;
-    return index(code_->first_item[index(mesh_of(a, task.item.instance, task.over_pose))] + task.item.group);
+    return index(code_->first_item[index(mesh_of(a, task.item.mesh, task.over_pose))] + task.item.group);
   }
 
   /// The feature map that the decoder overwrites must have the wider of both strides.

@@ -15,48 +15,48 @@
 
 namespace npt::inline NPT_ABI::engine {
 
-/// One mesh of a batch on one side, pose or identity.
+/// One mesh of a batch: a pose or an identity.
 template <class T>
-struct Instance {
+struct BatchMesh {
   std::span<const T> coordinates;  ///< [V, 3]
   std::span<T> result;             ///< [V, 3], identities only
   int vertices = 0;
-  int first_item = 0;  ///< number of its first group among all groups of the side
+  int first_item = 0;  ///< number of its first group among all of its MeshBatch
   int code = 0;        ///< identities: the pose that it takes
 };
 
 /// One group of one mesh: what a task works on.
 struct Item {
-  int instance;
+  int mesh;
   int group;
   int valid;  ///< vertices in the group
 };
 
-/// The meshes of one side and their groups.
+/// The poses of a batch, or its identities, and their groups of vertices.
 template <class T>
 struct MeshBatch {
-  std::vector<Instance<T>> instances;
+  std::vector<BatchMesh<T>> meshes;
   std::vector<Item> items;
 
   void clear() {
-    instances.clear();
+    meshes.clear();
     items.clear();
   }
-  void add(Instance<T> instance) {
-    instance.vertices = static_cast<int>(instance.coordinates.size() / 3);
-    instance.first_item = static_cast<int>(items.size());
-    for (int g = 0; g < kernel::group_count(instance.vertices); ++g) {
+  void add(BatchMesh<T> mesh) {
+    mesh.vertices = static_cast<int>(mesh.coordinates.size() / 3);
+    mesh.first_item = static_cast<int>(items.size());
+    for (int g = 0; g < kernel::group_count(mesh.vertices); ++g) {
       const int before = g * kernel::group_width;
-      const int rest = instance.vertices - before;
-      items.push_back({static_cast<int>(instances.size()), g, rest < kernel::group_width ? rest : kernel::group_width});
+      const int rest = mesh.vertices - before;
+      items.push_back({static_cast<int>(meshes.size()), g, rest < kernel::group_width ? rest : kernel::group_width});
     }
-    instances.push_back(instance);
+    meshes.push_back(mesh);
   }
   /// Coordinates to tiles [items].
   void split(AlignedBuffer<T>& tiles) const {
     tiles.grow_to(items.size() * kernel::tile_size(3));
     for (std::size_t i = 0; i < items.size(); ++i) {
-      const T* xyz = instances[static_cast<std::size_t>(items[i].instance)].coordinates.data() +
+      const T* xyz = meshes[static_cast<std::size_t>(items[i].mesh)].coordinates.data() +
                      3 * static_cast<std::size_t>(items[i].group) * kernel::group_width;
       kernel::split_coordinates(xyz, items[i].valid, tiles.data() + i * kernel::tile_size(3));
     }
@@ -69,8 +69,8 @@ template <class T>
 struct MeshValues {
   AlignedBuffer<T> values;
   std::size_t stride = 0;  ///< elements a mesh
-  T* of(int instance) { return values.data() + static_cast<std::size_t>(instance) * stride; }
-  const T* of(int instance) const { return values.data() + static_cast<std::size_t>(instance) * stride; }
+  T* of(int mesh) { return values.data() + static_cast<std::size_t>(mesh) * stride; }
+  const T* of(int mesh) const { return values.data() + static_cast<std::size_t>(mesh) * stride; }
 };
 
 /// What the encoder leaves for the decoder, for one or several poses: feature maps, moments, pooled features.

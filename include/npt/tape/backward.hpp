@@ -94,28 +94,29 @@ class Backward : Merge<T> {
           used = used || (tape_.adjoint(p).buffer == b && wanted(p) &&
                           tape_.activation(tape_.adjoint(p).activation).from_pose == (side == 0));
         if (used)
-          memory_.buffers[side][index(b)].grow_to(
-              this->side_of(side == 0).items.size() * kernel::tile_size(tape_.buffer_channels[side][index(b)]) + slack);
+          memory_.buffers[side][index(b)].grow_to(this->batch_of(side == 0).items.size() *
+                                                      kernel::tile_size(tape_.buffer_channels[side][index(b)]) +
+                                                  slack);
       }
     for (int p = 0; p < tape_.adjoint_count; ++p) {
       const Adjoint& adjoint = tape_.adjoint(p);
       const Activation& activation = tape_.activation(adjoint.activation);
-      const engine::MeshBatch<T>& side = this->side_of(activation.from_pose);
+      const engine::MeshBatch<T>& batch = this->batch_of(activation.from_pose);
       if (adjoint.normalises) {
-        const std::size_t size = side.items.size() * 2 * index(activation.channels);
+        const std::size_t size = batch.items.size() * 2 * index(activation.channels);
         memory_.norm_partials[index(p)].grow_to(size);
         if (adjoint.starts_at_zero)
           std::fill(memory_.norm_partials[index(p)].data(), memory_.norm_partials[index(p)].data() + size, T(0));
-        memory_.norm_gradients[index(p)].grow_to(side.instances.size() * 2 * index(activation.channels));
+        memory_.norm_gradients[index(p)].grow_to(batch.meshes.size() * 2 * index(activation.channels));
       }
       if (adjoint.starts_at_zero && wanted(p)) {
         T* first = memory_.buffers[activation.from_pose ? 0 : 1][index(adjoint.buffer)].data();
-        std::fill(first, first + side.items.size() * kernel::tile_size(activation.channels), T(0));
+        std::fill(first, first + batch.items.size() * kernel::tile_size(activation.channels), T(0));
       }
     }
     for (int t = 0; t < tape_.activation_count; ++t) {
       if (!this->pooled(t)) continue;
-      const std::size_t size = this->side_of(tape_.activation(t).from_pose).instances.size() *
+      const std::size_t size = this->batch_of(tape_.activation(t).from_pose).meshes.size() *
                                kernel::panel_stride<T>(tape_.activation(t).channels);
       memory_.pooled_gradients[index(t)].grow_to(size);
       memory_.maximum_gradients[index(t)].grow_to(size);
@@ -167,18 +168,18 @@ class Backward : Merge<T> {
   template <class Shape, Executor E>
   void run_stage(int i, const Shape& shape, const E& executor) {
     const Stage& stage = tape_.stage(i);
-    const engine::MeshBatch<T>& side = this->side_of(stage.from_pose);
+    const engine::MeshBatch<T>& batch = this->batch_of(stage.from_pose);
     reads_pooled_ = stage.operand_rows != stage.columns;
-    this->for_each_adjoint(stage.output, [&](int p) { this->merge_adjoint(p, side, executor); });
-    if (reads_pooled_) memory_.bias_partial.grow_to(side.items.size() * index(stage.rows));
-    const ChunkLayout layout = lay_out(stage, shape, static_cast<int>(side.items.size()));
+    this->for_each_adjoint(stage.output, [&](int p) { this->merge_adjoint(p, batch, executor); });
+    if (reads_pooled_) memory_.bias_partial.grow_to(batch.items.size() * index(stage.rows));
+    const ChunkLayout layout = lay_out(stage, shape, static_cast<int>(batch.items.size()));
     memory_.chunks.grow_to(layout.size * index(layout.count));
     executor.for_each(layout.count, [&](int chunk, int slot) {
       run_chunk(i, shape, layout, chunk, memory_.scratch.data() + index(slot) * memory_.scratch_stride,
                 this->words_of(slot));
     });
     this->merge_chunks(i, shape, layout, executor);
-    if (reads_pooled_) this->take_to_pooled(stage, side, executor);
+    if (reads_pooled_) this->take_to_pooled(stage, batch, executor);
   }
 
   template <class Shape>
@@ -237,11 +238,11 @@ class Backward : Merge<T> {
   template <class Product>
   void run_groups(const ChunkTask& chunk_task, int chunk, Product& product) {
     const Stage& stage = chunk_task.stage;
-    const engine::MeshBatch<T>& side = this->side_of(stage.from_pose);
+    const engine::MeshBatch<T>& batch = this->batch_of(stage.from_pose);
     const int items = chunk_task.layout.items;
     bool propagates = false;  // to a path that wants it
     for (int r = 0; r < stage.path_count; ++r) propagates = propagates || wants(stage.paths[index(r)]);
-    const int last = std::min(static_cast<int>(side.items.size()), (chunk + 1) * items);
+    const int last = std::min(static_cast<int>(batch.items.size()), (chunk + 1) * items);
     for (int number = chunk * items; number < last; ++number) {
       const Task task = this->task(stage, index(number));
       if (stage.product)
@@ -267,7 +268,7 @@ class Backward : Merge<T> {
     T *const tile = chunk.tile, *const spare = chunk.spare;
     if (chunk.i == tape_.stage_count - 1) {
       kernel::split_coordinates(
-          gradients_.result[index(task.item.instance)].data() + 3 * index(task.item.group) * kernel::group_width,
+          gradients_.result[index(task.item.mesh)].data() + 3 * index(task.item.group) * kernel::group_width,
           task.item.valid, tile);
       return tile;
     }
@@ -298,8 +299,8 @@ class Backward : Merge<T> {
   /// Adds what a maximum leaves to the vertices that had it.
   void scatter_to_maxima(int t, const engine::Item& item, T* tile) const {
     const int channels = tape_.activation(t).channels;
-    const int* argmax = memory_.argmax[index(t)].data() + index(item.instance) * index(channels);
-    const T* gradient = this->panel(memory_.maximum_gradients[index(t)], channels, item.instance);
+    const int* argmax = memory_.argmax[index(t)].data() + index(item.mesh) * index(channels);
+    const T* gradient = this->panel(memory_.maximum_gradients[index(t)], channels, item.mesh);
     for (int c = 0; c < channels; ++c) {
       const int v = argmax[c] - item.group * kernel::group_width;
       if (v < 0 || v >= item.valid) continue;
@@ -315,8 +316,8 @@ class Backward : Merge<T> {
     const Adjoint& adjoint = tape_.adjoint(p);
     const std::size_t stride = kernel::panel_stride<T>(stage.rows);
     const Args args = this->arguments(adjoint.prefix, -1, task);
-    const T* moments = this->statistics(p, task.item.instance);
-    const T* means = this->norm_gradient(p, task.item.instance);
+    const T* moments = this->statistics(p, task.item.mesh);
+    const T* means = this->norm_gradient(p, task.item.mesh);
     const T* values = this->tile(stage.output, task);
     // Other's gradients of layers in front of a norm are not kept: lowering stores such an input first.
     this->loops(adjoint.prefix)
@@ -427,13 +428,13 @@ class Backward : Merge<T> {
 
   void leave_input_gradients(int t, std::span<const std::span<T>> to) const {
     if (to.empty()) return;
-    const engine::MeshBatch<T>& side = this->side_of(t == 0);
+    const engine::MeshBatch<T>& batch = this->batch_of(t == 0);
     for (const std::span<T>& gradient : to) std::fill(gradient.begin(), gradient.end(), T(0));
     this->for_each_adjoint(t, [&](int p) {
-      for (std::size_t number = 0; number < side.items.size(); ++number) {
-        const engine::Item& item = side.items[number];
+      for (std::size_t number = 0; number < batch.items.size(); ++number) {
+        const engine::Item& item = batch.items[number];
         kernel::join_coordinates(this->gradient_tile(p, {item, number, t == 0}), item.valid,
-                                 to[index(item.instance)].data() + 3 * index(item.group) * kernel::group_width);
+                                 to[index(item.mesh)].data() + 3 * index(item.group) * kernel::group_width);
       }
     });
   }

@@ -23,7 +23,7 @@ class Forward : View<T> {
   void run(const E& executor) {
     prepare(executor.slots());
     for (int t = 0; t < tape_.activation_count; ++t)
-      if (tape_.activation(t).input >= 0) this->side_of(t == 0).split(memory_.maps[index(t)]);
+      if (tape_.activation(t).input >= 0) this->batch_of(t == 0).split(memory_.maps[index(t)]);
     for (int i = 0; i < tape_.stage_count; ++i) run_stage(i, executor);
   }
 
@@ -39,19 +39,19 @@ class Forward : View<T> {
     int widest = 0;
     for (int t = 0; t < tape_.activation_count; ++t) {
       const Activation& activation = tape_.activation(t);
-      const engine::MeshBatch<T>& side = this->side_of(activation.from_pose);
+      const engine::MeshBatch<T>& batch = this->batch_of(activation.from_pose);
       widest = std::max(widest, activation.channels);
       if (this->pooled(t)) {
-        memory_.maps[index(t)].grow_to(side.instances.size() * 2 * kernel::panel_stride<T>(activation.channels));
-        memory_.argmax[index(t)].grow_to(side.instances.size() * index(activation.channels));
+        memory_.maps[index(t)].grow_to(batch.meshes.size() * 2 * kernel::panel_stride<T>(activation.channels));
+        memory_.argmax[index(t)].grow_to(batch.meshes.size() * index(activation.channels));
       } else {
-        memory_.maps[index(t)].grow_to(side.items.size() * kernel::tile_size(activation.channels) + slack);
+        memory_.maps[index(t)].grow_to(batch.items.size() * kernel::tile_size(activation.channels) + slack);
       }
     }
     for (int p = 0; p < tape_.adjoint_count; ++p) {
       const Activation& activation = tape_.activation(tape_.adjoint(p).activation);
       if (tape_.adjoint(p).normalises)
-        memory_.statistics[index(p)].grow_to(this->side_of(activation.from_pose).instances.size() * 2 *
+        memory_.statistics[index(p)].grow_to(this->batch_of(activation.from_pose).meshes.size() * 2 *
                                              index(activation.channels));
     }
     for (int i = 0; i < tape_.stage_count; ++i)
@@ -79,8 +79,8 @@ class Forward : View<T> {
   template <Executor E>
   void run_stage(int i, const E& executor) {
     const Stage& stage = tape_.stage(i);
-    const engine::MeshBatch<T>& side = this->side_of(stage.from_pose);
-    array_size_ = side.items.size() * index(stage.rows);
+    const engine::MeshBatch<T>& batch = this->batch_of(stage.from_pose);
+    array_size_ = batch.items.size() * index(stage.rows);
     std::size_t arrays = 0;
     for_each_adjoint(stage.output, [&](int p) {
       partial_[index(p)] = arrays * array_size_;
@@ -89,12 +89,12 @@ class Forward : View<T> {
     for_each_pool(stage.output, [&](int t) { pool_partial_[index(t)] = arrays++ * array_size_; });
     memory_.partial.grow_to(arrays * array_size_);
     add_pooled(i, executor);
-    executor.for_each(static_cast<int>(side.items.size()), [&](int number, int slot) {
+    executor.for_each(static_cast<int>(batch.items.size()), [&](int number, int slot) {
       run_task(i, this->task(stage, index(number)), memory_.scratch.data() + index(slot) * memory_.scratch_stride,
                this->words_of(slot));
     });
-    executor.for_each(static_cast<int>(side.instances.size()),
-                      [&](int mesh, int slot) { merge(stage, side, mesh, slot); });
+    executor.for_each(static_cast<int>(batch.meshes.size()),
+                      [&](int mesh, int slot) { merge(stage, batch, mesh, slot); });
   }
 
   /// Biases with the products of pooled features, for every mesh.
@@ -103,11 +103,11 @@ class Forward : View<T> {
     const Stage& stage = tape_.stage(i);
     has_pooled_ = stage.operand_rows != stage.columns;
     if (!has_pooled_) return;
-    const std::size_t meshes = this->side_of(stage.from_pose).instances.size();
+    const std::size_t count = this->batch_of(stage.from_pose).meshes.size();
     const kernel::ProductWeights<T>& packed = memory_.weights[index(i)].forward;
     bias_stride_ = index(stage.rows) * index(packed.bias_width());
-    memory_.bias.grow_to(meshes * bias_stride_ + kernel::bias_slack);
-    executor.for_each(static_cast<int>(meshes), [&](int mesh, int) {
+    memory_.bias.grow_to(count * bias_stride_ + kernel::bias_slack);
+    executor.for_each(static_cast<int>(count), [&](int mesh, int) {
       T* bias = memory_.bias.data() + index(mesh) * bias_stride_;
       for (int row = 0; row < stage.rows; ++row) {
         T sum = memory_.parameters[index(stage.bias + row)];
@@ -133,7 +133,7 @@ class Forward : View<T> {
         gather(stage, task, row, std::min(kernel::max_tile_rows, stage.rows - row), out);
       if (i == tape_.stage_count - 1)
         kernel::join_coordinates(out, task.item.valid,
-                                 memory_.identity.instances[index(task.item.instance)].result.data() +
+                                 memory_.identity.meshes[index(task.item.mesh)].result.data() +
                                      3 * index(task.item.group) * kernel::group_width);
       return;
     }
@@ -141,7 +141,7 @@ class Forward : View<T> {
     [[maybe_unused]] const kernel::ProductScope scope(weights.format());
     const kernel::GroupProduct<T> product(weights, this->operand(stage, task, scratch), task.item.valid, words);
     const std::size_t out_stride = kernel::panel_stride<T>(stage.rows);
-    const T* bias = has_pooled_ ? memory_.bias.data() + index(task.item.instance) * bias_stride_ : weights.bias();
+    const T* bias = has_pooled_ ? memory_.bias.data() + index(task.item.mesh) * bias_stride_ : weights.bias();
     for (int b = 0; b < weights.block_count(); ++b) {
       const int row = weights.first_row(b);
       for (int p = 0; p < kernel::used_panels<T>(task.item.valid); ++p)
@@ -183,8 +183,8 @@ class Forward : View<T> {
     });
   }
 
-  void merge(const Stage& stage, const engine::MeshBatch<T>& side, int mesh, int slot) {
-    const engine::Instance<T>& instance = side.instances[index(mesh)];
+  void merge(const Stage& stage, const engine::MeshBatch<T>& batch, int mesh, int slot) {
+    const engine::BatchMesh<T>& instance = batch.meshes[index(mesh)];
     const std::size_t first = index(instance.first_item) * index(stage.rows);
     for_each_adjoint(stage.output, [&](int p) {
       T* mean = this->statistics(p, mesh);
@@ -195,7 +195,7 @@ class Forward : View<T> {
     for_each_pool(stage.output, [&](int t) { merge_pool(stage, instance, t, mesh, first); });
   }
   /// The first vertex of the group at which channel c has that value.
-  int vertex_of(const Stage& stage, const engine::Instance<T>& instance, int group, int c, T value) const {
+  int vertex_of(const Stage& stage, const engine::BatchMesh<T>& instance, int group, int c, T value) const {
     const T* row = memory_.maps[index(stage.output)].data() +
                    index(instance.first_item + group) * kernel::tile_size(stage.rows) +
                    index(c) * kernel::panel_width<T>;
@@ -208,7 +208,7 @@ class Forward : View<T> {
     return before + v;
   }
 
-  void merge_pool(const Stage& stage, const engine::Instance<T>& instance, int t, int mesh, std::size_t first) {
+  void merge_pool(const Stage& stage, const engine::BatchMesh<T>& instance, int t, int mesh, std::size_t first) {
     const Activation& activation = tape_.activation(t);
     const T* maxima = memory_.partial.data() + pool_partial_[index(t)] + first;
     T* raw = this->pooled_maxima(t, mesh);

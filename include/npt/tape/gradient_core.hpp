@@ -97,7 +97,7 @@ class GradientCore {
   }
   /// Leaves the gradients of the meshes too, where they are asked for.
   void backward(const BatchGradients<T>& gradients) {
-    const auto& pairs = memory_->identity.instances;
+    const auto& pairs = memory_->identity.meshes;
     expect("parameter gradient", gradients.parameters.size(), parameter_count_);
     expect("result gradients", gradients.result.size(), pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -149,11 +149,11 @@ class GradientCore {
       throw Error({.file = what, .found = std::to_string(found), .expected = std::to_string(expected)});
   }
   static void check_meshes(const char* what, std::span<const std::span<T>> gradients,
-                           const engine::MeshBatch<T>& side) {
+                           const engine::MeshBatch<T>& batch) {
     if (gradients.empty()) return;
-    expect(what, gradients.size(), side.instances.size());
+    expect(what, gradients.size(), batch.meshes.size());
     for (std::size_t i = 0; i < gradients.size(); ++i)
-      expect(what, gradients[i].size(), side.instances[i].coordinates.size());
+      expect(what, gradients[i].size(), batch.meshes[i].coordinates.size());
   }
   const Tape* tape_;
   std::size_t parameter_count_;

@@ -65,12 +65,12 @@ class Merge : protected View<T> {
   /// The two means of an adjoint's gradients that its norm's derivative needs, and the gradients that maxima leave
   /// there.
   template <Executor E>
-  void merge_adjoint(int p, const engine::MeshBatch<T>& side, const E& executor) {
+  void merge_adjoint(int p, const engine::MeshBatch<T>& batch, const E& executor) {
     const Adjoint& adjoint = tape_.adjoint(p);
     const int channels = tape_.activation(adjoint.activation).channels;
     if (adjoint.normalises)
-      executor.for_each(static_cast<int>(side.instances.size()), [&](int mesh, int) {
-        const engine::Instance<T>& instance = side.instances[index(mesh)];
+      executor.for_each(static_cast<int>(batch.meshes.size()), [&](int mesh, int) {
+        const engine::BatchMesh<T>& instance = batch.meshes[index(mesh)];
         T* NPT_RESTRICT means = norm_gradient(p, mesh);
         const std::size_t width = 2 * index(channels);
         std::fill(means, means + width, T(0));
@@ -82,11 +82,11 @@ class Merge : protected View<T> {
           }
       });
     for_each_pool(p, [&](int t) {
-      for (int mesh = 0; mesh < static_cast<int>(side.instances.size()); ++mesh) take_through_pool(t, p, mesh);
+      for (int mesh = 0; mesh < static_cast<int>(batch.meshes.size()); ++mesh) take_through_pool(t, p, mesh);
     });
     if (adjoint.normalises)
-      for (int mesh = 0; mesh < static_cast<int>(side.instances.size()); ++mesh) {
-        const T share = T(1) / static_cast<T>(side.instances[index(mesh)].vertices);
+      for (int mesh = 0; mesh < static_cast<int>(batch.meshes.size()); ++mesh) {
+        const T share = T(1) / static_cast<T>(batch.meshes[index(mesh)].vertices);
         T* means = norm_gradient(p, mesh);
         for (int k = 0; k < 2 * channels; ++k) means[k] *= share;
       }
@@ -120,11 +120,11 @@ class Merge : protected View<T> {
 
   /// The gradients of pooled features and of the weights that they meet.
   template <Executor E>
-  void take_to_pooled(const Stage& stage, const engine::MeshBatch<T>& side, const E& executor) {
-    const std::size_t meshes = side.instances.size();
-    memory_.mesh_bias.grow_to(meshes * index(stage.rows));
-    executor.for_each(static_cast<int>(meshes), [&](int mesh, int) {
-      const engine::Instance<T>& instance = side.instances[index(mesh)];
+  void take_to_pooled(const Stage& stage, const engine::MeshBatch<T>& batch, const E& executor) {
+    const std::size_t count = batch.meshes.size();
+    memory_.mesh_bias.grow_to(count * index(stage.rows));
+    executor.for_each(static_cast<int>(count), [&](int mesh, int) {
+      const engine::BatchMesh<T>& instance = batch.meshes[index(mesh)];
       T* NPT_RESTRICT bias = memory_.mesh_bias.data() + index(mesh) * index(stage.rows);
       std::fill(bias, bias + stage.rows, T(0));
       for (int g = 0; g < kernel::group_count(instance.vertices); ++g) {
@@ -147,7 +147,7 @@ class Merge : protected View<T> {
       for (int r = 0; r < stage.path_count; ++r) {
         const ReadPath& path = stage.paths[index(r)];
         if (!this->pooled(path.activation)) continue;
-        for (int mesh = 0; mesh < static_cast<int>(meshes); ++mesh) {
+        for (int mesh = 0; mesh < static_cast<int>(count); ++mesh) {
           const T* feature = this->pooled_feature(path.activation, mesh);
           for (int row = s * strip; row < std::min(stage.rows, (s + 1) * strip); ++row) {
             T* gradient = gradients_.parameters.data() + stage.weight + row * stage.columns + path.column;

@@ -37,19 +37,19 @@ class View {
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
   Task task(const Stage& stage, std::size_t number) const {
-    return {side_of(stage.from_pose).items[number], number, stage.from_pose};
+    return {batch_of(stage.from_pose).items[number], number, stage.from_pose};
   }
   /// For what is done once a mesh, to a tile of one vertex.
   static Task mesh_task(int mesh, bool over_pose) { return {{mesh, 0, 1}, 0, over_pose}; }
 
-  const engine::MeshBatch<T>& side_of(bool pose) const { return pose ? memory_.pose : memory_.identity; }
+  const engine::MeshBatch<T>& batch_of(bool pose) const { return pose ? memory_.pose : memory_.identity; }
   const ChainLoops<T>& loops(const Chain& chain) const { return loops_[index(chain.signature)]; }
   bool pooled(int t) const { return tape_.activation(t).pooled_from >= 0; }
 
   /// Number on the activation's own side of the item that a running item meets there.
   std::size_t item_on(const Activation& t, const Task& task) const {
     if (task.over_pose || !t.from_pose) return task.number;
-    return index(memory_.pose.instances[index(task.item.instance)].first_item + task.item.group);
+    return index(memory_.pose.meshes[index(task.item.mesh)].first_item + task.item.group);
   }
   T* tile(int t, const Task& task) const {
     const Activation& activation = tape_.activation(t);
@@ -80,7 +80,7 @@ class View {
       for (std::size_t k = 0; k < step.parameters.size(); ++k)
         if (step.parameters[k] >= 0) a.parameters[k] = memory_.parameters.data() + step.parameters[k];
       if (step.normalises && adjoint >= 0) {
-        a.mean = statistics(adjoint, task.item.instance);
+        a.mean = statistics(adjoint, task.item.mesh);
         a.inverse_deviation = a.mean + tape_.activation(tape_.adjoint(adjoint).activation).channels;
       }
       if (step.other >= 0) {
