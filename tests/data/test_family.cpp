@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "io/scratch.hpp"
+#include "support/needs.hpp"
 
 namespace {
 
@@ -348,12 +349,8 @@ TEST_CASE("folders that are no family are refused, with the file's name") {
   CHECK(scratch::error_of([] { npt::load_family("nowhere/at/all"); }).find("nowhere/at/all") != std::string::npos);
 }
 
-TEST_CASE("the animals, where they are") {
+TEST_CASE("the animals, where they are" * support::needs_shared("data/animals")) {
   const fs::path folder = fs::path(NPT_SHARED) / "data/animals";
-  if (!fs::is_directory(folder)) {
-    MESSAGE("skipped: no " << folder);
-    return;
-  }
   const auto family = std::make_shared<const npt::Family>(npt::load_family(folder));
   CHECK(family->species.size() == 7);
   const npt::FamilySampler sampler(family, {"Walk"}, {});

@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "support/needs.hpp"
+
 namespace {
 
 using npt::Mesh;
@@ -88,10 +90,9 @@ TEST_CASE("a body that gets its own pose follows exactly, whatever the vertex or
 TEST_CASE("the protocol's error is far below the paper's 6.7e-4") {
   CHECK(figure(npt::mannequin(), 13, npt::ThirdMesh::rest) < 0.2e-4);
   CHECK(figure(npt::mannequin(), 5, npt::ThirdMesh::identity_pose) < 3e-4);
+}
+
+TEST_CASE("and so it is on a body made elsewhere" * support::needs_shared("data/human_6890.safetensors")) {
   const std::filesystem::path human = std::string(NPT_SHARED) + "/data/human_6890.safetensors";
-  if (!std::filesystem::exists(human)) {
-    MESSAGE("skipped: no human_6890.safetensors");
-    return;
-  }
   CHECK(figure(npt::load_body(human), 13, npt::ThirdMesh::rest) < 1e-4);
 }

@@ -19,6 +19,8 @@
 #include <string>
 #include <vector>
 
+#include "support/needs.hpp"
+
 namespace {
 
 using npt::Vec3d;
@@ -79,12 +81,8 @@ TEST_CASE("bodies made by the model come back from shuffled vertices to 5 mm RMS
   }
 }
 
-TEST_CASE("so do bodies of a model made elsewhere") {
+TEST_CASE("so do bodies of a model made elsewhere" * support::needs_shared("data/human_6890.safetensors")) {
   const std::filesystem::path file = std::string(NPT_SHARED) + "/data/human_6890.safetensors";
-  if (!std::filesystem::exists(file)) {
-    MESSAGE("skipped: no ", file.string());
-    return;
-  }
   const auto model = std::make_shared<const npt::BodyModel>(npt::load_body(file));
   const npt::BodyFitter fitter(model);
   for (const std::uint64_t seed : {11U, 12U}) {

@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "support/needs.hpp"
+
 namespace kernel = npt::kernel;
 
 namespace {
@@ -56,11 +58,7 @@ double product_error(int rows, int columns, int parts, bool biased = true, int v
 
 }  // namespace
 
-TEST_CASE("products on matrix registers are as exact as their parts") {
-  if (!npt::simd::has_matrix_registers()) {
-    MESSAGE("no matrix registers here");
-    return;
-  }
+TEST_CASE("products on matrix registers are as exact as their parts" * support::needs_matrix_registers()) {
   for (const int rows : {1, 15, 16, 17, 32, 33, 131})
     for (const int columns : {1, 2, 31, 32, 33, 131}) {
       CAPTURE(rows);
@@ -75,8 +73,7 @@ TEST_CASE("products on matrix registers are as exact as their parts") {
   CHECK(product_error(64, 64, 2, false, 1) < 0x1p-14);
 }
 
-TEST_CASE("matrix registers keep NaN and infinity where they are") {
-  if (!npt::simd::has_matrix_registers()) return;
+TEST_CASE("matrix registers keep NaN and infinity where they are" * support::needs_matrix_registers()) {
   constexpr int channels = 5;
   for (int parts = 1; parts <= kernel::max_parts; ++parts) {
     const kernel::AmxWeights packed(

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "processor/features.hpp"
+#include "support/needs.hpp"
 
 #include <sys/wait.h>
 
@@ -38,8 +39,9 @@ TEST_CASE("what is missing is named, all of it and nothing else") {
 TEST_CASE("a line that is too short is cut") { CHECK(complaint(1, 0, 10) == "npt: error"); }
 
 #if defined(NPT_GUARDED)
-TEST_CASE("a program that needs what the processor lacks ends with a message before it begins") {
-  if ((program::processor_features() >> program::avx512er & 1U) != 0) return;
+TEST_CASE("a program that needs what the processor lacks ends with a message before it begins" *
+          support::Needs((program::processor_features() >> program::avx512er & 1U) == 0,
+                         "a processor without AVX512ER")) {
   std::FILE* pipe = ::popen("'" NPT_GUARDED "' 2>&1", "r");
   REQUIRE(pipe != nullptr);
   std::string text(1000, '\0');

@@ -11,6 +11,8 @@
 #include <initializer_list>
 #include <vector>
 
+#include "support/needs.hpp"
+
 namespace kernel = npt::kernel;
 namespace tape = npt::tape;
 
@@ -87,11 +89,8 @@ TEST_CASE("a product over the vertices is what plain loops give, with the sum of
     }
 }
 
-TEST_CASE("a product over the vertices on matrix registers is what plain loops give") {
-  if (!npt::simd::has_matrix_registers()) {
-    MESSAGE("skipped: no matrix registers");
-    return;
-  }
+TEST_CASE("a product over the vertices on matrix registers is what plain loops give" *
+          support::needs_matrix_registers()) {
   for (const int rows : std::initializer_list<int>{1, 16, 17, 66})
     for (const int columns : std::initializer_list<int>{3, 15, 16, 47})
       for (const int parts : std::initializer_list<int>{1, 2, 3}) {
