@@ -1,15 +1,17 @@
 #!/usr/bin/env bash
 # Installs the Debian 12 packages that npt needs, only those that are missing. Does nothing, quickly, when all are there.
-# usage: cmake/install-dependencies.sh [--dev]
-#   --dev   also the tools for work on npt itself: clang, clang-format, clang-tidy, doxygen, Google Benchmark and its peers
+# usage: cmake/install-dependencies.sh [--tests] [--dev]
+#   --tests   also what tests need that the program doesn't: numpy, for the converters
+#   --dev     also the tools for work on npt itself: clang, clang-format, clang-tidy, doxygen, Google Benchmark and its peers
 set -euo pipefail
 
 packages=(libxtensor-dev libxsimd-dev libtbb-dev libtinyobjloader-dev doctest-dev libcli11-dev nlohmann-json3-dev libstb-dev libeigen3-dev liblbfgs-dev)
 for argument in "$@"; do
   case "$argument" in
+    --tests) packages+=(python3-numpy) ;;
     --dev) packages+=(clang clang-format clang-tidy doxygen libbenchmark-dev libdnnl-dev) ;;
-    -h | --help) sed -n '2,4s/^# //p' "$0"; exit 0 ;;
-    *) echo "install-dependencies.sh: unknown argument '$argument' (only --dev is known)" >&2; exit 2 ;;
+    -h | --help) sed -n '2,5s/^# //p' "$0"; exit 0 ;;
+    *) echo "install-dependencies.sh: unknown argument '$argument' (--tests and --dev are known)" >&2; exit 2 ;;
   esac
 done
 

@@ -11,7 +11,7 @@ case "${1:-}" in
   -h | --help) sed -n '2,4s/^# //p' tests/run.sh; exit 0 ;;
 esac
 
-bash cmake/install-dependencies.sh
+bash cmake/install-dependencies.sh --tests
 [ -z "$clean" ] || rm -rf build/release
 cmake --preset release "$@"
 cmake --build --preset release
