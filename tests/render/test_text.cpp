@@ -39,19 +39,41 @@ TEST_CASE("every printable character but the blank leaves ink, inside of its wid
   }
 }
 
-TEST_CASE("a text is as wide as its letters and the spaces between; another character counts once") {
+TEST_CASE("a text is as wide as its letters, kerned; another character counts once; twice the size is twice as wide") {
+  const auto near = [](double a, double b) { return std::abs(a - b) < 1e-9; };
   CHECK(render::text_width("", 20) == 0);
-  CHECK(render::text_width("ab", 20) > render::text_width("a", 20) + render::text_width("b", 20));
-  CHECK(render::text_width("a\xC3\xA9"
-                           "b",
-                           20) == render::text_width("a?b", 20));
-  CHECK(std::abs(render::text_width("caption", 40) - 2 * render::text_width("caption", 20)) < 1e-9);
+  CHECK(near(render::text_width("ab", 20), render::text_width("a", 20) + render::text_width("b", 20)));
+  CHECK(render::text_width("AV", 20) < render::text_width("A", 20) + render::text_width("V", 20) - 0.5);
+  CHECK(render::text_width(" ", 20) > 3);
+  CHECK(near(render::text_width("a\xC3\xA9"
+                                "b",
+                                20),
+             render::text_width("a?b", 20)));
+  CHECK(near(render::text_width("caption", 40), 2 * render::text_width("caption", 20)));
+}
+
+TEST_CASE("capitals stand on the baseline and are five eighths of a line high") {
+  const render::Image image = written("H", 48);
+  int top = 60, bottom = 0;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      if (image.at(x, y).r < 128) top = std::min(top, y), bottom = std::max(bottom, y);
+  CHECK(bottom == 39);
+  CHECK(top == 10);
+}
+
+TEST_CASE("text is blended with what is under it") {
+  render::Image image(40, 40, {0, 0, 255, 255});
+  render::draw_text(image, "H", 5, 35, 40, {255, 0, 0, 128});
+  CHECK(std::ranges::count(image.pixels, render::Pixel{128, 0, 127, 255}) > 50);
 }
 
 TEST_CASE("text that runs out of the picture is cut off") {
   render::Image image(20, 20, {255, 255, 255, 255});
   render::draw_text(image, "far outside", -500, 10, 15, {0, 0, 0, 255});
   render::draw_text(image, "far outside", 5, 900, 15, {0, 0, 0, 255});
+  render::draw_text(image, "far outside", 1e300, 10, 15, {0, 0, 0, 255});
+  render::draw_text(image, "far outside", 5, NAN, 15, {0, 0, 0, 255});
   CHECK(image.pixels == render::Image(20, 20, {255, 255, 255, 255}).pixels);
   render::draw_text(image, "wwwwwwwwwwww", -10, 15, 15, {0, 0, 0, 255});
   CHECK_FALSE(image.pixels == render::Image(20, 20, {255, 255, 255, 255}).pixels);

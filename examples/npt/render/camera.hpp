@@ -84,8 +84,8 @@ struct Range {
   float middle() const { return high >= low ? 0.5F * (low + high) : 0; }
 };
 
-/// Figures as one camera sees them at focal length 1: all from the same place and direction, so that sizes compare. The eye
-/// stands at 4.5 radii: as a portrait lens sees.
+/// Figures as one camera sees them at focal length 1: all from the same place and direction, so that sizes compare. The
+/// eye stands at 4.5 radii: as a portrait lens sees.
 /// figures[i] are the points that panel i has to show; none for an empty panel.
 struct Silhouettes {
   Camera camera;

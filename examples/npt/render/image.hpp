@@ -36,7 +36,8 @@ struct Image {
       std::copy(&other.at(first, y), &other.at(first, y) + (last - first), &at(left + first, top + y));
   }
 
-  /// The same, but what is transparent lets this picture be seen.
+  /// Lays `other` over this picture with its upper left corner at (left, top); this one shows through where `other` is
+  /// transparent.
   void lay_over(const Image& other, int left, int top) {
     for (int y = std::max(0, -top); y < std::min(other.height, height - top); ++y)
       for (int x = std::max(0, -left); x < std::min(other.width, width - left); ++x) {
@@ -58,8 +59,8 @@ struct Image {
   }
 };
 
-/// A smaller version of a picture: each pixel is the mean of those it covers. Colours are averaged as they are stored, weighted
-/// by alpha.
+/// A smaller version of a picture: each pixel is the mean of those it covers. Colours are averaged as they are stored,
+/// weighted by alpha.
 Image shrunk(const Image& image, int width, int height);
 
 }  // namespace render

@@ -15,7 +15,8 @@ std::vector<unsigned char> encode_png(const Image& image);
 /// Errors    npt::Error that names the file.
 void write_png(const std::filesystem::path& path, const Image& image);
 
-/// Errors    npt::Error that names the file, for any bytes that are no PNG file, or one of more than 32768 pixels a side.
+/// Errors    npt::Error that names the file, for any bytes that are no PNG file, or one of more than 32768 pixels a
+///           side.
 Image read_png(const std::filesystem::path& path);
 
 }  // namespace render

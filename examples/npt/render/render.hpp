@@ -12,7 +12,7 @@
 ///   panels[2].colours = render::heat_colours(render::centred_distances(xyz, truth), 0, 0.08);
 ///   panels[2].even_light = render::data_light;
 ///
-/// The same input gives the same picture, whatever the number of threads.
+/// A picture depends on its input alone, not on the number of threads.
 #pragma once
 
 #include <render/camera.hpp>
@@ -74,8 +74,8 @@ inline FigureOptions grid_figure(int columns, int panel_height = 420) {
 }
 
 /// All panels, row by row, with their captions. Panels of one row share their scale and their ground line.
-/// Errors    npt::Error for no panel, a mesh without vertices, captions of another number than columns or rows, and sizes
-///           outside 16 .. largest_side.
+/// Errors    npt::Error for no panel, a mesh without vertices, captions of another number than columns or rows, and
+///           sizes outside 16 .. largest_side.
 Image draw_figure(std::span<const Panel> panels, const FigureOptions& options);
 
 }  // namespace render

@@ -1,4 +1,4 @@
-/// Captions: a stroke font of printable ASCII, drawn smoothly at any size.
+/// Captions: printable ASCII in DejaVu Sans, drawn smoothly at any size.
 #pragma once
 
 #include <render/image.hpp>

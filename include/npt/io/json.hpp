@@ -3,8 +3,8 @@
 /// Events rather than a tree: a tree keeps one of two equal keys in silence, and its depth is the sender's to choose. A
 /// reader of events refuses what doesn't fit the place it stands in.
 ///
-/// Why not nlohmann/json, whose SAX parser gives the same events: every host that includes npt.hpp would parse it, since
-/// npt is headers only and has no compiled part to hide it in. `g++ -fsyntax-only` (12.2, least of ten) takes 1.3 s for
+/// Why not nlohmann/json, whose SAX parser gives the same events: every host that includes npt.hpp would parse it; npt
+/// is headers only and has no compiled part to hide it in. `g++ -fsyntax-only` (12.2, least of ten) takes 1.3 s for
 /// <nlohmann/json.hpp> alone, 0.2 s for this header, of which <string> is nearly all, and 1.2 s for npt.hpp with it.
 /// Programs, which pay once, use nlohmann/json.
 #pragma once

@@ -73,11 +73,11 @@ class StatementCheck {
     }
   }
 
-  /// Of v, vt, vn.
+  /// The numbers of a v, vt or vn.
   std::span<const double> numbers() const { return std::span(numbers_).first(number_count_); }
-  /// Of f.
+  /// The corners of an f.
   std::size_t corner_count() const { return corner_count_; }
-  /// Of kept statements.
+  /// What a kept statement says.
   std::string_view keyword() const { return keyword_; }
   std::string_view argument() const { return argument_; }
   /// Where the last argument before a comment ends.

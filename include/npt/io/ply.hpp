@@ -1,6 +1,7 @@
 /// The PLY format, read and written: ascii, binary little-endian and binary big-endian, scalars of every type.
 ///   element vertex     x, y, z; nx, ny, nz are the normals; other scalars are kept as properties
-///   element face       a list vertex_indices or vertex_index, three corners or more; a list texcoord, two numbers a corner
+///   element face       a list vertex_indices or vertex_index, from three corners on; a list texcoord with two
+///                      numbers a corner
 ///   comment, obj_info  kept as tags
 ///   other elements, lists at vertices and other face properties are passed over
 /// Numerics  positions are kept as 32-bit floats, other properties as doubles

@@ -50,7 +50,7 @@ class SafetensorsFile {
     file.name_ = name;
     file.bytes_ = std::shared_ptr<const std::string>(new std::string(std::move(bytes)));
     const std::string_view header = header_of(*file.bytes_, name);
-    internal::SafetensorsHeaderEvents events(header, name);
+    internal::SafetensorsHeaderEvents<> events(header, name);
     internal::read_json(header, events);
     file.metadata_ = std::move(events.metadata);
     file.place_tensors(events.entries, as_bytes(*file.bytes_).subspan(8 + header.size()));

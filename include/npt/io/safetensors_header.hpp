@@ -21,8 +21,7 @@ namespace npt::inline NPT_ABI::internal {
 
 inline constexpr std::uint64_t max_safetensors_header = 100'000'000;
 
-/// Metadata; also the names that may not repeat, whose second text is empty: a std::set beside it would cost compilers
-/// more.
+/// Metadata; also names that may not repeat, whose second text is empty: a std::set beside it costs compilers more.
 using TextMap = std::map<std::string, std::string>;
 
 /// What the header says of one tensor, before it has been checked.
@@ -34,7 +33,9 @@ struct TensorEntry {
 };
 
 /// Takes the header's JSON event by event. Each either fits the place it stands in or is an error, so nothing nests
-/// deeper than the format does, and no name stands twice.
+/// deeper than the format does, and no name stands twice. A template, as is all that follows, so that only units that
+/// read a file compile it.
+template <class = void>
 class SafetensorsHeaderEvents {
  public:
   SafetensorsHeaderEvents(std::string_view header, std::string file) : header_(header), file_(std::move(file)) {}

@@ -3,8 +3,10 @@
 /// The variants of the network have tensors of identical names and shapes, so a wrong pairing would load silently and
 /// give wrong meshes. The file's metadata therefore names the variant (order, feature, bottleneck, output_scale), and
 /// loading checks it against the network. A file without these keys needs an explicit choice. Further keys that
-/// programs read: normalisation (sphere, centre or none), domain, unit. Errors  npt::Error naming the file and every
-/// missing, misshapen, unknown or non-finite tensor at once; nothing is changed then
+/// programs read: normalisation (sphere, centre or none), domain, unit.
+/// Numerics  float and double keep their bits; half precision is converted exactly
+/// Errors    npt::Error naming the file and every missing, misshapen or unknown tensor at once, or the first number
+///           that is not finite; the model is unchanged then
 #pragma once
 
 #include <npt/config.hpp>
@@ -193,8 +195,9 @@ Metadata load(Model<Net, T>& model, const SafetensorsFile& file, const Metadata&
   return file.metadata();
 }
 
-/// The same for whoever knows a network only by its variant's metadata and its list of parameters. `buffer` is laid out
-/// as Model::buffer() and unchanged after an error.
+/// Fills a buffer that is laid out as Model::buffer(), for callers that know a network only by its variant's metadata
+/// and its list of parameters. Returns the file's metadata; `assume` gives values for keys that the file lacks. The
+/// buffer is unchanged after an error.
 template <class T>
 Metadata load_values(const SafetensorsFile& file, const Metadata& variant,
                      const std::vector<NamedParameter>& parameters, std::span<T> buffer, const Metadata& assume = {}) {
@@ -206,6 +209,7 @@ Metadata load_values(const SafetensorsFile& file, const Metadata& variant,
   return file.metadata();
 }
 
+/// Fills the model from the file at `path`.
 template <class Net, class T>
 Metadata load(Model<Net, T>& model, const std::filesystem::path& path, const Metadata& assume = {}) {
   return load(model, SafetensorsFile::read(path), assume);
