@@ -251,7 +251,7 @@ class Training {
   /// Mean over all pairs of the sets, of the weights that would be written now.
   double measure(const std::vector<npt::EvaluationSet>& sets) const {
     const program::FloatEngine engine = network_.from_values(trainer_->weights(), arguments_.threads);
-    const auto transfer = npt::in_frames(
+    const auto transfer = npt::normalised_transfer(
         [&engine](auto pose, auto identity, auto result) { engine(pose, identity, result); }, course_.normalisation);
     double sum = 0;
     std::size_t count = 0;

@@ -1,5 +1,5 @@
-/// The figure that the mannequin's surface is made from: its masses, finished with strokes (soft dents and bulges), as a
-/// sculptor first builds masses and then models their surface. f(p) < 0 inside, > 0 outside.
+/// The figure that the mannequin's surface is made from: its masses, finished with strokes (soft dents and bulges), as
+/// a sculptor first builds masses and then models their surface. f(p) < 0 inside, > 0 outside.
 /// Numerics  only + - * / and sqrt, so that compilers and mathematics libraries agree up to rounding
 /// Source    stroke kernel: Wyvill et al., "Data structure for soft objects", The Visual Computer 1986
 #pragma once

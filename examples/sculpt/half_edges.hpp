@@ -149,8 +149,8 @@ class SheetTopology {
       leaving_[v[i]] = t + i;
     }
   }
-  /// The triangle (a, b, c) of h = a -> b becomes (a, m, c), and h a -> m. A new triangle (m, b, c) follows; returns its
-  /// half-edge m -> b.
+  /// The triangle (a, b, c) of h = a -> b becomes (a, m, c), and h a -> m. A new triangle (m, b, c) follows; returns
+  /// its half-edge m -> b.
   std::uint32_t halve(std::uint32_t h, std::uint32_t m) {
     const std::uint32_t b = to(h), c = apex(h), bc = opposite_[next(h)];
     const std::uint32_t t = half_edges();

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-/// A body of 24 joints in a random tree with `per_joint` triangles at each: 72 * per_joint vertices, 3 shape directions.
+/// A body of 24 joints in a random tree with `per_joint` triangles at each: 72 * per_joint vertices, 3 shapes.
 inline npt::BodyTables stick_figure(std::size_t per_joint) {
   npt::BodyTables body;
   npt::Random random(11, per_joint);

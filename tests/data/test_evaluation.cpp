@@ -163,7 +163,7 @@ TEST_CASE("the frames of a network's evaluation are the sample's: the truth in t
     for (std::size_t i = 0; i < set.count; ++i) {
       const npt::EvaluationPair pair = set.pair(i);
       std::vector<float> result(pair.identity.size());
-      npt::in_frames(
+      npt::normalised_transfer(
           [&](std::span<const float> pose, std::span<const float> identity, std::span<float> out) {
             const npt::NormalisingTransform frame = npt::normalising_transform(pair.identity, normalisation);
             CHECK(npt::length(npt::normalising_transform(pose, npt::Normalisation::centre).centre) < 1e-6);

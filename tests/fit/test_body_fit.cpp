@@ -4,7 +4,6 @@
 #include <npt/body/pose_sampler.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
-#include <npt/data/prepared_body.hpp>
 #include <npt/fit/body_fit.hpp>
 #include <npt/fit/start_poses.hpp>
 #include <npt/mannequin/mannequin.hpp>

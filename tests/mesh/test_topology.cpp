@@ -15,6 +15,11 @@ TEST_CASE("edges are the faces' sides, each once") {
   CHECK(npt::unique_edges(zoo::mesh({{0, 0, 0}, {1, 0, 0}}, {{0, 0, 1}})) == std::vector<npt::Edge>{{0, 1}});
 }
 
+TEST_CASE("edges from elsewhere are sorted, each once") {
+  CHECK(npt::unique_edges(std::vector<npt::Edge>{{2, 3}, {0, 1}, {2, 3}, {0, 9}}) ==
+        std::vector<npt::Edge>{{0, 1}, {0, 9}, {2, 3}});
+}
+
 TEST_CASE("neighbours are those of the edges, both ways, ascending") {
   const npt::Neighbours n = npt::neighbours(zoo::mixed());
   REQUIRE(n.start.size() == 10);

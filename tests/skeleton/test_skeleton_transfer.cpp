@@ -2,7 +2,6 @@
 
 #include <npt/core/error.hpp>
 #include <npt/data/body_pairs.hpp>
-#include <npt/data/prepared_body.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>

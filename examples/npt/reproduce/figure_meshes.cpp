@@ -9,7 +9,6 @@
 #include <npt/data/augmentation.hpp>
 #include <npt/data/family.hpp>
 #include <npt/data/family_file.hpp>
-#include <npt/data/prepared_body.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>

@@ -22,6 +22,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -186,6 +187,11 @@ class BodyModel {
   BodyTables tables_;
   RestJoints rest_joints_;
 };
+
+/// A body that lives elsewhere, such as mannequin(), for what shares bodies. It must outlive whatever shares it.
+inline std::shared_ptr<const BodyModel> borrowed(const BodyModel& body) {
+  return {std::shared_ptr<const BodyModel>(), &body};
+}
 
 /// The body as a triangle mesh. Without axis angles: the rest pose.
 inline Mesh to_mesh(const BodyModel& body, std::span<const float> betas = {}, std::span<const float> axis_angles = {}) {

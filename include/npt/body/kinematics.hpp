@@ -1,5 +1,5 @@
 /// How bones move: rotations of joints, rigid motions, and forward kinematics along a tree of joints.
-///   G_j(x) = G_parent(R_j (x - c_j) + c_j),  with c_j the joint in the rest pose and R_j its rotation relative to its parent
+///   G_j(x) = G_parent(R_j (x - c_j) + c_j),  c_j the joint in the rest pose, R_j its rotation relative to its parent
 /// Shapes   parents, joints, rotations, motions: [J], parents before children; the root's parent is below 0
 /// Source   Loper et al., "SMPL: A Skinned Multi-Person Linear Model", SIGGRAPH Asia 2015, section 3, eq. 2 to 4
 #pragma once
@@ -42,7 +42,8 @@ inline Matrix3 rotation_matrix(Vec3d axis_angle) {
             {a.z * a.x * k - a.y * s, a.z * a.y * k + a.x * s, c + a.z * a.z * k}}}};
 }
 
-/// The motion of every bone from the rest pose; at rotations that are the identity it is the identity without any rounding.
+/// The motion of every bone from the rest pose; at rotations that are the identity it is the identity without any
+/// rounding.
 inline void forward_kinematics(std::span<const int> parents, std::span<const Vec3d> joints,
                                std::span<const Matrix3> rotations, std::vector<RigidMotion>& motions) {
   motions.resize(joints.size());

@@ -81,7 +81,8 @@ constexpr PoseRanges make_wide_pose_ranges() {
 
 /// Table 6: [24] ranges in degrees, in SMPL's order of joints.
 inline constexpr std::array<JointRange, smpl_joint_count> paper_pose_ranges = body::internal::make_pose_ranges();
-/// About what healthy joints do: running, sitting, dancing, reaching. The trunk leans by up to 35 degrees. Not of the paper.
+/// About what healthy joints do: running, sitting, dancing, reaching. The trunk leans by up to 35 degrees. Not of the
+/// paper.
 inline constexpr std::array<JointRange, smpl_joint_count> wide_pose_ranges = body::internal::make_wide_pose_ranges();
 
 enum class PoseDistribution {

@@ -1,9 +1,9 @@
-/// The last step of making a sample: from meshes in their own unit to the network's frame and vertex order.
+/// The last step of making a sample: from meshes in their own unit to what the network sees, normalised and shuffled.
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/data/draws.hpp>
 #include <npt/data/sample.hpp>
-#include <npt/data/vertex_choice.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/topology.hpp>
 
@@ -28,15 +28,15 @@ struct Scratch {
   }
 };
 
-/// out[i] = vertex rows[i] of `xyz` in the frame.
-inline void gather(const NormalisingTransform& frame, std::span<const float> xyz, std::span<const std::uint32_t> rows,
-                   std::vector<float>& out) {
+/// out[i] = vertex rows[i] of `xyz`, transformed.
+inline void gather(const NormalisingTransform& transform, std::span<const float> xyz,
+                   std::span<const std::uint32_t> rows, std::vector<float>& out) {
   out.resize(3 * rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::size_t from = 3 * std::size_t{rows[i]};
-    out[3 * i] = static_cast<float>((static_cast<double>(xyz[from]) - frame.centre.x) * frame.scale);
-    out[3 * i + 1] = static_cast<float>((static_cast<double>(xyz[from + 1]) - frame.centre.y) * frame.scale);
-    out[3 * i + 2] = static_cast<float>((static_cast<double>(xyz[from + 2]) - frame.centre.z) * frame.scale);
+    out[3 * i] = static_cast<float>((static_cast<double>(xyz[from]) - transform.centre.x) * transform.scale);
+    out[3 * i + 1] = static_cast<float>((static_cast<double>(xyz[from + 1]) - transform.centre.y) * transform.scale);
+    out[3 * i + 2] = static_cast<float>((static_cast<double>(xyz[from + 2]) - transform.centre.z) * transform.scale);
   }
 }
 
@@ -62,7 +62,7 @@ inline void renumber(std::span<const std::uint32_t> places, std::span<const Tria
     out[t] = {places[triangles[t][0]], places[triangles[t][1]], places[triangles[t][2]]};
 }
 
-/// Fills the coordinates from the scratch's meshes and rows. The frames are those of the meshes there, whichever of their
+/// Fills the coordinates from the scratch's meshes and rows. Those meshes are what is normalised, whichever of their
 /// vertices the sample takes.
 inline void normalise_into(const Scratch& scratch, Normalisation normalisation, Sample& sample) {
   const NormalisingTransform identity = normalising_transform(scratch.identity, normalisation, "identity of a sample");

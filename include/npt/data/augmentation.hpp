@@ -1,9 +1,8 @@
-/// What a sample's meshes go through before the network's frame: turning, growing, noise.
+/// What a sample's meshes go through before they are normalised: turning, growing, noise.
 /// Shapes    xyz: [V, 3], row major, in the meshes' unit
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
 #include <npt/data/sample.hpp>
 
@@ -11,7 +10,6 @@
 #include <cstddef>
 #include <numbers>
 #include <span>
-#include <string>
 
 namespace npt::inline NPT_ABI::data {
 
@@ -62,19 +60,6 @@ inline void add_noise(std::span<float> xyz, double sigma, Random& random) {
     xyz[i] += static_cast<float>(radius * std::cos(angle));
     if (i + 1 < xyz.size()) xyz[i + 1] += static_cast<float>(radius * std::sin(angle));
   }
-}
-
-/// Throws npt::Error for options that no sample can be made with.
-inline void check_options(const SampleOptions& options) {
-  const auto require = [](bool good, const char* what, double found, const char* expected) {
-    if (!good) throw Error({.file = what, .found = std::to_string(found), .expected = expected});
-  };
-  require(options.yaw >= 0 && options.yaw <= 180, "yaw", options.yaw, "0 to 180 degrees");
-  require(options.scale_low > 0 && std::isfinite(options.scale_low), "least scale", options.scale_low,
-          "a number above 0");
-  require(options.scale_high >= options.scale_low && std::isfinite(options.scale_high), "largest scale",
-          options.scale_high, "at least the least scale");
-  require(options.noise >= 0 && std::isfinite(options.noise), "noise", options.noise, "a number from 0");
 }
 
 }  // namespace npt::inline NPT_ABI::data

@@ -1,6 +1,6 @@
 /// Pairs to evaluate on, from a body model: the paper's protocol, or fresh ones from a seed. At full resolution.
-/// Every mesh's vertices are shuffled, pose and identity independently: a body's own order would tell a network that pairs
-/// vertices which belongs to which.
+/// Every mesh's vertices are shuffled, pose and identity independently: a body's own order would tell a network that
+/// pairs vertices which belongs to which.
 #pragma once
 
 #include <npt/body/body_model.hpp>
@@ -9,10 +9,10 @@
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
 #include <npt/data/assembly.hpp>
+#include <npt/data/draws.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/data/prepared_body.hpp>
 #include <npt/data/protocol.hpp>
-#include <npt/data/streams.hpp>
 
 #include <cstddef>
 #include <cstdint>

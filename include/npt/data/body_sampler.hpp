@@ -1,9 +1,9 @@
-/// Training samples from body models: fresh shapes and poses for every sample, or the paper's 16 identities in 400 poses;
-/// whole meshes or random subsets of their vertices.
-/// Shapes    see sample.hpp. The pose mesh and the truth share the pose, the identity mesh and the truth share the shape.
-/// Numerics  a subset is in the frame of the whole mesh: see extreme_vertices.hpp
-/// Errors    npt::Error for no body, bodies without SMPL's 24 joints, weights that aren't positive, more vertices asked for
-///           than a body has, and options out of range
+/// Training samples from body models: fresh shapes and poses for every sample, or the paper's 16 identities in 400
+/// poses; whole meshes or random subsets of their vertices.
+/// Shapes    see sample.hpp; pose mesh and truth share the pose, identity mesh and truth share the shape
+/// Numerics  a subset is normalised as the whole mesh is: see extreme_vertices.hpp
+/// Errors    npt::Error for no body, bodies without SMPL's 24 joints, weights that aren't positive, more vertices asked
+///           for than a body has, and options out of range
 #pragma once
 
 #include <npt/body/body_model.hpp>
@@ -12,11 +12,11 @@
 #include <npt/core/error.hpp>
 #include <npt/data/assembly.hpp>
 #include <npt/data/augmentation.hpp>
+#include <npt/data/draws.hpp>
 #include <npt/data/extreme_vertices.hpp>
 #include <npt/data/prepared_body.hpp>
 #include <npt/data/protocol.hpp>
 #include <npt/data/sample.hpp>
-#include <npt/data/streams.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ struct BodySamplerOptions : SampleOptions {
   double wide_poses = 0;    ///< the part of meshes, of fresh ones, whose pose is drawn from wide_pose_ranges
   bool protocol = false;    ///< the paper's training set (protocol.hpp) instead of fresh shapes and poses
   bool mix_bodies = false;  ///< identity and pose mesh may come from different bodies of the mixture
-  bool own_frame = false;   ///< a subset is in the frame of its own box instead of the whole mesh's
+  bool own_frame = false;   ///< a subset is normalised by its own box instead of the whole mesh's
 };
 
 class BodySampler : public SampleSource {
@@ -191,8 +191,8 @@ class BodySampler : public SampleSource {
     return static_cast<std::size_t>(found - shares_.begin());
   }
 
-  /// scratch.vertices: the vertices that have to be posed (not for whole meshes). rows: which of the posed ones become the
-  /// sample's, in which order.
+  /// scratch.vertices: the vertices that have to be posed (not for whole meshes). rows: which of the posed ones become
+  /// the sample's, in which order.
   void choose_rows(const Member& member, std::size_t vertices, Random& random, data::Scratch& scratch,
                    std::vector<std::uint32_t>& rows) const {
     const auto count = static_cast<std::uint32_t>(member.vertex_count());

@@ -1,6 +1,6 @@
 /// How well meshes are transferred: pairs with a known truth, and the errors of their results.
 ///   pmd             eq. 7 with both bounding boxes centred: what the paper's public evaluation computes, times three
-///   pmd_in_place    the same with the result left where the network puts it, in the identity's frame: what the
+///   pmd_in_place    eq. 7 with the result left where the network puts it, beside the identity's centre: what the
 ///                   reconstruction loss sees
 ///   edge_error      mean over the identity's edges of |length / true length - 1|
 /// Shapes    pose: [Vp, 3]; identity, truth, result: [V, 3], row major
@@ -13,7 +13,7 @@
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
 #include <npt/data/augmentation.hpp>
-#include <npt/data/streams.hpp>
+#include <npt/data/draws.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/points.hpp>
@@ -45,15 +45,16 @@ struct EvaluationPair {
   std::vector<Triangle> identity_triangles{};
 };
 
-/// A named list of pairs, each made when it is asked for. `pair(i)`, i < count, always gives the same and may be called by
-/// several threads at a time.
+/// A named list of pairs, each made when it is asked for. `pair(i)`, i < count, always gives the same and may be called
+/// by several threads at a time.
 struct EvaluationSet {
   std::string name;
   std::size_t count = 0;
   std::function<EvaluationPair(std::size_t)> pair{};
 };
 
-/// The same pairs with normal noise of this standard deviation on every coordinate of the pose mesh.
+/// A set's pairs with normal noise of standard deviation `sigma` on every coordinate of the pose mesh.
+/// Errors  npt::Error for a `sigma` that is negative or not finite
 inline EvaluationSet with_noise(EvaluationSet set, double sigma, std::uint64_t seed) {
   if (!(sigma >= 0) || !std::isfinite(sigma))
     throw Error({.file = "noise", .found = std::to_string(sigma), .expected = "a number from 0"});
@@ -106,7 +107,7 @@ struct Evaluation {
   }
 };
 
-/// Mean over `edges` of |length / true length - 1|. Edges without length in the truth are left out; 0 where no edge is left.
+/// Mean over `edges` of |length / true length - 1|. Edges without length in the truth don't count; 0 where none does.
 inline double edge_error(std::span<const float> result, std::span<const float> truth, std::span<const Edge> edges) {
   double sum = 0;
   std::size_t count = 0;
@@ -136,8 +137,8 @@ inline PairErrors pair_errors(const EvaluationPair& pair, std::span<const float>
           .edge_error = edge_error(result, truth, pair.edges)};
 }
 
-/// Runs `transfer(pair, result)` on every pair of the set: it writes the result [V, 3] in the identity's unit and place.
-/// With an executor of several slots, `transfer` and `after_pair` are called by several threads at a time.
+/// Runs `transfer(pair, result)` on every pair of the set; it writes the result, [V, 3], in the identity's unit and
+/// place. With an executor of several slots, `transfer` and `after_pair` are called by several threads at a time.
 /// Errors  npt::Error for an empty set, and what the pairs or the transfer throw
 template <class Transfer, Executor Exec = SerialExecutor>
 Evaluation evaluate(const EvaluationSet& set, const Transfer& transfer, const Exec& executor = Exec(),
@@ -154,10 +155,10 @@ Evaluation evaluate(const EvaluationSet& set, const Transfer& transfer, const Ex
   return evaluation;
 }
 
-/// A transfer for evaluate() from a network in its own coordinates, `network(pose, identity, result)`, with frames as
-/// transfer/transfer.hpp uses them. Pose meshes are given as they are: none is resampled.
+/// A transfer for evaluate() from a network in its own coordinates, `network(pose, identity, result)`: pose and
+/// identity are normalised each by itself, the result goes back to the identity's unit and place.
 template <class Network>
-auto in_frames(Network network, Normalisation normalisation) {
+auto normalised_transfer(Network network, Normalisation normalisation) {
   return [network = std::move(network), normalisation](const EvaluationPair& pair, std::span<float> result) {
     const NormalisingTransform transform = normalising_transform(pair.identity, normalisation, "identity");
     std::vector<float> identity(pair.identity.size()), pose(pair.pose.size());

@@ -1,17 +1,17 @@
-/// The vertices of a body that its bounding box hangs on: finger tips, toes, crown, heels. With them the frame of a whole
-/// mesh is known, to a few millimetres, from a hundred vertices instead of thousands.
+/// The vertices of a body that its bounding box hangs on: finger tips, toes, crown, heels. With them a whole mesh is
+/// normalised, to a few millimetres, from a hundred vertices instead of thousands.
 ///
-/// Why: a network sees whole meshes in use, whose box ends at the hands. A random subset of 120 vertices misses the hands,
-/// its own box is 19 to 22 mm off on average, and a network trained in such frames learns to be that far off. With the extreme
-/// vertices of 200 random meshes (118 to 218 of them, for bodies of 6890 and 13380 vertices) the centre is 0.2 mm off on average,
-/// in 99 of 100 meshes less than 3 mm, and the scale 0.3 % at worst of 1000.
+/// Why: a network sees whole meshes in use, whose box ends at the hands. A random subset of 120 vertices misses the
+/// hands, its own box is 19 to 22 mm off on average, and a network trained on such subsets learns to be that far off.
+/// With the extreme vertices of 200 random meshes (118 to 218 of them, for bodies of 6890 and 13380 vertices) the
+/// centre is 0.2 mm off on average, in 99 of 100 meshes less than 3 mm, and the scale 0.3 % at worst of 1000.
 #pragma once
 
 #include <npt/body/body_model.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/data/streams.hpp>
+#include <npt/data/draws.hpp>
 #include <npt/mesh/points.hpp>
 
 #include <array>
@@ -53,8 +53,8 @@ inline void add_extremes(std::span<const float> xyz, double angle, std::set<std:
   found.insert(vertex);
 }
 
-/// The extreme vertices of `trials` random meshes of the body, ascending. `yaw`: they are also turned, by up to this many
-/// degrees either way. `wide`: the part of them in wide poses.
+/// The extreme vertices of `trials` random meshes of the body, ascending. `yaw`: they are also turned, by up to this
+/// many degrees either way. `wide`: the part of them in wide poses.
 inline std::vector<std::uint32_t> extreme_vertices(const BodyModel& body, ShapeDistribution shapes, double yaw,
                                                    double wide = 0, std::size_t trials = 200) {
   std::set<std::uint32_t> found;

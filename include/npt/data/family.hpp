@@ -1,7 +1,7 @@
-/// A family: species of different shapes and vertex counts whose meshes carry labels, where the same label is the same pose
-/// (a horse's and a cow's "Walk_03"). Cross-species pairs have a truth then: the identity's own mesh of the pose's label.
-/// Labels are compared without regard to the case of ASCII letters.
-/// Errors    npt::Error for a species without labels, a label twice, meshes of one species with different vertex counts,
+/// A family: species of different shapes and vertex counts whose meshes carry labels, where the same label is the same
+/// pose (a horse's and a cow's "Walk_03"). Cross-species pairs have a truth then: the identity's own mesh of the pose's
+/// label. Labels are compared without regard to the case of ASCII letters.
+/// Errors    npt::Error for a species without labels, a label twice, meshes of a species with different vertex counts,
 ///           fewer than two species, and where no two species share a label
 /// Source    Wang et al., CVPR 2020, Fig. 14: camel to horse, which the pooled feature makes possible
 #pragma once
@@ -10,8 +10,8 @@
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
 #include <npt/data/assembly.hpp>
+#include <npt/data/draws.hpp>
 #include <npt/data/evaluation.hpp>
-#include <npt/data/streams.hpp>
 #include <npt/mesh/topology.hpp>
 
 #include <algorithm>

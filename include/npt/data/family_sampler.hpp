@@ -1,17 +1,17 @@
-/// Training samples from a family of species with labelled poses (family.hpp): the identity of one species, the pose mesh of
-/// another, the truth the identity's own mesh of that label. For networks with the pooled feature, or subsets of equally
-/// many vertices.
-/// Errors    npt::Error for a family that is none, held-out labels that it doesn't have, no label left to train with, more
-///           vertices asked for than a species has, and options out of range
+/// Training samples from a family of species with labelled poses (family.hpp): the identity of one species, the pose
+/// mesh of another, the truth the identity's own mesh of that label. For networks with the pooled feature, or subsets
+/// of equally many vertices.
+/// Errors    npt::Error for a family that is none, held-out labels that it doesn't have, no label left to train with,
+///           more vertices asked for than a species has, and options out of range
 #pragma once
 
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/data/assembly.hpp>
 #include <npt/data/augmentation.hpp>
+#include <npt/data/draws.hpp>
 #include <npt/data/family.hpp>
 #include <npt/data/sample.hpp>
-#include <npt/data/streams.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -28,7 +28,8 @@ namespace npt::inline NPT_ABI {
 /// What makes more of a family's few poses. Both keep what a pose is: the same is done to the meshes of either species.
 struct FamilyOptions {
   /// Part of the samples whose pose lies between those of two labels, vertex by vertex: half of them between two of one
-  /// movement ("Run_00" and "Run_03"), half between any two. The same part of identity meshes is between two of one movement.
+  /// movement ("Run_00" and "Run_03"), half between any two. As large a part of the identity meshes lies between two of
+  /// one movement.
   double blend = 0;
   bool mirror = false;  ///< every other sample is its own mirror image, left for right (x for -x)
 };

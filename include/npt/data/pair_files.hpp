@@ -1,7 +1,7 @@
 /// Pairs to evaluate on from mesh files: a text file with lines of `identity pose truth`, names relative to its folder.
 /// Quotes stand around names with blanks, # begins a comment. Vertices stay in the files' order.
-/// Errors    npt::Error that names the list and the line, or the mesh: no list, no pairs, a line of another form, a file that
-///           is missing, a truth of another vertex count than its identity
+/// Errors    npt::Error that names the list and the line, or the mesh: no list, no pairs, a line of another form, a
+///           file that is missing, a truth of another vertex count than its identity
 #pragma once
 
 #include <npt/config.hpp>

@@ -13,16 +13,8 @@
 #include <utility>
 #include <vector>
 
-namespace npt::inline NPT_ABI {
+namespace npt::inline NPT_ABI::data {
 
-/// A body that lives elsewhere, such as mannequin(). It must outlive whatever shares it.
-inline std::shared_ptr<const BodyModel> borrowed(const BodyModel& body) {
-  return {std::shared_ptr<const BodyModel>(), &body};
-}
-
-namespace data {
-
-/// A body as the sampler and the evaluation use it.
 struct PreparedBody {
   std::shared_ptr<const BodyModel> model;
   std::vector<Edge> edges;
@@ -38,6 +30,4 @@ struct PreparedBody {
   }
 };
 
-}  // namespace data
-
-}  // namespace npt::inline NPT_ABI
+}  // namespace npt::inline NPT_ABI::data

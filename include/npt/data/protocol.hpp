@@ -21,7 +21,8 @@ namespace npt::inline NPT_ABI {
 /// [24, 3] axis angles in radians.
 using PoseParameters = std::array<float, 3 * smpl_joint_count>;
 
-/// The parameters of a pair: the identity mesh, the pose mesh, and with them the truth, the first shape in the second pose.
+/// The parameters of a pair: the identity mesh, the pose mesh, and with them the truth, the first shape in the second
+/// pose.
 struct BodyPair {
   std::vector<float> identity_shape;
   PoseParameters identity_pose{};

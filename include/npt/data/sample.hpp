@@ -1,14 +1,16 @@
 /// A training sample as the network sees it, and what makes samples for a trainer.
 /// Shapes    pose: [Vp, 3], identity and truth: [V, 3], row major, normalised; vertex v of the truth is vertex v of the
 ///           identity, and no vertex of the pose mesh belongs to one of theirs
-/// Source    Wang et al., CVPR 2020, section 3.1: the truth is M(a1, b2, t1), the identity's shape and vertex order in the
-///           pose mesh's pose
+/// Source    Wang et al., CVPR 2020, section 3.1: the truth is M(a1, b2, t1), the identity's shape and vertex order in
+///           the pose mesh's pose
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/error.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/topology.hpp>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -17,10 +19,10 @@
 namespace npt::inline NPT_ABI {
 
 struct Sample {
-  std::vector<float> pose;      ///< [Vp, 3] in its own frame
-  std::vector<float> identity;  ///< [V, 3] in its own frame
-  /// [V, 3] centred by its own bounding box and scaled by the identity's factor, so that the network's result maps back to
-  /// the identity's units.
+  std::vector<float> pose;      ///< [Vp, 3] normalised by itself
+  std::vector<float> identity;  ///< [V, 3] normalised by itself
+  /// [V, 3] centred by its own bounding box and scaled by the identity's factor, so that the network's result maps back
+  /// to the identity's units.
   std::vector<float> truth;
   std::vector<Edge> edges;          ///< of the identity, each once; empty for a subset of its vertices
   std::vector<Triangle> triangles;  ///< of the identity; empty for a subset of its vertices
@@ -41,21 +43,39 @@ struct SampleOptions {
   /// Degrees. Identity and pose mesh turn about the vertical axis (y), each by its own angle in -yaw .. yaw; the truth
   /// turns as the pose mesh does.
   double yaw = 0;
-  /// Identity and pose mesh grow by a factor each, log-uniform in scale_low .. scale_high; the truth as the identity does.
+  /// Identity and pose mesh grow by a factor each, log-uniform in scale_low .. scale_high; the truth grows as the
+  /// identity does.
   double scale_low = 1, scale_high = 1;
-  /// Standard deviation of the noise on each coordinate of the pose mesh is uniform in 0 .. noise, a draw a mesh, so that
-  /// clean meshes stay among the samples.
+  /// The standard deviation of the noise on each coordinate of the pose mesh is uniform in 0 .. noise, a draw a mesh,
+  /// so that clean meshes stay among the samples.
   double noise = 0;
 };
 
-/// Gives a trainer its samples. A sample depends on (seed, step, index) only, so that neither threads nor a resumed training
-/// change it.
-/// Thread safety  all members may be called by any number of threads at a time
+namespace data {
+
+/// Throws npt::Error for options that no sample can be made with.
+inline void check_options(const SampleOptions& options) {
+  const auto require = [](bool good, const char* what, double found, const char* expected) {
+    if (!good) throw Error({.file = what, .found = std::to_string(found), .expected = expected});
+  };
+  require(options.yaw >= 0 && options.yaw <= 180, "yaw", options.yaw, "0 to 180 degrees");
+  require(options.scale_low > 0 && std::isfinite(options.scale_low), "least scale", options.scale_low,
+          "a number above 0");
+  require(options.scale_high >= options.scale_low && std::isfinite(options.scale_high), "largest scale",
+          options.scale_high, "at least the least scale");
+  require(options.noise >= 0 && std::isfinite(options.noise), "noise", options.noise, "a number from 0");
+}
+
+}  // namespace data
+
+/// Gives a trainer its samples. A sample depends on (seed, step, index) only, so that neither threads nor a resumed
+/// training change it.
+/// Threads   all members may be called by any number of threads at a time
 class SampleSource {
  public:
   virtual ~SampleSource() = default;
 
-  /// Overwrites `sample` with sample `index` (below 2^20) of the batch of `step` (below 2^36). Its memory is used again.
+  /// Overwrites `sample` with sample `index` (below 2^20) of the batch of `step` (below 2^36). Memory is used again.
   virtual void fill(std::uint64_t step, std::uint64_t index, Sample& sample) const = 0;
 
   /// The most vertices that the identity of a sample, and its pose mesh, can have.

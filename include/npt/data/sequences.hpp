@@ -55,7 +55,7 @@ class JitterMeter {
   std::size_t frames_ = 0;
 };
 
-/// The errors of a sequence: the mean of its frames', and the jitter of result and truth. The truth is centred by its
+/// The errors of a sequence: those of its frames, and the jitter of result and truth. The truth is centred by its
 /// bounding box in every frame, as a network is trained to place it.
 struct SequenceErrors {
   std::string name;
@@ -63,18 +63,18 @@ struct SequenceErrors {
   double jitter = 0, true_jitter = 0;
 };
 
-/// Sequences, each frame a transfer with a known truth. All frames of a sequence have the same identity, faces and vertex
-/// orders. `pair(s, f)` always gives the same.
+/// Sequences, each frame a transfer with a known truth. All frames of a sequence have the same identity, faces and
+/// vertex orders. `pair(s, f)` always gives the same.
 struct SequenceSet {
   std::string name;
   std::size_t count = 0, frames = 0;
   std::function<EvaluationPair(std::size_t sequence, std::size_t frame)> pair{};
 };
 
-/// Movements between unseen poses of the protocol, from pair s's pose to that of the pair after it, by new identities; joint
-/// angles change linearly. Vertices are shuffled as in body_pairs.
-/// Errors  npt::Error for more sequences than the protocol has pairs, for fewer than 3 frames, and for a body without SMPL's
-///         joints
+/// Movements between unseen poses of the protocol, from pair s's pose to that of the pair after it, by new identities;
+/// joint angles change linearly. Vertices are shuffled as in body_pairs.
+/// Errors  npt::Error for more sequences than the protocol has pairs, for fewer than 3 frames, and for a body without
+///         SMPL's joints
 inline SequenceSet body_sequences(std::shared_ptr<const BodyModel> body, std::size_t count, std::size_t frames,
                                   std::uint64_t seed = 0, ShapeDistribution distribution = ShapeDistribution::normal) {
   if (count == 0 || count > protocol::pairs)

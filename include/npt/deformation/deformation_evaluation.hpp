@@ -11,11 +11,10 @@
 #include <npt/body/body_model.hpp>
 #include <npt/config.hpp>
 #include <npt/data/assembly.hpp>
+#include <npt/data/draws.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/data/prepared_body.hpp>
 #include <npt/data/protocol.hpp>
-#include <npt/data/streams.hpp>
-#include <npt/data/vertex_choice.hpp>
 #include <npt/deformation/control_points.hpp>
 #include <npt/deformation/correspondence.hpp>
 #include <npt/deformation/deformation_transfer.hpp>

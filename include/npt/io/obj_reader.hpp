@@ -143,8 +143,8 @@ class Reader : private std::streambuf {
     Vec3f row = p.as<float>();
     const bool x = put_right(row.x, number(0)), y = put_right(row.y, number(1)), z = put_right(row.z, number(2));
     if (!x || !y || !z)
-      invalid_mesh(file_, numbered(name, rows.size() + 1), to_text(p.as<float>()) + " read by tinyobjloader",
-                   to_text(Vec3d{number(0), number(1), number(2)}.as<float>()));
+      invalid_mesh(file_, numbered(name, rows.size() + 1), to_string(p.as<float>()) + " read by tinyobjloader",
+                   to_string(Vec3d{number(0), number(1), number(2)}.as<float>()));
     rows.push_back(row);
   }
 

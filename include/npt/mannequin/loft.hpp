@@ -1,5 +1,6 @@
-/// Masses of a figure as an implicit surface: f(p) < 0 inside, > 0 outside, near the surface about the distance in metres.
-/// Lofts (cross-sections along an axis) are blended into each other. Symmetric in x: lofts stand at x >= 0 and are mirrored.
+/// Masses of a figure as an implicit surface: f(p) < 0 inside, > 0 outside, near the surface about the distance in
+/// metres. Lofts (cross-sections along an axis) are blended into each other. Symmetric in x: lofts stand at x >= 0 and
+/// are mirrored.
 /// Numerics  only + - * / and sqrt, so that compilers and mathematics libraries agree up to rounding
 /// Source    squircle sections: Fernandez Guasti, "Analytic geometry of some rectilinear figures", 1992
 #pragma once

@@ -1,6 +1,6 @@
 /// The mannequin's skin: one closed surface of 6890 vertices and 13776 triangles around its anatomy, symmetric in x.
-/// Its left half is data (surface_data.hpp), which examples/sculpt makes from the anatomy: 0.5 s of work on a Zen 5 core,
-/// 7 s in a build without optimisation, that no program that starts has to do.
+/// Its left half is data (surface_data.hpp), which examples/sculpt makes from the anatomy: half a second of work, 7 s
+/// in a build without optimisation, that no program that starts has to do.
 #pragma once
 
 #include <npt/config.hpp>

@@ -15,9 +15,9 @@ namespace npt::inline NPT_ABI {
 /// Marks a corner without texture coordinate or normal.
 inline constexpr std::uint32_t no_index = 0xFFFFFFFFU;
 
-/// A statement of a mesh file that stands before face number `face` and must be written back there:
-/// "g", "o", "usemtl", "s" or "mtllib" (OBJ), "comment" or "obj_info" (PLY, before face 0), and the rest of its line. Each
-/// format writes its own and leaves out the other's.
+/// A statement of a mesh file that stands before face number `face` and must be written back there: "g", "o", "usemtl",
+/// "s" or "mtllib" (OBJ), "comment" or "obj_info" (PLY, before face 0), and the rest of its line. Each format writes
+/// its own and leaves out the other's.
 struct MeshTag {
   std::size_t face = 0;
   std::string keyword;
@@ -39,10 +39,9 @@ struct Mesh {
   std::vector<std::size_t> face_start;  ///< [F + 1] or empty: face f has corners face_start[f] .. face_start[f + 1] - 1
   std::vector<std::uint32_t> corners;   ///< [N] vertex of each corner
   std::vector<Vec3f> normals;           ///< normals as stored: any number (OBJ), or one a vertex (PLY)
-  std::vector<std::uint32_t>
-      corner_normal;             ///< [N] index into normals or no_index; empty: none, or one normal a vertex
-  std::vector<Vec3f> texcoords;  ///< (u, v, w) as stored
-  int texcoord_size = 0;         ///< 0, 2 or 3 components in the file
+  std::vector<std::uint32_t> corner_normal;    ///< [N] index into normals or no_index; empty: none, or one a vertex
+  std::vector<Vec3f> texcoords;                ///< (u, v, w) as stored
+  int texcoord_size = 0;                       ///< 0, 2 or 3 components in the file
   std::vector<std::uint32_t> corner_texcoord;  ///< [N] index into texcoords or no_index; empty: none
   std::vector<MeshTag> tags;                   ///< groups, objects, materials, smoothing, in file order
   std::vector<VertexProperty> properties;      ///< further per-vertex scalars

@@ -1,6 +1,7 @@
 /// From a mesh's coordinates to those that a network sees, centred and scaled so that the output has room, and back.
 /// Shapes    xyz: [V, 3] floats, row major
-/// Numerics  arithmetic in double, no allocation; a coordinate that is NaN doesn't count for centre and scale and stays NaN
+/// Numerics  arithmetic in double, no allocation; a coordinate that is NaN doesn't count for centre and scale, and
+///           stays NaN
 /// Errors    npt::Error for no vertices, and for vertices that all lie in one point where a scale is asked for
 /// Source    Wang et al., CVPR 2020: centre, scale to the unit sphere; the public code only centres.
 #pragma once

@@ -1,8 +1,7 @@
 /// Normals from faces, weighted by area, and their renewal after the vertices moved.
 /// Requires  a valid mesh (validate.hpp)
 /// Source    Newell's method for faces of any size: the sum of the cross products of successive corners is twice the
-/// area
-///           times the normal, also for faces that are not flat.
+///           area times the normal, also for faces that are not flat
 #pragma once
 
 #include <npt/config.hpp>
@@ -107,8 +106,9 @@ inline void recompute_corner_normals(Mesh& mesh) {
 }  // namespace internal
 
 /// Renews the normals of a mesh whose positions changed; a mesh without normals stays without. One normal a vertex:
-/// each becomes the vertex's. An index at each corner: see internal::recompute_corner_normals. What no face determines
-/// (points, faces without area, normals that nothing refers to) keeps its value.
+/// each becomes the area-weighted mean of the vertex's faces. An index at each corner: so does the normal of each
+/// smooth piece around a vertex, so that hard edges stay hard. What no face determines (points, faces without area,
+/// normals that nothing refers to) keeps its value.
 inline void recompute_normals(Mesh& mesh) {
   if (mesh.normals.empty()) return;
   if (!mesh.corner_normal.empty()) {

@@ -1,7 +1,7 @@
 /// A given number of points on a mesh, for networks that pair pose and identity vertices one to one.
 /// Points are drawn by area, uniformly within a triangle, with counter-based random numbers: the same seed gives the
-/// same points everywhere. They depend on the faces' order and points but not on the vertices' numbers. Drawn once, they can be
-/// followed through a sequence of poses.
+/// same points everywhere. They depend on the faces' order and points but not on the vertices' numbers. Drawn once,
+/// they can be followed through a sequence of poses.
 /// Shapes    xyz: [V, 3] floats, row major; result: [count]
 /// Requires  triangle indices below V
 #pragma once
@@ -28,6 +28,8 @@ struct SurfacePoint {
   Triangle corners{};
   std::array<double, 3> weights{1, 0, 0};
 
+  static SurfacePoint at_vertex(std::uint32_t v) { return {{v, v, v}, {1, 0, 0}}; }
+
   friend bool operator==(const SurfacePoint&, const SurfacePoint&) = default;
 };
 
@@ -45,9 +47,7 @@ inline std::vector<Vec3f> positions_of(std::span<const SurfacePoint> points, std
 
 namespace internal {
 
-inline SurfacePoint at_vertex(std::uint32_t vertex) { return {{vertex, vertex, vertex}, {1, 0, 0}}; }
-
-/// count of the vertices: without repeats while they last, then all of them and random repeats.
+/// `count` of the vertices: without repeats while they last, then all of them and random repeats.
 inline std::vector<SurfacePoint> draw_vertices(std::uint32_t vertices, std::size_t count, Random& random) {
   std::vector<std::uint32_t> chosen = random_permutation(vertices, random);
   if (count > vertices)
@@ -55,7 +55,7 @@ inline std::vector<SurfacePoint> draw_vertices(std::uint32_t vertices, std::size
   chosen.resize(std::min<std::size_t>(count, vertices));
   while (chosen.size() < count) chosen.push_back(random.below(vertices));
   std::vector<SurfacePoint> points(count);
-  for (std::size_t i = 0; i < count; ++i) points[i] = at_vertex(chosen[i]);
+  for (std::size_t i = 0; i < count; ++i) points[i] = SurfacePoint::at_vertex(chosen[i]);
   return points;
 }
 
@@ -82,7 +82,7 @@ inline std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::sp
   const auto vertices = static_cast<std::uint32_t>(xyz.size() / 3);
   std::vector<SurfacePoint> points(count);
   if (count == vertices) {
-    for (std::uint32_t v = 0; v < count; ++v) points[v] = internal::at_vertex(v);
+    for (std::uint32_t v = 0; v < count; ++v) points[v] = SurfacePoint::at_vertex(v);
     return points;
   }
   const std::vector<double> areas = internal::cumulative_areas(xyz, triangles);
@@ -97,7 +97,7 @@ inline std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::sp
   return points;
 }
 
-/// Their positions, with the numbers of a seed.
+/// The positions of points that are drawn with a seed. [count]
 inline std::vector<Vec3f> resample(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
                                    std::uint64_t seed) {
   return positions_of(internal::view(draw_points(xyz, triangles, count, Random(seed))), xyz);

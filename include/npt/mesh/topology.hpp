@@ -19,24 +19,20 @@ namespace npt::inline NPT_ABI {
 
 using Edge = std::array<std::uint32_t, 2>;
 
-namespace internal {
-
-/// Takes repeats out of edges {a, b}, a < b, and sorts them.
-inline std::vector<Edge> sorted_once(std::span<const Edge> edges) {
+/// Edges {a, b}, a < b, in any order: each once, ascending.
+inline std::vector<Edge> unique_edges(std::span<const Edge> edges) {
   std::vector<std::uint64_t> keys;
   keys.reserve(edges.size());
-  for (const auto& [a, b] : edges) keys.push_back(pair_key(a, b));
-  sort_keys_once(keys);
+  for (const auto& [a, b] : edges) keys.push_back(internal::pair_key(a, b));
+  internal::sort_keys_once(keys);
   std::vector<Edge> sorted;
   sorted.reserve(keys.size());
-  for (const std::uint64_t key : keys) sorted.push_back({first_of_key(key), second_of_key(key)});
+  for (const std::uint64_t key : keys) sorted.push_back({internal::first_of_key(key), internal::second_of_key(key)});
   return sorted;
 }
 
-}  // namespace internal
-
-/// The undirected edges {a, b}, a < b, each once, ascending. Sides of faces, not the diagonals of their triangles. A
-/// side from a vertex to itself is none.
+/// A mesh's undirected edges {a, b}, a < b, each once, ascending: sides of faces, not the diagonals of their triangles.
+/// A side from a vertex to itself is none.
 inline std::vector<Edge> unique_edges(const Mesh& mesh) {
   std::vector<Edge> edges;
   edges.reserve(mesh.corners.size());
@@ -47,10 +43,10 @@ inline std::vector<Edge> unique_edges(const Mesh& mesh) {
       if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
     }
   }
-  return internal::sorted_once(edges);
+  return unique_edges(internal::view(edges));
 }
 
-/// The same for triangles.
+/// The undirected edges {a, b}, a < b, of triangles, each once, ascending. A side from a vertex to itself is none.
 inline std::vector<Edge> unique_edges(std::span<const Triangle> triangles) {
   std::vector<Edge> edges;
   edges.reserve(3 * triangles.size());
@@ -59,7 +55,7 @@ inline std::vector<Edge> unique_edges(std::span<const Triangle> triangles) {
       const std::uint32_t a = t[i], b = t[(i + 1) % 3];
       if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
     }
-  return internal::sorted_once(edges);
+  return unique_edges(internal::view(edges));
 }
 
 /// [V] The least vertex that each vertex hangs together with by triangles.
@@ -86,7 +82,7 @@ struct Neighbours {
 /// The neighbours that `edges` (each once) give `vertex_count` vertices.
 inline Neighbours neighbours(std::span<const Edge> edges, std::size_t vertex_count) {
   // Ascending edges give ascending neighbours: first the smaller ones, as second ends.
-  if (!std::is_sorted(edges.begin(), edges.end())) return neighbours(internal::sorted_once(edges), vertex_count);
+  if (!std::is_sorted(edges.begin(), edges.end())) return neighbours(unique_edges(edges), vertex_count);
   Neighbours result;
   result.start.assign(vertex_count + 1, 0);
   for (const Edge& edge : edges)

@@ -1,7 +1,7 @@
-/// Disjoint sets of the numbers below n, which are united and asked for (Tarjan, "Efficiency of a good but not linear set
-/// union algorithm", 1975; path halving, without ranks).
+/// Disjoint sets of the numbers below n, which are united and asked for.
 /// Numerics    a set is named by its least number, in whatever order sets were united
-/// Complexity  O(log n) a call on the average
+/// Complexity  O(log n) a call on the average: path halving, without ranks
+/// Source      Tarjan, "Efficiency of a good but not linear set union algorithm", 1975
 #pragma once
 
 #include <npt/config.hpp>

@@ -15,23 +15,25 @@
 
 namespace npt::inline NPT_ABI {
 
-namespace internal {
-
+/// Throws what validate() throws about a mesh: `name` is the mesh, `place` the array, vertex or face at fault.
 [[noreturn]] inline void invalid_mesh(const std::string& name, std::string place, std::string found,
                                       std::string expected) {
   throw Error({.file = name, .place = std::move(place), .found = std::move(found), .expected = std::move(expected)});
 }
 
-inline std::string to_text(Vec3f p) {
+/// "(1.000000, 2.000000, 3.000000)"
+inline std::string to_string(Vec3f p) {
   return std::string("(") + std::to_string(p.x) + ", " + std::to_string(p.y) + ", " + std::to_string(p.z) + ")";
 }
 
 /// "vertex 12"
 inline std::string numbered(const char* kind, std::size_t i) { return std::string(kind) + ' ' + std::to_string(i); }
 
+namespace internal {
+
 inline void validate_finite(const std::vector<Vec3f>& points, const char* kind, const std::string& name) {
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (!is_finite(points[i])) invalid_mesh(name, numbered(kind, i), to_text(points[i]), "finite numbers");
+    if (!is_finite(points[i])) invalid_mesh(name, numbered(kind, i), to_string(points[i]), "finite numbers");
 }
 
 inline void validate_faces(const Mesh& mesh, const std::string& name) {
@@ -47,14 +49,13 @@ inline void validate_faces(const Mesh& mesh, const std::string& name) {
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const std::size_t first = mesh.face_start[f], last = mesh.face_start[f + 1];
     if (last < first || last > corners)
-      invalid_mesh(name, "face " + std::to_string(f),
-                   "corners " + std::to_string(first) + " to " + std::to_string(last),
+      invalid_mesh(name, numbered("face", f), "corners " + std::to_string(first) + " to " + std::to_string(last),
                    "ascending numbers of at most " + std::to_string(corners));
     if (last - first < 3)
-      invalid_mesh(name, "face " + std::to_string(f), std::to_string(last - first) + " corners", "at least 3");
+      invalid_mesh(name, numbered("face", f), std::to_string(last - first) + " corners", "at least 3");
     for (std::size_t c = first; c < last; ++c)
       if (mesh.corners[c] >= mesh.vertex_count())
-        invalid_mesh(name, "face " + std::to_string(f), "vertex " + std::to_string(mesh.corners[c]),
+        invalid_mesh(name, numbered("face", f), "vertex " + std::to_string(mesh.corners[c]),
                      "a vertex below " + std::to_string(mesh.vertex_count()));
   }
 }
@@ -68,8 +69,7 @@ inline void validate_corner_indices(const Mesh& mesh, const std::vector<std::uin
   for (std::size_t f = 0; f < mesh.face_count(); ++f)
     for (std::size_t c = mesh.face_start[f]; c < mesh.face_start[f + 1]; ++c)
       if (indices[c] != no_index && indices[c] >= count)
-        invalid_mesh(name, "face " + std::to_string(f), numbered(kind, indices[c]),
-                     "a number below " + std::to_string(count));
+        invalid_mesh(name, numbered("face", f), numbered(kind, indices[c]), "a number below " + std::to_string(count));
 }
 
 inline void validate_attributes(const Mesh& mesh, const std::string& name) {
@@ -106,10 +106,10 @@ inline void validate_tags(const Mesh& mesh, const std::string& name) {
 
 /// Throws npt::Error unless `mesh` keeps all invariants and has at least one vertex. `name` stands in the message.
 inline void validate(const Mesh& mesh, const std::string& name) {
-  if (mesh.positions.empty()) internal::invalid_mesh(name, {}, "no vertices", "at least one vertex");
+  if (mesh.positions.empty()) invalid_mesh(name, {}, "no vertices", "at least one vertex");
   if (mesh.positions.size() >= no_index)
-    internal::invalid_mesh(name, {}, std::to_string(mesh.positions.size()) + " vertices",
-                           "fewer than " + std::to_string(no_index));
+    invalid_mesh(name, {}, std::to_string(mesh.positions.size()) + " vertices",
+                 "fewer than " + std::to_string(no_index));
   internal::validate_finite(mesh.positions, "vertex", name);
   internal::validate_finite(mesh.normals, "normal", name);
   internal::validate_finite(mesh.texcoords, "texture coordinate", name);

@@ -50,8 +50,8 @@ inline std::array<std::uint32_t, 3> value_key(std::span<const float> xyz, std::s
   return {order_key(xyz[3 * v] + 0.0F), order_key(xyz[3 * v + 1] + 0.0F), order_key(xyz[3 * v + 2] + 0.0F)};
 }
 
-/// Sorts `vertices`, keys whose second half is a vertex, by criterion number `level` and those behind it: x, y and z by value, then by
-/// their bits (-0 stands before 0), then the vertex.
+/// Sorts `vertices`, keys whose second half is a vertex, by criterion number `level` and those behind it: x, y and z by
+/// value, then by their bits (-0 stands before 0), then the vertex.
 inline void sort_by_place(std::span<const float> xyz, std::span<std::uint64_t> vertices, std::size_t level) {
   for (std::uint64_t& key : vertices) {
     const std::uint32_t v = second_of_key(key);

@@ -1,5 +1,5 @@
-/// Vertices at one point, made one. Exporters split vertices along seams of texture or of hard edges; unwelded, such a mesh
-/// falls apart when it is deformed.
+/// Vertices at one point, made one. Exporters split vertices along seams of texture or of hard edges; unwelded, such a
+/// mesh falls apart when it is deformed.
 /// Shapes    xyz: [V, 3] floats, row major
 /// Numerics  points are compared by value, -0 being 0; a NaN is equal to itself
 #pragma once

@@ -87,7 +87,7 @@ inline std::vector<Edge> piece_links(std::span<const Vec3d> points, std::span<co
     });
     if (found != p) links.push_back({std::min(p, found), std::max(p, found)});
   }
-  return internal::sorted_once(links);
+  return unique_edges(links);
 }
 
 }  // namespace npt::inline NPT_ABI

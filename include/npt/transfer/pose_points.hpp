@@ -75,7 +75,7 @@ inline PosePoints choose_points(std::span<const float> xyz, std::span<const Tria
     order = std::move(shuffle);
   }
   if (count == vertices) {
-    for (const std::uint32_t v : order) chosen.points.push_back(internal::at_vertex(v));
+    for (const std::uint32_t v : order) chosen.points.push_back(SurfacePoint::at_vertex(v));
     return chosen;
   }
   if (order.empty()) {
