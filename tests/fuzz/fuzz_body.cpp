@@ -11,7 +11,7 @@
 
 namespace {
 
-struct Part {
+struct Entry {
   const char* name;
   const char* type;
   const char* shape;
@@ -27,19 +27,19 @@ std::string bytes_of(const std::array<T, N>& values) {
 
 /// A body of three vertices, two joints, one triangle and one shape direction.
 std::string body_file(bool corrected) {
-  std::vector<Part> parts{{"v_template", "F32", "[3,3]", bytes_of(std::array<float, 9>{0, 0, 0, 1, 0, 0, 0, 1, 0})},
-                          {"shapedirs", "F32", "[3,3,1]", bytes_of(std::array<float, 9>{0, 0, 1, 0, 0, 1, 0, 0, 1})},
-                          {"J_regressor", "F32", "[2,3]", bytes_of(std::array<float, 6>{1, 0, 0, 0, 0.5F, 0.5F})},
-                          {"weights", "F32", "[3,2]", bytes_of(std::array<float, 6>{1, 0, 0.5F, 0.5F, 0, 1})},
-                          {"f", "I32", "[1,3]", bytes_of(std::array<std::int32_t, 3>{0, 1, 2})},
-                          {"parents", "I32", "[2]", bytes_of(std::array<std::int32_t, 2>{-1, 0})}};
-  if (corrected) parts.push_back({"posedirs", "F32", "[3,3,9]", bytes_of(std::array<float, 81>{})});
+  std::vector<Entry> entries{{"v_template", "F32", "[3,3]", bytes_of(std::array<float, 9>{0, 0, 0, 1, 0, 0, 0, 1, 0})},
+                             {"shapedirs", "F32", "[3,3,1]", bytes_of(std::array<float, 9>{0, 0, 1, 0, 0, 1, 0, 0, 1})},
+                             {"J_regressor", "F32", "[2,3]", bytes_of(std::array<float, 6>{1, 0, 0, 0, 0.5F, 0.5F})},
+                             {"weights", "F32", "[3,2]", bytes_of(std::array<float, 6>{1, 0, 0.5F, 0.5F, 0, 1})},
+                             {"f", "I32", "[1,3]", bytes_of(std::array<std::int32_t, 3>{0, 1, 2})},
+                             {"parents", "I32", "[2]", bytes_of(std::array<std::int32_t, 2>{-1, 0})}};
+  if (corrected) entries.push_back({"posedirs", "F32", "[3,3,9]", bytes_of(std::array<float, 81>{})});
   std::string header = R"({"__metadata__":{"joint_names":"root tip"})", data;
-  for (const Part& part : parts) {
-    header += std::string(",\"") + part.name + R"(":{"dtype":")" + part.type + R"(","shape":)" + part.shape +
+  for (const Entry& entry : entries) {
+    header += std::string(",\"") + entry.name + R"(":{"dtype":")" + entry.type + R"(","shape":)" + entry.shape +
               R"(,"data_offsets":[)" + std::to_string(data.size()) + "," +
-              std::to_string(data.size() + part.bytes.size()) + "]}";
-    data += part.bytes;
+              std::to_string(data.size() + entry.bytes.size()) + "]}";
+    data += entry.bytes;
   }
   header += "}";
   const std::uint64_t size = header.size();

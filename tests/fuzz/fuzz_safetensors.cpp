@@ -46,7 +46,8 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
       try_to([](const npt::FileTensor& t) { return npt::to_int64(t); }, tensor);
       fuzz::expect(file.find(tensor.name) == &tensor, "each tensor is found by its name");
     }
-    fuzz::expect(!npt::internal::safetensors_header("copy", file.tensors(), file.metadata()).empty(), "a header to write");
+    fuzz::expect(!npt::internal::safetensors_header("copy", file.tensors(), file.metadata()).empty(),
+                 "a header to write");
   } catch (const npt::Error&) {
   }
   return 0;

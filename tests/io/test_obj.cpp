@@ -4,6 +4,9 @@
 #include <mesh/zoo.hpp>
 #include <npt/core/random.hpp>
 #include <npt/io/obj.hpp>
+#include <npt/io/obj_reader.hpp>
+#include <npt/io/obj_statements.hpp>
+#include <npt/io/obj_writer.hpp>
 
 #include <cmath>
 #include <cstring>
@@ -73,6 +76,32 @@ TEST_CASE("line ends, continued lines, blanks and a missing last line end don't 
   }
   // A comment that ends in a backslash doesn't swallow the next line.
   CHECK(parse("# C:\\meshes\\\nv 1 2 3\n").vertex_count() == 1);
+}
+
+TEST_CASE("a line is checked before anything reads it") {
+  using npt::internal::obj::Statement;
+  const std::string file = "f";
+  npt::internal::obj::StatementCheck check(file);
+  CHECK(check.check("  ", 1) == Statement::none);
+  CHECK(check.check("# v 1 2 3", 2) == Statement::none);
+  const std::string line = "v 1 -2.5 3e1 # 4";
+  CHECK(check.check(line, 3) == Statement::vertex);
+  CHECK(std::ranges::equal(check.numbers(), std::vector<double>{1, -2.5, 30}));
+  CHECK(std::string(line.data(), check.end()) == "v 1 -2.5 3e1");
+  CHECK(check.check("usemtl  a b ", 4) == Statement::kept);
+  CHECK(check.keyword() == "usemtl");
+  CHECK(check.argument() == "a b");
+  CHECK(check.check("f 1 1 1 9", 5) == Statement::face);
+  CHECK(check.corner_count() == 4);
+  CHECK(error_of([&] { check.check_end(); }) ==
+        "f: line 5: found vertex 9, expected at most 1, the number in the file");
+}
+
+TEST_CASE("every kind of blank separates, and comments may follow every statement") {
+  const Mesh mesh = parse("v\v0\f0 \v0\n\f v 1 0\v0 # a\nv 0 1 0 # 1\nvt 0\f1 # 2\nf\f1\v2/1/ 3 # 4 5\n");
+  CHECK(mesh.positions == std::vector<npt::Vec3f>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+  CHECK(mesh.corners == Indices{0, 1, 2});
+  CHECK(mesh.corner_texcoord == Indices{no_index, 0, no_index});
 }
 
 TEST_CASE("relative indices count back from where they stand; absolute ones may look ahead") {

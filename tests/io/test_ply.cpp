@@ -3,6 +3,9 @@
 #include <io/scratch.hpp>
 #include <mesh/zoo.hpp>
 #include <npt/io/ply.hpp>
+#include <npt/io/ply_header.hpp>
+#include <npt/io/ply_reader.hpp>
+#include <npt/io/ply_writer.hpp>
 
 #include <cmath>
 #include <filesystem>
@@ -161,6 +164,23 @@ TEST_CASE("shared example meshes survive each format" * support::needs_shared("d
     npt::write_ply(folder / "a.ply", mesh, format);
     check_same(npt::read_ply(folder / "a.ply"), mesh);
   }
+}
+
+TEST_CASE("a header tells formats, elements, properties and where the data begin") {
+  const std::string text = header("comment c\nelement vertex 3\n" + xyz + "element face 2\nproperty list uchar int i\n",
+                                  "binary_big_endian");
+  const npt::internal::ply::Header parsed = npt::internal::ply::HeaderReader(text + "data", "f").read();
+  CHECK(parsed.format == PlyFormat::binary_big_endian);
+  CHECK(std::string(npt::to_string(parsed.format)) == "binary_big_endian");
+  CHECK(parsed.bytes == text.size());
+  CHECK(parsed.lines == 10);
+  CHECK(parsed.comments.size() == 1);
+  REQUIRE(parsed.find("vertex") != nullptr);
+  CHECK(parsed.find("vertex")->count == 3);
+  CHECK(parsed.find("vertex")->find("z") != nullptr);
+  CHECK(parsed.find("vertex")->find("w") == nullptr);
+  CHECK(parsed.find("face")->properties[0].count_type == npt::internal::ply::Type::u8);
+  CHECK(parsed.find("edge") == nullptr);
 }
 
 TEST_CASE("wrong headers are errors with their line") {

@@ -2,6 +2,7 @@
 
 #include <io/scratch.hpp>
 #include <npt/io/safetensors.hpp>
+#include <npt/io/safetensors_header.hpp>
 
 #include <array>
 #include <cmath>
@@ -123,6 +124,16 @@ TEST_CASE("the frame of the file is checked") {
   CHECK(safetensors_error("{\"\xFF\":1}").starts_with("f: byte "));
   CHECK(safetensors_error("{}", "x") ==
         "f: byte 10: found 1 bytes that belong to no tensor, expected the end of the file");
+}
+
+TEST_CASE("a header is written as it is read") {
+  const std::array<std::byte, 6> bytes{};
+  const std::vector<FileTensor> tensors = {
+      {.name = "a", .dtype = Dtype::u8, .shape = {2}, .bytes = std::span(bytes).first(2)},
+      {.name = "b", .dtype = Dtype::f16, .shape = {1, 2}, .bytes = std::span(bytes).last(4)}};
+  CHECK(npt::internal::safetensors_header("f", tensors, {{"k", "v"}}) ==
+        R"({"__metadata__":{"k":"v"},"a":{"dtype":"U8","shape":[2],"data_offsets":[0,2]},)"
+        R"("b":{"dtype":"F16","shape":[1,2],"data_offsets":[2,6]}}   )");
 }
 
 TEST_CASE("the header's structure is checked") {

@@ -42,7 +42,7 @@ struct Folder {
     for (const reproduce::System& system : reproduce::systems()) {
       if (system.kind != reproduce::Kind::network) continue;
       sources.weights[system.id] = path / (system.id + ".safetensors");
-      npt::write_file(sources.weights[system.id].string(), system.id);
+      npt::write_file(sources.weights[system.id], system.id);
     }
     return sources;
   }
@@ -195,7 +195,7 @@ TEST_CASE("meshes of other makers stand in for the mannequin") {
   reproduce::FigureSources sources = folder.sources();
   Program program;
   const fs::path mesh = folder.path / "my 'own' scan.obj";
-  npt::write_file(mesh.string(), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  npt::write_file(mesh, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   sources.identities = {mesh.string()};
   {
     reproduce::MeshStore store(sources, folder.path / "meshes", program.command());
@@ -205,7 +205,7 @@ TEST_CASE("meshes of other makers stand in for the mannequin") {
     CHECK(plate.rows == std::vector<std::string>{"pose", "my  own  scan"});
     CHECK(reproduce::draw_figure(17, store, folder.path / "figures", program.command()) == reproduce::Outcome::drawn);
   }
-  npt::write_file(mesh.string(), "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+  npt::write_file(mesh, "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
   CHECK_THROWS_AS(reproduce::MeshStore(sources, folder.path / "meshes", program.command()), npt::Error);
   sources.identities = {"none.ply"};
   CHECK_THROWS_AS(reproduce::MeshStore(sources, folder.path / "meshes", program.command()), npt::Error);

@@ -94,7 +94,7 @@ std::string quoted(const fs::path& path) {
 
 }  // namespace
 
-std::string content_hash(const fs::path& path) { return digits_of(fnv1a(npt::read_file(path.string()))); }
+std::string content_hash(const fs::path& path) { return digits_of(fnv1a(npt::read_file(path))); }
 
 MeshStore::MeshStore(FigureSources sources, const fs::path& folder, RunCommand run)
     : sources_(std::move(sources)), run_(std::move(run)) {
@@ -275,7 +275,7 @@ void MeshStore::run_networks() {
         list += quoted(job.identity.path) + ' ' + quoted(job.pose.path) + ' ' + quoted(job.out) + '\n';
     if (list.empty()) continue;
     const fs::path file = folder_ / "pairs.txt";
-    npt::write_file(file.string(), list);
+    npt::write_file(file, list);
     run_({"transfer", "--weights", sources_.weights.at(system.id).string(), "--pairs", file.string()});
     fs::remove(file);
   }

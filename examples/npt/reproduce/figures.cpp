@@ -354,13 +354,12 @@ Outcome draw_figure(int number, MeshStore& store, const fs::path& folder, const 
       render_arguments(plate_of(number, store), picture, store.sources().panel_height);
   const std::string line = command_line(arguments) + "\n";
   std::error_code code;
-  if (fs::exists(picture, code) && fs::exists(command, code) && npt::read_file(command.string()) == line)
-    return Outcome::kept;
+  if (fs::exists(picture, code) && fs::exists(command, code) && npt::read_file(command) == line) return Outcome::kept;
   store.make_results();
   fs::create_directories(folder);
   fs::remove(command);
   run(arguments);
-  npt::write_file(command.string(), line);
+  npt::write_file(command, line);
   return Outcome::drawn;
 } catch (const npt::Error& error) {
   throw npt::Error({.file = numbered("figure", static_cast<std::size_t>(number)), .place = error.what()});

@@ -13,6 +13,7 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
@@ -61,7 +62,9 @@ inline std::vector<Marker> parse_markers(std::string_view text, const std::strin
   return markers;
 }
 
-inline std::vector<Marker> read_markers(const std::string& file) { return parse_markers(read_file(file), file); }
+inline std::vector<Marker> read_markers(const std::filesystem::path& path) {
+  return parse_markers(read_file(path), path.string());
+}
 
 /// Throws npt::Error unless the markers' vertices are below the meshes' vertex counts.
 inline void check_markers(std::span<const Marker> markers, std::size_t source_vertices, std::size_t target_vertices) {
