@@ -36,6 +36,8 @@ install(FILES "${PROJECT_BINARY_DIR}/npt.pc" DESTINATION "${CMAKE_INSTALL_DATADI
 
 if(TARGET npt_program)
   install(TARGETS npt_program RUNTIME)
+  install(FILES "${PROJECT_SOURCE_DIR}/examples/npt/render/font/LICENSE" DESTINATION "${CMAKE_INSTALL_DATADIR}/doc/npt"
+          RENAME LICENSE.DejaVu)  # the font in it
 endif()
 if(IS_DIRECTORY "${PROJECT_SOURCE_DIR}/examples/weights")
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/weights" DESTINATION "${CMAKE_INSTALL_DATADIR}/npt"
