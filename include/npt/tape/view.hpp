@@ -55,7 +55,7 @@ class View {
     const Activation& activation = tape_.activation(t);
     return memory_.maps[index(t)].data() + item_on(activation, task) * kernel::tile_size(activation.channels);
   }
-  /// The tile of a adjoint's gradients.
+  /// The tile of an adjoint's gradients.
   T* gradient_tile(int p, const Task& task) const {
     const Adjoint& adjoint = tape_.adjoint(p);
     const Activation& activation = tape_.activation(adjoint.activation);
