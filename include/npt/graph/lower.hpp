@@ -11,6 +11,7 @@
 
 #include <npt/config.hpp>
 #include <npt/core/parameter.hpp>
+#include <npt/graph/expression.hpp>
 #include <npt/graph/fold.hpp>
 #include <npt/graph/lowering.hpp>
 #include <npt/graph/program.hpp>

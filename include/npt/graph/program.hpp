@@ -8,7 +8,7 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/graph/expression.hpp>
+#include <npt/graph/graph.hpp>
 
 #include <array>
 #include <cstddef>
