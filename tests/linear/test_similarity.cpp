@@ -28,3 +28,18 @@ TEST_CASE("the best similarity is found again; what points leave open stays open
   for (npt::Vec3d& p : to) p.x = -p.x;
   CHECK(std::abs(npt::best_similarity(from, to).rotation.determinant() - 1) < 1e-12);
 }
+
+TEST_CASE("any rotation is found, also half turns, and of points in a plane") {
+  npt::Random random(10);
+  for (int trial = 0; trial < 200; ++trial) {
+    const npt::Vec3d axis = normalised(npt::Vec3d{random.normal(), random.normal(), random.normal()});
+    const npt::Rotation turn =
+        npt::Rotation{}.turned(axis * (trial % 4 == 0 ? 3.14159265358979 : random.uniform(0, 3.14)));
+    std::vector<npt::Vec3d> from, to;
+    for (int i = 0; i < 5; ++i)
+      from.push_back({random.normal(), random.normal(), trial % 2 == 0 ? 0 : random.normal()});
+    for (const npt::Vec3d p : from) to.push_back(turn(p) * 3.0);
+    const npt::Similarity found = npt::best_similarity(from, to);
+    for (std::size_t i = 0; i < from.size(); ++i) CHECK(length(found(from[i]) - to[i]) < 1e-9);
+  }
+}
