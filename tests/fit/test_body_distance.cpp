@@ -154,7 +154,7 @@ TEST_CASE("in the curvature's coordinates the distance of close surfaces grows a
   npt::BodyDistance distance(full, target, options, prior);
   const std::size_t n = full.body().parameter_count();
   const std::vector<double> zero(n, 0.0);
-  const Eigen::LLT<Eigen::MatrixXd> curvature = npt::body_curvature(coarse, prior, options, zero, n);
+  const npt::DenseCholesky curvature = npt::body_curvature(coarse, prior, options, zero, n);
   double least = 1e9, most = 0;
   for (int trial = 0; trial < 20; ++trial) {
     std::vector<double> y(n), gradient(n);
@@ -162,8 +162,7 @@ TEST_CASE("in the curvature's coordinates the distance of close surfaces grows a
     double square = 0;
     for (const double v : y) square += v * v;
     for (double& v : y) v *= 0.02 / std::sqrt(square);
-    Eigen::Map<Eigen::VectorXd> step(y.data(), static_cast<Eigen::Index>(n));
-    curvature.matrixU().solveInPlace(step);
+    curvature.solve_upper(y);
     const double growth = distance(y, gradient) / (0.5 * 0.02 * 0.02);
     least = std::min(least, growth);
     most = std::max(most, growth);

@@ -21,11 +21,10 @@
 #include <npt/fit/fit_target.hpp>
 #include <npt/fit/pose_prior.hpp>
 #include <npt/fit/start_poses.hpp>
+#include <npt/linear/dense_cholesky.hpp>
 #include <npt/linear/lbfgs.hpp>
 #include <npt/mesh/triangles.hpp>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -199,25 +198,23 @@ class BodyFitter {
   void descend(BodyDistance& distance, const BodyDistanceOptions& options, int iterations, std::size_t shapes,
                Place& place, BodyFit& result) const {
     const std::size_t n = 3 + 3 * model_->joint_count() + shapes;
-    std::vector<double> y(n), all(place.x.size());
-    Eigen::VectorXd step(static_cast<Eigen::Index>(n));
+    std::vector<double> y(n), step(n), all(place.x.size());
     for (int round = 0; round < 3 && iterations > 0; ++round) {
       BodyDistanceOptions now = options;
       if (round == 1) now.facing = -2;
       distance.set_options(now);
-      const Eigen::LLT<Eigen::MatrixXd> curvature = body_curvature(coarse_, prior_, options, place.x, n);
+      const DenseCholesky curvature = body_curvature(coarse_, prior_, options, place.x, n);
       const std::vector<double> from = place.x;
       const auto move = [&](std::span<const double> to) {
         std::ranges::copy(to, step.begin());
-        curvature.matrixU().solveInPlace(step);
-        for (std::size_t i = 0; i < n; ++i) place.x[i] = from[i] + step[static_cast<Eigen::Index>(i)];
+        curvature.solve_upper(step);
+        for (std::size_t i = 0; i < n; ++i) place.x[i] = from[i] + step[i];
       };
       const auto objective = [&](std::span<const double> at, std::span<double> gradient) {
         move(at);
         const double value = distance(place.x, all);
         std::copy_n(all.begin(), n, gradient.begin());
-        Eigen::Map<Eigen::VectorXd> whitened(gradient.data(), static_cast<Eigen::Index>(n));
-        curvature.matrixL().solveInPlace(whitened);
+        curvature.solve_lower(gradient);
         return value;
       };
       std::ranges::fill(y, 0.0);
