@@ -1,5 +1,5 @@
-/// npt deform: deformation transfer (Sumner and Popovic 2004), with markers instead of a network. A target in rest gets the poses of
-/// a source whose rest mesh is known. Or, with --protocol, its error on the paper's pairs.
+/// npt deform: deformation transfer (Sumner and Popovic 2004), with markers instead of a network. A target in rest gets
+/// the poses of a source whose rest mesh is known. Or, with --protocol, its error on the paper's pairs.
 #include "arguments.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
@@ -112,7 +112,7 @@ class Deform {
 
   /// Empty: none were asked for.
   std::vector<npt::Marker> markers() const {
-    if (options_.markers) return npt::read_markers(options_.markers->string());
+    if (options_.markers) return npt::read_markers(*options_.markers);
     if (options_.control_points.empty()) return {};
     const npt::BodyModel from = body_of(options_.source_body), to = body_of(options_.target_body);
     const auto expect_body = [](const npt::BodyModel& body, const npt::Mesh& mesh, const fs::path& file) {

@@ -1,5 +1,5 @@
-/// npt skeleton: pose transfer through a fitted body's skeleton, without a network. An identity mesh gets the joint angles of one or
-/// many pose meshes. Or, with --protocol, its error on the paper's pairs.
+/// npt skeleton: pose transfer through a fitted body's skeleton, without a network. An identity mesh gets the joint
+/// angles of one or many pose meshes. Or, with --protocol, its error on the paper's pairs.
 #include "arguments.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"

@@ -1,4 +1,5 @@
-/// Meshes at random, bad in every way that the reader lets through: deformation transfer gives a result or says why not.
+/// Meshes at random, bad in every way that the reader lets through: deformation transfer gives a result or says why
+/// not.
 #include <doctest/doctest.h>
 
 #include <npt/deformation/correspondence.hpp>

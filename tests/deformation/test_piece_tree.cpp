@@ -34,7 +34,8 @@ struct Tree {
   }
 };
 
-/// Balls in a row, 0.2, 0.25 and 0.15 apart, of these numbers of rings, so that the order of sizes is not that of places.
+/// Balls in a row, 0.2, 0.25 and 0.15 apart, of these numbers of rings, so that the order of sizes is not that of
+/// places.
 Mesh row_of_balls(const std::vector<std::uint32_t>& rings) {
   const float places[] = {0, 2.2F, 4.45F, 6.6F};
   Mesh mesh;

@@ -91,7 +91,8 @@ TEST_CASE("a finer mesh gives the same weights") {
 }
 
 TEST_CASE("a bone that is hidden by the surface warms nothing, though it is the nearest") {
-  // Two tubes side by side. The second one's bone lies at its near wall: nearer to the first tube's side than its own bone.
+  // Two tubes side by side. The second one's bone lies at its near wall: nearer to the first tube's side than its own
+  // bone.
   Surface s = tube(21, 12);
   const std::size_t own = s.points.size();
   s.add(tube(21, 12, {0, 0.45, 0}));

@@ -126,8 +126,8 @@ inline void add_face(Mesh& mesh, Triangle t) {
   mesh.face_start.push_back(mesh.corners.size());
 }
 
-/// A starfish with all that meshes from elsewhere have: a hole with an open border, an edge of three triangles, faces without
-/// an area of each kind, a doubled face, a piece apart, vertices in no face.
+/// A starfish with all that meshes from elsewhere have: a hole with an open border, an edge of three triangles, faces
+/// without an area of each kind, a doubled face, a piece apart, vertices in no face.
 inline Mesh bad_mesh(double stretch = 0) {
   Mesh mesh = starfish(16, 24, stretch);
   const auto count = static_cast<std::uint32_t>(mesh.vertex_count());

@@ -1,9 +1,10 @@
-/// Places that every body in SMPL's layout has, as vertices: the markers of the paper's comparison, 5 or 13 of them. Point i of
-/// one body belongs to point i of any other, and for one body model the vertices are the same whatever shape and pose.
+/// Places that every body in SMPL's layout has, as vertices: the markers of the paper's comparison, 5 or 13 of them.
+/// Point i of one body belongs to point i of any other, and for one body model the vertices are the same whatever shape
+/// and pose.
 ///   5   crown, hands, feet
 ///   13  and shoulders, elbows, hips, knees
-/// A point is the vertex of the template that lies farthest from a joint in a direction, four times its distance from the line
-/// in that direction counting against it: a finger tip, the front of a knee.
+/// A point is the vertex of the template that lies farthest from a joint in a direction, four times its distance from
+/// the line in that direction counting against it: a finger tip, the front of a knee.
 /// Errors    npt::Error for a body without the 24 joints, and for another number of points
 /// Source    Wang et al., CVPR 2020, section 4.2, names the numbers 5 and 13 but not the points
 #pragma once

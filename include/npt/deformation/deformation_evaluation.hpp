@@ -1,5 +1,5 @@
-/// Deformation transfer on the paper's protocol. It needs a third mesh that a network doesn't: the pose mesh's own body, in the
-/// pose that the identity mesh is in. Two readings:
+/// Deformation transfer on the paper's protocol. It needs a third mesh that a network doesn't: the pose mesh's own
+/// body, in the pose that the identity mesh is in. Two readings:
 ///   rest           source and target rest meshes are both in the rest pose
 ///   identity_pose  they are both in the pose in which the protocol gives the identity mesh
 /// Either way the truth is the identity's shape in the pose mesh's pose, vertex orders are shuffled independently, as
@@ -83,8 +83,8 @@ std::vector<float> run_deformation_case(const DeformationCase& given, const Corr
   return result;
 }
 
-/// The errors on a list of pairs of a body: "DT (5)" and "DT (13)" of Table 1. With an executor of several slots, pairs run side
-/// by side and `after_pair` is called by several threads at a time; what it throws ends the run.
+/// The errors on a list of pairs of a body: "DT (5)" and "DT (13)" of Table 1. With an executor of several slots, pairs
+/// run side by side and `after_pair` is called by several threads at a time; what it throws ends the run.
 template <Executor Exec = SerialExecutor>
 Evaluation evaluate_deformation(const BodyModel& body, std::span<const BodyPair> pairs, std::string name,
                                 std::uint64_t seed, std::size_t control_points, ThirdMesh third = ThirdMesh::rest,

@@ -4,8 +4,9 @@
 /// Q has no translation. Its part within the triangle's plane follows from the corners; perpendicular to it, it
 /// stretches by the root of the change of area.
 /// Shapes    points of the triangle as three Vec3d, in order; any unit
-/// Numerics  double. A triangle whose height is less than 1e-4 of its longest side is_flat and has no gradient: coordinates
-///           are floats, and what is a micrometre high in a body of two metres has a gradient of rounding errors
+/// Numerics  double. A triangle whose height is less than 1e-4 of its longest side is_flat and has no gradient:
+///           coordinates are floats, and what is a micrometre high in a body of two metres has a gradient of rounding
+///           errors
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, section 3
 #pragma once
 

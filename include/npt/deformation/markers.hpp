@@ -1,6 +1,6 @@
 /// Markers: vertices of the source and of the target that a user says belong together.
-/// A file of markers has a line `source_vertex target_vertex` for each, vertices numbered from 0 in the mesh files' order;
-/// blank lines and what follows a # don't count.
+/// A file of markers has a line `source_vertex target_vertex` for each, vertices numbered from 0 in the mesh files'
+/// order; blank lines and what follows a # don't count.
 /// Errors    npt::Error that names the file and the line, or the marker
 #pragma once
 
@@ -40,7 +40,7 @@ inline std::uint32_t marker_vertex(const std::string& word, const std::string& n
 
 }  // namespace deformation
 
-/// The markers in the text of a file; `name` stands in messages of errors.
+/// The markers in the text of a file. `name` stands in messages of errors.
 inline std::vector<Marker> parse_markers(std::string_view text, const std::string& name) {
   std::vector<Marker> markers;
   TextLines lines(text);

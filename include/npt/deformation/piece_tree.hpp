@@ -1,7 +1,7 @@
-/// What is apart in a mesh, hung on what is nearest: a tree of its pieces, by which each keeps its place when triangles move.
-/// A piece hangs by one of its points on a triangle of its parent. The tree is the shortest that joins all pieces by their
-/// nearest points; roots are given, and hang on nothing. Pieces without a triangle that has an area, and points without any
-/// triangle, are leaves: nothing hangs on them.
+/// What is apart in a mesh, hung on what is nearest: a tree of its pieces, by which each keeps its place when triangles
+/// move. A piece hangs by one of its points on a triangle of its parent. The tree is the shortest that joins all pieces
+/// by their nearest points; roots are given, and hang on nothing. Pieces without a triangle that has an area, and
+/// points without any triangle, are leaves: nothing hangs on them.
 /// Complexity  a query of the triangles for each point, as many times as the logarithm of the number of pieces
 #pragma once
 
@@ -48,8 +48,8 @@ class PieceTree {
       if (some_triangle_[p] != no_index) inner_[piece[p]] = 1;
   }
 
-  /// The hook of every piece that isn't a root, parents before children. Pieces that no root holds are left out, which happens
-  /// only where all roots are leaves.
+  /// The hook of every piece that isn't a root, parents before children. Pieces that no root holds are left out, which
+  /// happens only where all roots are leaves.
   std::vector<Hook> hooks() {
     for (std::uint32_t i = 0, first = no_index; i < roots_.size(); ++i) {
       if (roots_[i] == 0 || inner_[i] == 0) continue;
@@ -72,7 +72,8 @@ class PieceTree {
 
   std::uint32_t piece_of_triangle(std::uint32_t t) const { return piece_[surface_.triangles[t][0]]; }
 
-  /// Boruvka's step: each cluster but the one with the most points joins what is nearest to it. False when there is one cluster.
+  /// Boruvka's step: each cluster but the one with the most points joins what is nearest to it. False when there is one
+  /// cluster.
   bool join_nearest() {
     std::vector<std::uint32_t> of(roots_.size()), size(roots_.size());
     for (std::uint32_t i = 0; i < of.size(); ++i) of[i] = clusters_.find(i);

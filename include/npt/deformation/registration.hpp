@@ -1,16 +1,16 @@
-/// Non-rigid registration: the source deforms until it lies on the target, markers on markers. In two phases, each of them
-/// linear least squares problems in the source's points and fourth vertices:
+/// Non-rigid registration: the source deforms until it lies on the target, markers on markers. In two phases, each of
+/// them linear least squares problems in the source's points and fourth vertices:
 ///   E = wS sum over ordered pairs of adjacent triangles ||T_i - T_j||_F^2
 ///     + wI sum over triangles ||T_i - I||_F^2
 ///     + wC sum over points |v_i - c_i|^2,   the markers as hard constraints
 ///   1. wC = 0
-///   2. wC grows geometrically, with c_i the closest point of the target whose normal is less than 90 degrees away from the
-///      point's, found anew before each step. A point whose closest one lies on an open border has no such term.
-/// The third term has a unit, so its weight means something only with one: the target's size, the diagonal of its bounding
-/// box, counts as `size`. Before all, a similarity that fits the markers best moves the source onto the target
-/// (markers in one place: the diagonals give the scale).
-/// Pieces of the source without a marker are tied to what they are nearest to; triangles without an area keep their sides;
-/// points without a triangle don't take part.
+///   2. wC grows geometrically, with c_i the closest point of the target whose normal is less than 90 degrees away,
+///      found anew before each step. A point whose closest one lies on an open border has no such term.
+/// The third term has a unit, so its weight means something only with one: the diagonal of the target's bounding box
+/// counts as `size`. Before all, the similarity that fits the markers best moves the source onto the target (markers in
+/// one place: the diagonals give the scale).
+/// Pieces of the source without a marker are tied to what they are nearest to; triangles without an area keep their
+/// sides; points without a triangle don't take part.
 /// Numerics  double; the same bits for any executor
 /// Errors    npt::Error for no markers, markers out of range, in no face, or that pull one point to two places
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, section 5
@@ -23,13 +23,13 @@
 #include <npt/deformation/deformation_gradient.hpp>
 #include <npt/deformation/markers.hpp>
 #include <npt/deformation/piece_tree.hpp>
+#include <npt/deformation/registration_system.hpp>
+#include <npt/deformation/registration_target.hpp>
 #include <npt/deformation/surface.hpp>
 #include <npt/linear/similarity.hpp>
-#include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/parallel/executor.hpp>
-#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <array>
@@ -70,161 +70,8 @@ struct Registration {
 
 namespace deformation {
 
-/// Unit normals of triangles at `positions`; (0, 0, 0) for one without an area.
-inline std::vector<Vec3d> triangle_normals(const Surface& surface, std::span<const Vec3d> positions) {
-  std::vector<Vec3d> normals(surface.triangles.size());
-  for (std::size_t t = 0; t < normals.size(); ++t) {
-    const auto [a, b, c] = surface.corners(t, positions);
-    if (!is_flat(a, b, c)) normals[t] = normalised(cross(b - a, c - a));
-  }
-  return normals;
-}
-
-struct Side {
-  Edge edge;
-  std::uint32_t triangle = 0;
-  friend auto operator<=>(const Side&, const Side&) = default;  // NOLINT(modernize-use-nullptr)
-};
-
-/// The sides of triangles that are not flat, sorted: those of one edge stand together.
-inline std::vector<Side> sorted_sides(const Surface& surface) {
-  std::vector<Side> sides;
-  for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
-    if (surface.flat[t] != 0) continue;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto [a, b] = std::minmax(surface.triangles[t][i], surface.triangles[t][(i + 1) % 3]);
-      sides.push_back({{a, b}, t});
-    }
-  }
-  std::ranges::sort(sides);
-  return sides;
-}
-
-/// The target, to find closest points on.
-class RegistrationTarget {
- public:
-  explicit RegistrationTarget(const Surface& surface)
-      : triangles_(surface.triangles),
-        normals_(triangle_normals(surface, surface.points)),
-        on_border_(surface.points.size()),
-        tree_(surface.points, surface.triangles) {
-    const std::vector<Side> sides = sorted_sides(surface);
-    for (std::size_t i = 0; i < sides.size(); ++i) {
-      const bool alone = (i == 0 || sides[i - 1].edge != sides[i].edge) &&
-                         (i + 1 == sides.size() || sides[i + 1].edge != sides[i].edge);
-      if (!alone) continue;
-      borders_.push_back(sides[i].edge);
-      for (const std::uint32_t p : sides[i].edge) on_border_[p] = 1;
-    }
-  }
-
-  /// The closest point with a normal on `normal`'s side; nothing where there is none or it lies on an open border.
-  std::optional<Vec3d> closest(Vec3d p, Vec3d normal) const {
-    const ClosestPoint found =
-        tree_.closest(p, [&](std::uint32_t triangle) { return dot(normals_[triangle], normal) > 0; });
-    if (found.triangle == no_index || is_on_border(found)) return std::nullopt;
-    return found.point;
-  }
-
- private:
-  bool is_on_border(const ClosestPoint& point) const {
-    std::array<std::uint32_t, 3> corners{};
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < 3; ++i)
-      if (point.weights[i] > 0) corners[count++] = triangles_[point.triangle][i];
-    if (count == 1) return on_border_[corners[0]] != 0;
-    if (count == 3 || on_border_[corners[0]] == 0 || on_border_[corners[1]] == 0) return false;
-    return std::ranges::binary_search(borders_,
-                                      Edge{std::min(corners[0], corners[1]), std::max(corners[0], corners[1])});
-  }
-
-  std::vector<Triangle> triangles_;
-  std::vector<Vec3d> normals_;
-  std::vector<char> on_border_;
-  std::vector<Edge> borders_;
-  TriangleTree tree_;
-};
-
-/// The least squares problem in the source's points (0 .. P - 1) and fourth vertices (P + triangle), some of them fixed.
-class RegistrationSystem {
- public:
-  /// A variable times a vector; a scalar term's is (a, 0, 0).
-  struct Part {
-    std::uint32_t variable = 0;
-    Vec3d slope;
-  };
-
-  explicit RegistrationSystem(std::size_t variables) : unknown_(variables, no_index), value_(variables) {}
-
-  void use(std::uint32_t variable) { unknown_[variable] = 0; }
-  /// A fixed variable is used too.
-  void fix(std::uint32_t variable, Vec3d value) {
-    unknown_[variable] = fixed;
-    value_[variable] = value;
-  }
-  /// After all variables are named, before any term.
-  void number_unknowns() {
-    count_ = 0;
-    for (std::uint32_t& unknown : unknown_)
-      if (unknown != no_index && unknown != fixed) unknown = count_++;
-    sides_.assign(count_, Vec3d{});
-    entries_.clear();
-  }
-
-  /// Adds weight * ||sum of variable slope^T - goal||_F^2.
-  void add(std::span<const Part> parts, double weight, const Matrix3& goal = {}) {
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-      const std::uint32_t row = unknown_[parts[i].variable];
-      if (row == fixed) continue;
-      sides_[row] += goal * parts[i].slope * weight;
-      for (std::size_t k = 0; k < parts.size(); ++k) {
-        const std::uint32_t column = unknown_[parts[k].variable];
-        const double value = weight * dot(parts[i].slope, parts[k].slope);
-        if (column == fixed) {
-          sides_[row] += value_[parts[k].variable] * -value;
-        } else if (column <= row) {  // the other half is its mirror image
-          entries_.push_back({row, column, value});
-        }
-      }
-    }
-  }
-
-  /// Solves with weight * |variable - goal|^2 for each of `goals` added for this time only.
-  const std::vector<Vec3d>& solve(std::span<const std::pair<std::uint32_t, Vec3d>> goals, double weight) {
-    const std::size_t own = entries_.size();
-    std::vector<Vec3d> x = sides_;
-    // Every diagonal entry is there in each solve, if only as 0: a pattern that stays keeps its ordering.
-    for (std::uint32_t u = 0; u < count_; ++u) entries_.push_back({u, u, 0});
-    for (const auto& [variable, goal] : goals) {
-      const std::uint32_t u = unknown_[variable];
-      if (u == fixed) continue;
-      entries_[own + u].value += weight;
-      x[u] += goal * weight;
-    }
-    if (cholesky_) {
-      cholesky_->factor(entries_);
-    } else {
-      cholesky_.emplace(count_, entries_);
-    }
-    entries_.resize(own);
-    cholesky_->solve(x);
-    for (std::size_t v = 0; v < unknown_.size(); ++v)
-      if (unknown_[v] != no_index && unknown_[v] != fixed) value_[v] = x[unknown_[v]];
-    return value_;
-  }
-
- private:
-  static constexpr std::uint32_t fixed = no_index - 1;
-
-  std::vector<std::uint32_t> unknown_;  ///< number of each variable's unknown; no_index: it isn't used
-  std::vector<Vec3d> value_;            ///< of each variable
-  std::uint32_t count_ = 0;
-  std::vector<SymmetricEntry> entries_;
-  std::vector<Vec3d> sides_;
-  std::optional<SparseCholesky> cholesky_;
-};
-
-/// Both meshes in the frame of the registration, where the target's diagonal is options.size.
+/// Both meshes where the registration sees them: the source moved by the similarity, the target's diagonal
+/// options.size.
 class RegistrationRun {
  public:
   RegistrationRun(const Surface& source, const Surface& target, std::span<const Marker> markers,
@@ -263,7 +110,7 @@ class RegistrationRun {
   }
 
  private:
-  using Part = RegistrationSystem::Part;
+  using Term = RegistrationSystem::Term;
 
   Similarity similarity_of(std::span<const Marker> markers) const {
     if (markers.empty()) throw Error({.file = "markers", .found = "none", .expected = "at least one"});
@@ -334,20 +181,21 @@ class RegistrationRun {
       if (source_.flat[t] == 0) {
         rest_[t] = RestTriangle(a, b, c);
         weight_[t] = source_.weight(t, side);
-        system_.add(parts(t), options_.identity * weight_[t], Matrix3::identity());
+        system_.add(gradient_terms(t), options_.identity * weight_[t], Matrix3::identity());
         continue;
       }
       for (std::size_t i = 0; i < 3; ++i) {
         const std::uint32_t p = source_.triangles[t][i], q = source_.triangles[t][(i + 1) % 3];
         if (p == q) continue;
         const Vec3d along = (source_.points[q] - source_.points[p]) / side;
-        system_.add(std::array<Part, 2>{{{q, {1 / side, 0, 0}}, {p, {-1 / side, 0, 0}}}}, options_.identity,
+        system_.add(std::array<Term, 2>{{{q, {1 / side, 0, 0}}, {p, {-1 / side, 0, 0}}}}, options_.identity,
                     outer(along, {1, 0, 0}));
       }
     }
   }
 
-  std::array<Part, 4> parts(std::size_t t) const {
+  /// T of a triangle that isn't flat.
+  std::array<Term, 4> gradient_terms(std::size_t t) const {
     const Triangle& triangle = source_.triangles[t];
     const auto& slopes = rest_[t].slopes;
     return {{{triangle[0], slopes[0]}, {triangle[1], slopes[1]}, {triangle[2], slopes[2]}, {fourth(t), slopes[3]}}};
@@ -355,28 +203,28 @@ class RegistrationRun {
 
   /// T_i - T_j. Both orders of a pair are in the sum.
   void add_difference(std::size_t i, std::size_t j) {
-    std::array<Part, 8> sum{};
+    std::array<Term, 8> sum{};
     std::size_t count = 0;
-    const auto merge = [&](const Part& part, double sign) {
+    const auto merge = [&](const Term& term, double sign) {
       std::size_t k = 0;
-      while (k < count && sum[k].variable != part.variable) ++k;
-      if (k == count) sum[count++].variable = part.variable;
-      sum[k].slope += part.slope * sign;
+      while (k < count && sum[k].variable != term.variable) ++k;
+      if (k == count) sum[count++].variable = term.variable;
+      sum[k].slope += term.slope * sign;
     };
-    for (const Part& part : parts(i)) merge(part, 1);
-    for (const Part& part : parts(j)) merge(part, -1);
+    for (const Term& term : gradient_terms(i)) merge(term, 1);
+    for (const Term& term : gradient_terms(j)) merge(term, -1);
     system_.add(std::span(sum).first(count), 2 * options_.smoothness * std::min(weight_[i], weight_[j]));
   }
 
   /// Where more than two triangles share an edge, each is adjacent to the next in their order.
   void add_adjacent() {
-    const std::vector<Side> sides = sorted_sides(source_);
+    const std::vector<TriangleSide> sides = sorted_sides(source_);
     for (std::size_t i = 1; i < sides.size(); ++i)
       if (sides[i - 1].edge == sides[i].edge) add_difference(sides[i - 1].triangle, sides[i].triangle);
   }
 
-  /// A piece without a marker keeps the place of its hook in the frame of the triangle that it hangs on, and the gradients of a
-  /// triangle at the hook and of that one are to be alike.
+  /// A piece without a marker keeps the place of its hook relative to the triangle that it hangs on, and the gradients
+  /// of a triangle at the hook and of that one are to be alike.
   void add_ties(std::span<const Marker> markers) {
     const Pieces pieces = pieces_of(source_);
     std::vector<char> marked(pieces.count);
@@ -397,10 +245,10 @@ class RegistrationRun {
     for (const auto& [piece, point, at] : PieceTree(source_, pieces.of_point, marked).hooks()) {
       if (used_[point] == 0) continue;  // a point without a triangle
       const std::size_t t = at.triangle;
-      const std::array<Part, 4> frame = parts(t);
-      const Vec3d offset = source_.points[point] - source_.points[frame[0].variable];
-      std::array<Part, 5> sum{};
-      for (std::size_t k = 0; k < 4; ++k) sum[k] = {frame[k].variable, {-dot(frame[k].slope, offset), 0, 0}};
+      const std::array<Term, 4> gradient = gradient_terms(t);
+      const Vec3d offset = source_.points[point] - source_.points[gradient[0].variable];
+      std::array<Term, 5> sum{};
+      for (std::size_t k = 0; k < 4; ++k) sum[k] = {gradient[k].variable, {-dot(gradient[k].slope, offset), 0, 0}};
       sum[0].slope.x -= 1;
       sum[4] = {point, {1, 0, 0}};
       system_.add(sum, tie / (side * side));
@@ -444,7 +292,8 @@ class RegistrationRun {
 
 }  // namespace deformation
 
-/// Brings `source` onto `target`. `progress` is called after every step, in the calling thread; what it throws ends the run.
+/// Brings `source` onto `target`. `progress` is called after every step, in the calling thread; what it throws ends the
+/// run.
 template <Executor Exec = SerialExecutor>
 Registration register_surfaces(const deformation::Surface& source, const deformation::Surface& target,
                                std::span<const Marker> markers, const RegistrationOptions& options = {},

@@ -1,5 +1,6 @@
 /// A mesh as deformation transfer sees it: triangles in double, coincident vertices welded, and what hangs together.
-/// Errors    npt::Error for what validate() finds, for a mesh without faces, and for one without a face that has an area
+/// Errors    npt::Error for what validate() finds, for a mesh without faces, and for one without a face that has an
+///           area
 #pragma once
 
 #include <npt/config.hpp>
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <array>
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -52,8 +54,9 @@ struct Surface {
     }
     return sum / (3 * static_cast<double>(triangles.size()));
   }
-  /// Gradients are differences over heights, so that the energies here weigh a triangle by the inverse square of its height. Below
-  /// a hundredth of `side`, the mean side, that is taken back: else a few slivers would drown all others in rounding errors.
+  /// Gradients are differences over heights, so that the energies here weigh a triangle by the inverse square of its
+  /// height. Below a hundredth of `side`, the mean side, that is taken back: else a few slivers would drown all others
+  /// in rounding errors.
   double weight(std::size_t t, double side) const {
     const auto [a, b, c] = corners(t);
     const double height = length(cross(b - a, c - a)) / std::max({length(b - a), length(c - b), length(a - c)});
@@ -69,7 +72,7 @@ struct Surface {
   }
 };
 
-/// `name` stands in messages of errors.
+/// The surface of a mesh. `name` stands in messages of errors.
 inline Surface surface_of(const Mesh& mesh, const std::string& name, bool weld_seams = true) {
   validate(mesh, name);
   if (mesh.face_count() == 0) throw Error({.file = name, .found = "no faces", .expected = "a mesh with faces"});
@@ -89,8 +92,39 @@ inline Surface surface_of(const Mesh& mesh, const std::string& name, bool weld_s
   return surface;
 }
 
-/// Which piece each point belongs to: pieces hang together by triangles. Piece 0 has the most triangles that are not flat;
-/// points of no triangle are pieces of their own, at the end.
+/// Unit normals of triangles at `positions`; (0, 0, 0) for one without an area.
+inline std::vector<Vec3d> triangle_normals(const Surface& surface, std::span<const Vec3d> positions) {
+  std::vector<Vec3d> normals(surface.triangles.size());
+  for (std::size_t t = 0; t < normals.size(); ++t) {
+    const auto [a, b, c] = surface.corners(t, positions);
+    if (!is_flat(a, b, c)) normals[t] = normalised(cross(b - a, c - a));
+  }
+  return normals;
+}
+
+/// A side of a triangle as an edge {a, b}, a < b.
+struct TriangleSide {
+  Edge edge;
+  std::uint32_t triangle = 0;
+  friend auto operator<=>(const TriangleSide&, const TriangleSide&) = default;  // NOLINT(modernize-use-nullptr)
+};
+
+/// The sides of triangles that are not flat, sorted: those of one edge stand together.
+inline std::vector<TriangleSide> sorted_sides(const Surface& surface) {
+  std::vector<TriangleSide> sides;
+  for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
+    if (surface.flat[t] != 0) continue;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto [a, b] = std::minmax(surface.triangles[t][i], surface.triangles[t][(i + 1) % 3]);
+      sides.push_back({{a, b}, t});
+    }
+  }
+  std::ranges::sort(sides);
+  return sides;
+}
+
+/// Which piece each point belongs to: pieces hang together by triangles. Piece 0 has the most triangles that are not
+/// flat; points of no triangle are pieces of their own, at the end.
 struct Pieces {
   std::vector<std::uint32_t> of_point;  ///< [P]
   std::size_t count = 0;

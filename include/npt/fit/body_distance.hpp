@@ -1,13 +1,13 @@
 /// How far a posed body and a mesh are apart, as a smooth function of the body's parameters that L-BFGS can minimise.
 ///   E(x) = sum_i a_i rho(|v_i(x) - mesh|^2) + sum_k b_k rho(|q_k - body(x)|^2) + priors
-/// v_i are the body's vertices with a_i their share of its area, q_k points of the mesh spread evenly, and |. - surface| is
-/// the distance to the closest point of the other surface whose normal faces the same way. Both are found anew at every x, so E is
-/// what it says and not a surrogate with fixed pairs; the gradient follows from the closest points, which do not
-/// change to first order.
+/// v_i are the body's vertices with a_i their share of its area, q_k points of the mesh spread evenly. A distance from
+/// a surface is that to its closest point whose normal faces the same way. Closest points are found anew at every x,
+/// so E is what it says and not a surrogate with fixed pairs; the gradient follows from them, as they do not change to
+/// first order.
 /// Units     E in square centimetres for meshes in metres
-/// Numerics  rho(s) = s c^2 / (s + c^2) (Geman and McClure): a point farther away than a few c stops counting. Sums are in index
-///           order, so that results don't depend on the executor
-/// Source    Wang et al., CVPR 2020, supplement C.1; the priors as in Bogo et al., "Keep it SMPL", ECCV 2016, section 3.3
+/// Numerics  rho(s) = s c^2 / (s + c^2) (Geman and McClure): a point farther away than a few c stops counting. Sums are
+///           in index order, so that results don't depend on the executor
+/// Source    Wang et al., CVPR 2020, supplement C.1; priors: Bogo et al., "Keep it SMPL", ECCV 2016, section 3.3
 #pragma once
 
 #include <npt/config.hpp>
@@ -160,8 +160,8 @@ class BodyDistance {
 
 namespace fit::internal {
 
-/// [n parameters][4 vertices] Derivatives of the level's vertices: along the normal, and weakly along each axis, for where the
-/// surface slides in itself. By differences: exact ones would be no better a guess.
+/// [n parameters][4 vertices] Derivatives of the level's vertices: along the normal, and weakly along each axis, for
+/// where the surface slides in itself. By differences: exact ones would be no better a guess.
 inline std::vector<double> distance_jacobian(const BodyLevel& level, std::span<const double> at, std::size_t n) {
   constexpr double change = 1e-4, slide = 0.15;
   const DifferentiableBody& body = level.body();
@@ -187,11 +187,11 @@ inline std::vector<double> distance_jacobian(const BodyLevel& level, std::span<c
 
 }  // namespace fit::internal
 
-/// How steeply the distance of a body from a surface that it nearly lies on grows with its first n parameters: the Gauss-Newton
-/// matrix of the distances along the normals and the priors' own, factored as L L^T. Every vertex of `level` must be a probe.
-/// L-BFGS in its coordinates, x = x0 + L^-T y, sees all directions about equally steep: in plain parameters a finger's angle moves
-/// the surface a thousandth of what the translation does, and 80 iterations left 2 mm where 15 now leave 1 mm (median of 40
-/// random bodies).
+/// How steeply the distance of a body from a surface that it nearly lies on grows with its first n parameters: the
+/// Gauss-Newton matrix of the distances along the normals and the priors' own, factored as L L^T. Every vertex of
+/// `level` must be a probe. L-BFGS in its coordinates, x = x0 + L^-T y, sees all directions about equally steep: in
+/// plain parameters a finger's angle moves the surface a thousandth of what the translation does, and 80 iterations
+/// left 2 mm where 15 now leave 1 mm (median of 40 random bodies).
 /// Errors    npt::Error for parameters that are not finite
 /// Source    Nocedal and Wright, "Numerical Optimization", 2006, sections 5.1 (preconditioning) and 10.3
 inline DenseCholesky body_curvature(const BodyLevel& level, const PosePrior& prior, const BodyDistanceOptions& options,

@@ -1,13 +1,17 @@
-/// Fits a body model to a mesh of any vertex order: translation, pose and shape, by L-BFGS on the distance of the surfaces.
-///   1. starts   the rest pose in several directions, its limbs set one by one to the best of a coarse grid (BodySketch)
-///   2. search   each start is optimised on a coarse body, first the pose and then the shape with it, with a wide kernel and strong
-///               priors, until two starts have led to one place; then limbs are looked over once more
+/// Fits a body model to a mesh of any vertex order: translation, pose and shape, by L-BFGS on the distance of the
+/// surfaces.
+///   1. starts   the rest pose in several directions, its limbs set one by one to the best of a coarse grid
+///   2. search   each start is optimised on a coarse body, first the pose and then the shape with it, with a wide
+///   kernel
+///               and strong priors, until two starts have led to one place; then limbs are looked over once more
 ///   3. finish   all vertices, narrow kernel, weak priors
-/// A fit needs no landmarks, no skeleton and no correspondences; faces are needed, for a surface to measure distances from.
+/// A fit needs no landmarks, no skeleton and no correspondences; faces are needed, for a surface to measure distances
+/// from.
 /// Units     those of the model, metres. A mesh in another unit is an error
 /// Numerics  double. Bodies made by the model come back to 1 mm RMS over vertices (docs/baselines.md)
 /// Threads   a fitter may be used by several threads at a time; a fit itself runs in its caller's
-/// Errors    npt::Error for a mesh without a triangle that has an area, and for one of quite another size than the model
+/// Errors    npt::Error for a mesh without a triangle that has an area, and for one of quite another size than the
+///           model
 /// Source    Wang et al., CVPR 2020, supplement C.1
 #pragma once
 
@@ -76,7 +80,7 @@ class BodyFitter {
     const FitTarget target(points, triangles, options_.samples, name);
     check_size(target, name);
     BodyFit result;
-    Place best = search(target, result);
+    Candidate best = search(target, result);
     BodyDistance distance(full_, target, finish, prior_);
     descend(distance, finish, 60, model_->shape_count(), best, result);
     result.distance = std::sqrt(distance.data_value() / (BodyDistance::per_square_metre * (1 + finish.mesh_share)));
@@ -104,7 +108,7 @@ class BodyFitter {
   static constexpr double poor_sketch = 0.03;
 
   /// Parameters and their distance, or sketch.
-  struct Place {
+  struct Candidate {
     std::vector<double> x;
     double value = 0;
   };
@@ -141,42 +145,44 @@ class BodyFitter {
                  .expected = "about that of the body model, " + std::to_string(area) + ": the model's unit"});
   }
 
-  Place search(const FitTarget& target, BodyFit& result) const {
+  Candidate search(const FitTarget& target, BodyFit& result) const {
     BodySketch sketch(tiny_, target);
     BodyDistance distance(coarse_, target, first, prior_);
-    std::vector<Place> found;
-    for (Place& start : starts(sketch)) {
+    std::vector<Candidate> found;
+    for (Candidate& start : starts(sketch)) {
       optimise(distance, start, result);
       ++result.starts;
-      const bool again = std::ranges::any_of(found, [&](const Place& other) { return same(start, other); });
+      const bool again = std::ranges::any_of(found, [&](const Candidate& other) { return same(start, other); });
       found.push_back(std::move(start));
       if (again) break;
     }
-    Place best = *std::ranges::min_element(found, {}, &Place::value);
+    Candidate best = *std::ranges::min_element(found, {}, &Candidate::value);
     free_limbs(sketch, distance, best, result);
     return best;
   }
 
-  /// A limb may be stuck, such as an arm inside the trunk. Or two may have changed places. Where the fit isn't good, both arms, both
-  /// legs and then each limb start anew, straight at first, from the poses of the grid that suit the rest of the body best.
-  void free_limbs(BodySketch& sketch, BodyDistance& distance, Place& best, BodyFit& result) const {
+  /// A limb may be stuck, such as an arm inside the trunk. Or two may have changed places. Where the fit isn't good,
+  /// both arms, both legs and then each limb start anew, straight at first, from the poses of the grid that suit the
+  /// rest of the body best.
+  void free_limbs(BodySketch& sketch, BodyDistance& distance, Candidate& best, BodyFit& result) const {
     if (model_->joint_count() != smpl_joint_count) return;
-    static constexpr std::array<std::array<std::size_t, 2>, 6> groups{{{0, 1}, {2, 3}, {0, 0}, {1, 1}, {2, 2}, {3, 3}}};
-    for (std::size_t i = 0; i < 2 * groups.size() && best.value > good; ++i) {
-      const auto& group = groups[i % groups.size()];
-      Place other = best;
-      for (const std::size_t limb : group) put(limbs()[limb].front(), other);
+    static constexpr std::array<std::array<std::size_t, 2>, 6> limb_pairs{
+        {{0, 1}, {2, 3}, {0, 0}, {1, 1}, {2, 2}, {3, 3}}};
+    for (std::size_t i = 0; i < 2 * limb_pairs.size() && best.value > good; ++i) {
+      const auto& pair = limb_pairs[i % limb_pairs.size()];
+      Candidate other = best;
+      for (const std::size_t limb : pair) put(limbs()[limb].front(), other);
       std::fill(other.x.end() - static_cast<std::ptrdiff_t>(model_->shape_count()), other.x.end(), 0.0);
       other.value = sketch(other.x);
       for (int round = 0; round < 2; ++round)
-        for (const std::size_t limb : group) set_limb(sketch, limb, other);
+        for (const std::size_t limb : pair) set_limb(sketch, limb, other);
       optimise(distance, other, result);
       if (other.value < best.value) best = other;
     }
   }
 
   /// Whether two searches ended at one place: coarse vertices within 1 cm RMS.
-  bool same(const Place& a, const Place& b) const {
+  bool same(const Candidate& a, const Candidate& b) const {
     if (std::abs(a.value - b.value) > 0.05 * std::min(a.value, b.value)) return false;
     std::vector<Vec3d> p(tiny_.body().vertex_count()), q(p.size());
     DifferentiableBody::State state;
@@ -187,32 +193,32 @@ class BodyFitter {
     return sum < 1e-4;
   }
 
-  void optimise(BodyDistance& distance, Place& place, BodyFit& result) const {
-    descend(distance, first, 15, 0, place, result);
-    descend(distance, second, 25, model_->shape_count(), place, result);
-    descend(distance, third, 30, model_->shape_count(), place, result);
+  void optimise(BodyDistance& distance, Candidate& candidate, BodyFit& result) const {
+    descend(distance, first, 15, 0, candidate, result);
+    descend(distance, second, 25, model_->shape_count(), candidate, result);
+    descend(distance, third, 30, model_->shape_count(), candidate, result);
   }
 
-  /// L-BFGS from `place`, of the first `shapes` shape parameters. Where the closest points jump, a line search may find
-  /// nothing: then it starts again from there, up to three times.
+  /// L-BFGS from `candidate` in the first `shapes` shape parameters. Where the closest points jump, a line search may
+  /// find nothing: then it starts again from there, up to three times.
   void descend(BodyDistance& distance, const BodyDistanceOptions& options, int iterations, std::size_t shapes,
-               Place& place, BodyFit& result) const {
+               Candidate& candidate, BodyFit& result) const {
     const std::size_t n = 3 + 3 * model_->joint_count() + shapes;
-    std::vector<double> y(n), step(n), all(place.x.size());
+    std::vector<double> y(n), step(n), all(candidate.x.size());
     for (int round = 0; round < 3 && iterations > 0; ++round) {
       BodyDistanceOptions now = options;
       if (round == 1) now.facing = -2;
       distance.set_options(now);
-      const DenseCholesky curvature = body_curvature(coarse_, prior_, options, place.x, n);
-      const std::vector<double> from = place.x;
+      const DenseCholesky curvature = body_curvature(coarse_, prior_, options, candidate.x, n);
+      const std::vector<double> from = candidate.x;
       const auto move = [&](std::span<const double> to) {
         std::ranges::copy(to, step.begin());
         curvature.solve_upper(step);
-        for (std::size_t i = 0; i < n; ++i) place.x[i] = from[i] + step[i];
+        for (std::size_t i = 0; i < n; ++i) candidate.x[i] = from[i] + step[i];
       };
       const auto objective = [&](std::span<const double> at, std::span<double> gradient) {
         move(at);
-        const double value = distance(place.x, all);
+        const double value = distance(candidate.x, all);
         std::copy_n(all.begin(), n, gradient.begin());
         curvature.solve_lower(gradient);
         return value;
@@ -222,36 +228,36 @@ class BodyFitter {
           objective, y,
           {.memory = 20, .max_iterations = iterations, .gradient_tolerance = 1e-6, .least_decrease = 1e-3});
       move(y);
-      place.value = r.value;
+      candidate.value = r.value;
       result.evaluations += r.evaluations;
       iterations -= r.iterations;
       if (r.converged) break;
     }
   }
 
-  /// For each direction the rest pose with its limbs set; the best ones first. Where no upright one fits, the mesh may lie, or
-  /// come from a program with another vertical axis.
-  std::vector<Place> starts(BodySketch& sketch) const {
+  /// For each direction the rest pose with its limbs set; the best ones first. Where no upright one fits, the mesh may
+  /// lie, or come from a program with another vertical axis.
+  std::vector<Candidate> starts(BodySketch& sketch) const {
     const std::vector<Vec3d> directions = start_directions(options_.yaws);
     const auto upright = static_cast<std::size_t>(options_.yaws);
-    std::vector<Place> all, others;
+    std::vector<Candidate> all, others;
     for (std::size_t i = 0; i < directions.size(); ++i) {
-      Place place;
-      place.x.assign(tiny_.body().parameter_count(), 0.0);
-      place.x[3] = directions[i].x, place.x[4] = directions[i].y, place.x[5] = directions[i].z;
-      place.value = sketch(place.x);
-      if (i < upright) set_limbs(sketch, place);
-      (i < upright ? all : others).push_back(std::move(place));
+      Candidate candidate;
+      candidate.x.assign(tiny_.body().parameter_count(), 0.0);
+      candidate.x[3] = directions[i].x, candidate.x[4] = directions[i].y, candidate.x[5] = directions[i].z;
+      candidate.value = sketch(candidate.x);
+      if (i < upright) set_limbs(sketch, candidate);
+      (i < upright ? all : others).push_back(std::move(candidate));
     }
-    if (std::ranges::min(all, {}, &Place::value).value > poor_sketch) {
-      std::ranges::stable_sort(others, {}, &Place::value);
+    if (std::ranges::min(all, {}, &Candidate::value).value > poor_sketch) {
+      std::ranges::stable_sort(others, {}, &Candidate::value);
       others.resize(std::min(others.size(), upright));
-      for (Place& place : others) {
-        set_limbs(sketch, place);
-        all.push_back(std::move(place));
+      for (Candidate& candidate : others) {
+        set_limbs(sketch, candidate);
+        all.push_back(std::move(candidate));
       }
     }
-    std::ranges::stable_sort(all, {}, &Place::value);
+    std::ranges::stable_sort(all, {}, &Candidate::value);
     all.resize(std::min(all.size(), std::max<std::size_t>(1, options_.starts)));
     return all;
   }
@@ -261,30 +267,30 @@ class BodyFitter {
     return all;
   }
 
-  static void put(const LimbPose& pose, Place& place) {
+  static void put(const LimbPose& pose, Candidate& candidate) {
     for (std::size_t i = 0; i < pose.joints.size(); ++i) {
       const Vec3d a = pose.axis_angles[i];
-      double* to = &place.x[3 + 3 * pose.joints[i]];
+      double* to = &candidate.x[3 + 3 * pose.joints[i]];
       to[0] = a.x, to[1] = a.y, to[2] = a.z;
     }
   }
 
-  /// Sets a limb to the pose of the grid at which the sketch is least, if that is less than `place.value`.
-  static void set_limb(BodySketch& sketch, std::size_t limb, Place& place) {
-    const Place current = place;
+  /// Sets a limb to the pose of the grid at which the sketch is least, if that is less than `candidate.value`.
+  static void set_limb(BodySketch& sketch, std::size_t limb, Candidate& candidate) {
+    const Candidate current = candidate;
     for (const LimbPose& pose : limbs()[limb]) {
-      Place other = current;
+      Candidate other = current;
       put(pose, other);
       other.value = sketch(other.x);
-      if (other.value < place.value) place = std::move(other);
+      if (other.value < candidate.value) candidate = std::move(other);
     }
   }
 
   /// All limbs, twice: legs first, since they are the heavier ones.
-  void set_limbs(BodySketch& sketch, Place& place) const {
+  void set_limbs(BodySketch& sketch, Candidate& candidate) const {
     if (model_->joint_count() != smpl_joint_count) return;
     for (int round = 0; round < 2; ++round)
-      for (const std::size_t limb : {2U, 3U, 0U, 1U}) set_limb(sketch, limb, place);
+      for (const std::size_t limb : {2U, 3U, 0U, 1U}) set_limb(sketch, limb, candidate);
   }
 
   std::shared_ptr<const BodyModel> model_;

@@ -32,13 +32,13 @@ class BodyLevel {
     Vec3d normal;              ///< unit, in the mean shape's rest pose
   };
 
-  /// Of at most `count` vertices, each a probe.
+  /// A level of at most `count` vertices, each a probe.
   BodyLevel(const BodyModel& model, std::size_t count) : BodyLevel(model, choose(model, count)) {
     probes_ = probes_of(model, choose(model, count));
     for (std::uint32_t i = 0; i < probes_.size(); ++i) probes_[i].vertex = i;
   }
 
-  /// All vertices and triangles, with at most `probe_count` probes.
+  /// The level of all vertices and triangles, with at most `probe_count` probes.
   static BodyLevel full(const BodyModel& model, std::size_t probe_count) {
     BodyLevel level(model, choose(model, model.vertex_count()));
     level.probes_ = probes_of(model, choose(model, probe_count));

@@ -1,9 +1,10 @@
-/// A body's vertices as a function of its parameters, and the gradient of a function of the vertices with respect to the
-/// parameters: reverse mode through linear blend skinning, the kinematic tree and Rodrigues' formula.
-///   parameters   x = [translation 3, axis angles 3 J, betas S], all in one row: BodyModel's, and a translation added to
-///                every vertex
+/// A body's vertices as a function of its parameters, and the gradient of a function of the vertices with respect to
+/// the parameters: reverse mode through linear blend skinning, the kinematic tree and Rodrigues' formula.
+///   parameters   x = [translation 3, axis angles 3 J, betas S], in one row: BodyModel's, and a translation of all
+///                vertices
 /// Shapes    vertices, gradients: [n] for the n vertices that were named at construction
-/// Numerics  double; the forward pass agrees with BodyModel::posed() to float's rounding, gradients with finite differences
+/// Numerics  double; the forward pass agrees with BodyModel::posed() to float's rounding, gradients with finite
+///           differences
 /// Source    Loper et al., "SMPL", 2015; the derivative of a rotation: Gallego and Yezzi, "A compact formula for the
 ///           derivative of a 3-D rotation in exponential coordinates", 2015
 #pragma once
@@ -36,7 +37,7 @@ constexpr double inner(const Matrix3& a, const Matrix3& b) {
   return dot(a.rows[0], b.rows[0]) + dot(a.rows[1], b.rows[1]) + dot(a.rows[2], b.rows[2]);
 }
 
-/// From d/dR to d/d(axis angle), R = rotation_matrix(axis_angle).
+/// The gradient with respect to an axis angle, from that with respect to R = rotation_matrix(axis_angle).
 inline Vec3d axis_angle_gradient(Vec3d axis_angle, const Matrix3& r, const Matrix3& gradient) {
   // With a generator w, dR = [w]x R: the sum of entries of `gradient` times [w]x R is w . turn.
   const Matrix3 m = gradient * r.transposed();
@@ -63,9 +64,10 @@ class DifferentiableBody {
     std::vector<Vec3d> shaped;         ///< [n] vertices of the rest pose
   };
 
-  /// Of all vertices.
+  /// The body with all its vertices.
   explicit DifferentiableBody(const BodyModel& model) : DifferentiableBody(model, all_of(model)) {}
 
+  /// The body with some vertices only.
   /// Requires  vertices below the model's count
   DifferentiableBody(const BodyModel& model, std::vector<std::uint32_t> vertices)
       : vertices_(std::move(vertices)), rest_joints_(model.rest_joints()) {
@@ -210,7 +212,7 @@ class DifferentiableBody {
     return at_rest;
   }
 
-  /// From the bones to the parameters, children before parents.
+  /// Carries the bones' gradients on to the parameters, children before parents.
   void bones_backward(std::span<const double> x, const State& state, std::span<const double> bend_gradient,
                       Bones& bones, std::span<double> gradient) const {
     using fit::internal::transposed_times;

@@ -1,6 +1,6 @@
 /// A mesh as a body is fitted to it: its triangles in a tree, which way they face, and points spread over them.
-/// Bad meshes   triangles without area are left out; a component whose triangles don't face consistently, or that is too open for
-///              an inside, is used without normals; one that faces inwards is turned. Unused vertices don't count
+/// Meshes    triangles without area are left out; a component whose triangles don't face consistently, or that is too
+///           open for an inside, is used without normals; one that faces inwards is turned. Unused vertices don't count
 /// Errors    npt::Error for a mesh without any area
 #pragma once
 
@@ -104,12 +104,12 @@ class FitTarget {
       c.volume += dot(points[t[0]] - o, cross(points[t[1]] - o, points[t[2]] - o)) / 6.0;
     }
     for (std::size_t i = 0; i < triangles_.size(); ++i)
-      normals_[i] = normals_[i] * side(all[components[triangles_[i][0]]]);
+      normals_[i] = normals_[i] * facing(all[components[triangles_[i][0]]]);
   }
 
   /// 1: faces outwards, -1: inwards, 0: can't be said. A flat patch has no volume: 1e-3 of a ball's of the same area is
   /// less than any limb has, and more than a patch of cloth.
-  static double side(const Component& c) {
+  static double facing(const Component& c) {
     if (c.clashes * 50 > c.edges) return 0;
     const double ball = std::pow(c.area, 1.5) / (6 * std::sqrt(std::numbers::pi));
     if (std::abs(c.volume) < 1e-3 * ball) return 0;

@@ -1,7 +1,8 @@
 /// How unlikely a pose is: what keeps a fit from explaining a surface by broken joints.
-///   sum over joints of theta^T K theta, K = stiffness (I + twist a a^T), and for joints that bend to one side only exp of the angle to the
-///   wrong side. a is the bone's direction in the rest pose, so that a rotation about the bone itself costs more: it hardly moves the
-///   surface, and a search would otherwise take it for a way out
+///   weight * (sum over joints of theta^T K theta) + hinge weight * (sum over hinges of exp(angle to the wrong side))
+/// K = stiffness (I + twist a a^T), where a is the bone's direction in the rest pose: a rotation about the bone itself
+/// costs more, since it hardly moves the surface, and a search would take it for a way out. Hinges are joints that bend
+/// to one side only.
 /// Shapes    theta: [J] axis angles
 /// Source    Bogo et al., "Keep it SMPL", ECCV 2016, section 3.3, for the one-sided joints (eq. 4); the rest is ours
 #pragma once

@@ -1,7 +1,7 @@
-/// Where a fit may start from: poses of the limbs on a coarse grid, directions of the body, and a cheap comparison of a posed body
-/// with a mesh that chooses among them. Poses are axis angles for SMPL's 24 joints.
-/// The grid knows nothing of any data set: it covers what shoulders, elbows, hips and knees can do, in steps of about 40 degrees,
-/// which is what a search finds its way home from.
+/// Where a fit may start from: poses of the limbs on a coarse grid, directions of the body, and a cheap comparison of a
+/// posed body with a mesh that chooses among them. Poses are axis angles for SMPL's 24 joints.
+/// The grid knows nothing of any data set: it covers what shoulders, elbows, hips and knees can do, in steps of about
+/// 40 degrees, which is what a search finds its way home from.
 #pragma once
 
 #include <npt/body/skeleton.hpp>
@@ -26,8 +26,8 @@ struct LimbPose {
   std::array<Vec3d, 5> axis_angles;
 };
 
-/// The poses of each of the four limbs: left and right arm, left and right leg. Only shoulders and elbows, hips and knees vary;
-/// the limb's other joints are straight.
+/// The poses of each of the four limbs: left and right arm, left and right leg. Only shoulders and elbows, hips and
+/// knees vary; the limb's other joints are straight.
 inline std::array<std::vector<LimbPose>, 4> limb_poses() {
   using enum SmplJoint;
   constexpr double degree = std::numbers::pi / 180.0;
@@ -54,8 +54,8 @@ inline std::array<std::vector<LimbPose>, 4> limb_poses() {
   return limbs;
 }
 
-/// Axis angles of a body that has been turned about its own vertical axis, y, and then laid or stood so that this axis points
-/// elsewhere. All directions of one `up` stand together, [6][yaws]: y first, then z, -z, x, -x, -y.
+/// Axis angles of a body that has been turned about its own vertical axis, y, and then laid or stood so that this axis
+/// points elsewhere. All directions of one `up` stand together, [6][yaws]: y first, then z, -z, x, -x, -y.
 inline std::vector<Vec3d> start_directions(int yaws) {
   /// w, x, y, z
   using Quaternion = std::array<double, 4>;
@@ -75,8 +75,10 @@ inline std::vector<Vec3d> start_directions(int yaws) {
   return result;
 }
 
-/// Compares many poses of a body with a mesh: some 250 points of each with their normals, each point against all of the other's.
-///   sketch(x) = sum_i a_i min_k D(v_i, q_k) + 1/K sum_k min_i D(v_i, q_k),  D = |v - q|^2 + 0.01 (1 - cosine of the normals),
+/// Compares many poses of a body with a mesh: some 250 points of each with their normals, each point against all of the
+/// other's.
+///   sketch(x) = sum_i a_i min_k D(v_i, q_k) + 1/K sum_k min_i D(v_i, q_k),  D = |v - q|^2 + 0.01 (1 - cosine of the
+///   normals),
 /// cut off at (0.3 m)^2
 /// Units     square metres
 /// Numerics  float inside; about 40 us a call with 16 lanes

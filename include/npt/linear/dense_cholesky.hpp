@@ -1,6 +1,6 @@
-/// Small symmetric positive definite matrices: A = L L^T. Plain loops, and not Eigen's LLT: with AVX-512 that makes g++ 12 give
-/// hundreds of false warnings from intrinsics in the unit of whoever includes it (GCC bug 105593), and the unit of a fit compiled
-/// in 21 s instead of 17; a fit spends its time on distances.
+/// Small symmetric positive definite matrices: A = L L^T. Plain loops, and not Eigen's LLT: with AVX-512 that makes g++
+/// 12 give hundreds of false warnings from intrinsics in the unit of whoever includes it (GCC bug 105593), and the unit
+/// of a fit compiled in 21 s instead of 17; a fit spends its time on distances.
 /// Requires  A given as [n, n], row major; only its lower half is read
 /// Errors    npt::Error for a matrix that isn't positive definite
 #pragma once

@@ -1,10 +1,10 @@
 /// Minimisation by L-BFGS, from the packaged library liblbfgs (double precision, a line search after More and Thuente).
 ///   minimise_lbfgs(objective, x, options)   objective(x, gradient) returns the value and fills the gradient
 /// Shapes    x, gradient: [n]; x holds the start and then the best point found
-/// Errors    what the objective throws comes out unchanged. A value or gradient that isn't finite ends the search at the last
-///           good point; it is no error
-/// Source    Liu and Nocedal, "On the limited memory BFGS method for large scale optimization", 1989; N. Okazaki's liblbfgs
-///           1.10, MIT licence. A program that includes this header links liblbfgs (the target npt::classic does)
+/// Errors    what the objective throws comes out unchanged. A value or gradient that isn't finite ends the search at
+///           the last good point; it is no error
+/// Link      liblbfgs 1.10 (N. Okazaki, MIT licence); the target npt::classic does
+/// Source    Liu and Nocedal, "On the limited memory BFGS method for large scale optimization", 1989
 #pragma once
 
 #include <npt/config.hpp>

@@ -1,10 +1,11 @@
-/// The rotation nearest to a 3 x 3 matrix A: the R with the largest trace of R^T A, without a singular value decomposition.
-/// Newton's method on the rotation's own three coordinates, and half turns where it would not climb: with B = A R^T,
+/// The rotation nearest to a 3 x 3 matrix A: the R with the largest trace of R^T A, without a singular value
+/// decomposition. Newton's method on the rotation's own three coordinates, with B = A R^T, and half turns where that
+/// would not climb:
 ///   R <- exp(w) R,  w = (tr(B) I - (B + B^T) / 2)^-1 (sum over columns of R_c x A_c)
-/// Numerics  double. Reflections and matrices of rank 1 or 2 give a rotation, too; where several are equally near (a matrix
-///           of zeros), the start or any of them. NaN in, NaN out
-/// Source    the iteration of Mueller et al., "A robust method to extract the rotational part of deformations", 2016, with the
-///           second derivative in place of its bound
+/// Numerics  double. Reflections and matrices of rank 1 or 2 give a rotation, too; where several are equally near (a
+///           matrix of zeros), the start or any of them. NaN in, NaN out
+/// Source    the iteration of Mueller et al., "A robust method to extract the rotational part of deformations", 2016,
+///           with the second derivative in place of its bound
 #pragma once
 
 #include <npt/config.hpp>
@@ -48,9 +49,9 @@ struct Rotation {
 
 namespace linear::internal {
 
-/// A symmetric matrix. Eigen's LLT of a Matrix3d in its place makes nearest_rotation() three times slower: 1.8 us instead of 0.58
-/// near the start; its JacobiSVD in place of all of this takes 2.1 us (one core of an AMD EPYC with AVX-512). A
-/// refinement asks at each vertex in each iteration.
+/// A symmetric matrix. Eigen's LLT of a Matrix3d in its place makes nearest_rotation() three times slower: 1.8 us
+/// instead of 0.58 near the start; its JacobiSVD in place of all of this takes 2.1 us (one core of an AMD EPYC with
+/// AVX-512). A refinement asks at each vertex in each iteration.
 struct Symmetric3 {
   double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
 
@@ -82,7 +83,8 @@ struct Symmetric3 {
   }
 };
 
-/// How the trace of R^T A, columns of A given, changes where R turns by a small vector w: slope . w - w . curvature w / 2.
+/// How the trace of R^T A, columns of A given, changes where R turns by a small vector w: slope . w - w . curvature w /
+/// 2.
 struct TraceChange {
   Vec3d slope;
   Symmetric3 curvature;
@@ -103,8 +105,8 @@ inline TraceChange trace_change(const std::array<Vec3d, 3>& columns, const Rotat
 
 }  // namespace linear::internal
 
-/// The rotation nearest to the matrix with these columns, sought from `start` in at most `steps` steps. From a start that is
-/// near, two or three give 1e-6; from anywhere, nine at most (20,000 random matrices of rank 2 and 3).
+/// The rotation nearest to the matrix with these columns, sought from `start` in at most `steps` steps. From a start
+/// that is near, two or three give 1e-6; from anywhere, nine at most (20,000 random matrices of rank 2 and 3).
 inline Rotation nearest_rotation(const std::array<Vec3d, 3>& columns, Rotation start = {}, int steps = 100) {
   const double size = length(columns[0]) + length(columns[1]) + length(columns[2]);
   if (!(size > 0)) return start;
@@ -112,8 +114,9 @@ inline Rotation nearest_rotation(const std::array<Vec3d, 3>& columns, Rotation s
     const auto [slope, curvature] = linear::internal::trace_change(columns, start);
     const bool at_rest = length(slope) < 1e-12 * size;
     if (at_rest && curvature.is_positive(size, -1e-9)) break;
-    // Newton's step where the trace is curved downwards all around. Where it is curved upwards about some axis, half a turn
-    // about that makes it larger by twice the curvature; going uphill could end on a saddle. Where it is flat, uphill.
+    // Newton's step where the trace is curved downwards all around. Where it is curved upwards about some axis, half a
+    // turn about that makes it larger by twice the curvature; going uphill could end on a saddle. Where it is flat,
+    // uphill.
     Vec3d turn = slope * (2 / size);
     if (curvature.is_positive(size, 1e-9)) {
       turn = curvature.solve(slope);

@@ -1,8 +1,9 @@
 /// The similarity (rotation, scale, shift) that fits one list of points to another best.
 ///   minimise sum over i of |scale * rotation * from_i + shift - to_i|^2 / scale, which treats both lists alike
-/// Points that leave the rotation open (fewer than three, or all on a line) get none; points in one place no scale either.
-/// Source    Umeyama, "Least-squares estimation of transformation parameters between two point patterns", 1991; the symmetric scale is
-///           that of Horn, "Closed-form solution of absolute orientation using unit quaternions", 1987
+/// Points that leave the rotation open (fewer than three, or all on a line) get none, and points in one place no scale.
+/// Source    Umeyama, "Least-squares estimation of transformation parameters between two point patterns", 1991; the
+///           symmetric scale is that of Horn, "Closed-form solution of absolute orientation using unit quaternions",
+///           1987
 #pragma once
 
 #include <npt/config.hpp>
@@ -25,6 +26,7 @@ struct Similarity {
   Vec3d operator()(Vec3d p) const { return rotation * p * scale + shift; }
 };
 
+/// The similarity that takes `from` to `to` best.
 /// Requires  as many points in `to` as in `from`, at least one
 inline Similarity best_similarity(std::span<const Vec3d> from, std::span<const Vec3d> to) {
   NPT_ASSERT(from.size() == to.size() && !from.empty());

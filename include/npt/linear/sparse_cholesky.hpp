@@ -1,5 +1,5 @@
-/// Sparse symmetric positive definite systems: factored once, solved for many right-hand sides. By Eigen's
-/// simplicial L D L^T on an approximate minimum degree ordering.
+/// Sparse symmetric positive definite systems: factored once, solved for many right-hand sides, by Eigen's simplicial
+/// L D L^T on an approximate minimum degree ordering.
 ///   a = a list of entries;  x = a^-1 b
 /// Shapes    a: [n, n];  right-hand sides: [n], or [n] points, whose x, y and z are three systems
 /// Numerics  double; a solve gives the same bits at every call

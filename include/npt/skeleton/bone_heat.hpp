@@ -1,10 +1,12 @@
-/// Skin weights by bone heat: each bone warms the surface that sees it, and the weights are the temperatures in equilibrium.
+/// Skin weights by bone heat: each bone warms the surface that sees it, and the weights are the temperatures in
+/// equilibrium.
 ///   -Laplace(w_j) + H w_j = H p_j,   H = c / d^2
-/// for each joint j, with d the distance from a vertex to the nearest bone that it sees, and p_j = 1 where that bone is one of joint
-/// j's. A vertex that sees no bone has H = 0 and takes its warmth from its neighbours. The Laplacian is the cotangent one, divided by
-/// the vertices' areas, so that a finer mesh gives the same weights.
-/// Meshes    any number of pieces; one that sees no bone counts the nearest ones as seen. Vertices in one place, as along
-///           seams, count as one. Open borders, edges of many triangles, triangles without area and unused vertices are fine
+/// for each joint j, with d the distance from a vertex to the nearest bone that it sees, and p_j = 1 where that bone is
+/// one of joint j's. A vertex that sees no bone has H = 0 and takes its warmth from its neighbours. The Laplacian is
+/// the cotangent one, divided by the vertices' areas, so that a finer mesh gives the same weights.
+/// Meshes    any number of pieces; one that sees no bone counts the nearest ones as seen. Vertices in one place, as
+///           along seams, count as one. Open borders, edges of many triangles, triangles without area and unused
+///           vertices are fine
 /// Shapes    points: [V]; weights: [V, J], not negative, each row sums to 1; those below 1e-4 are left out
 /// Errors    npt::Error for no bones
 /// Source    Baran and Popovic, "Automatic rigging and animation of 3D characters", SIGGRAPH 2007, section 4 (c = 1)

@@ -1,6 +1,7 @@
-/// The skeleton of a fitted body: where its bones are, and how they move from one pose to another with their lengths kept.
-/// A bone goes from a joint to each of its children and is moved by the joint that it starts from. A joint without children
-/// (head, hands, toes) has a bone to the far side of what it moves: from the joint through the centre of its skin.
+/// The skeleton of a fitted body: where its bones are, and how they move from one pose to another with their lengths
+/// kept. A bone goes from a joint to each of its children and is moved by the joint that it starts from. A joint
+/// without children (head, hands, toes) has a bone to the far side of what it moves: from the joint through the centre
+/// of its skin.
 /// Source    Wang et al., CVPR 2020, supplement C.1
 #pragma once
 
@@ -55,8 +56,8 @@ inline std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit) {
   return bones;
 }
 
-/// [J] The motion that takes each bone of the identity's skeleton from where it was fitted to the pose's angles. Bone lengths are the
-/// identity's; its root joint stays in place.
+/// [J] The motion that takes each bone of the identity's skeleton from where it was fitted to the pose's angles. Bone
+/// lengths are the identity's; its root joint stays in place.
 inline std::vector<RigidMotion> skeleton_motions(const BodyModel& model, const BodyFit& identity,
                                                  std::span<const float> axis_angles) {
   std::vector<RigidMotion> from = model.bone_motions(identity.betas, identity.axis_angles);

@@ -1,14 +1,14 @@
-/// Skeleton-driven pose transfer: a body model is fitted to both meshes, its joints are their skeletons, the identity mesh is bound to its
-/// skeleton by bone heat, and linear blend skinning gives it the pose mesh's joint angles.
+/// Skeleton-driven pose transfer: a body model is fitted to both meshes, its joints are their skeletons, the identity
+/// mesh is bound to its skeleton by bone heat, and linear blend skinning gives it the pose mesh's joint angles.
 ///   SkeletonTransfer transfer(fitter, identity);   fits and binds once
 ///   Mesh result = transfer(pose);                  fits the pose mesh and skins
-/// The identity's bone lengths are kept, and its root joint stays in place. Neither mesh needs to be the body's own: vertex counts,
-/// orders and faces are free, but both should be bodies that the model can take the shape of.
+/// The identity's bone lengths are kept, and its root joint stays in place. Neither mesh needs to be the body's own:
+/// vertex counts, orders and faces are free, but both should be bodies that the model can take the shape of.
 /// Shapes    meshes: [V, 3] floats, row major; result: as the identity
 /// Meshes    several pieces, open borders, edges of many faces, faces without area and unused vertices are fine
 /// Threads   one transfer may be used by several threads at a time
-/// Errors    npt::Error for a mesh without a face that has an area, or of quite another size than the body, and for angles
-///           of another number of joints
+/// Errors    npt::Error for a mesh without a face that has an area, or of quite another size than the body, and for
+///           angles of another number of joints
 /// Source    Wang et al., CVPR 2020, supplement C.1
 #pragma once
 

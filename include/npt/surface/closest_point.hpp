@@ -82,6 +82,7 @@ class TriangleTree {
 
   std::size_t triangle_count() const noexcept { return corners_.size(); }
 
+  /// The closest point of all triangles.
   ClosestPoint closest(Vec3d p) const {
     return closest(p, [](std::uint32_t) { return true; });
   }
@@ -92,8 +93,8 @@ class TriangleTree {
     return closest(p, accept, no_index);
   }
 
-  /// The same. A triangle that is probably close, such as the one of a query nearby, makes it faster, and so does a limit:
-  /// nothing farther away is wanted.
+  /// The closest point on a triangle that `accept(triangle)` takes. `hint`, a triangle that is probably close, such as
+  /// that of a query nearby, makes it faster, and so does the limit: nothing farther away is wanted.
   template <class Accept>
   ClosestPoint closest(Vec3d p, const Accept& accept, std::uint32_t hint,
                        double squared_limit = std::numeric_limits<double>::infinity()) const {
@@ -121,8 +122,8 @@ class TriangleTree {
     return best;
   }
 
-  /// Moves the points; triangles are those of the construction. Some 20 times faster than a new tree, and as good for queries
-  /// while what is close together stays so.
+  /// Moves the points; triangles are those of the construction. Some 20 times faster than a new tree, and as good for
+  /// queries while what is close together stays so.
   void move(std::span<const Vec3d> points, std::span<const Triangle> triangles) {
     NPT_ASSERT(triangles.size() == corners_.size());
     for (std::size_t t = 0; t < triangles.size(); ++t)
@@ -173,7 +174,8 @@ class TriangleTree {
 
   static constexpr std::uint32_t leaf_size = 4;
 
-  /// A leaf has triangles order_[first .. first + count - 1]; another node its left child behind it, its right one at first.
+  /// A leaf has triangles order_[first .. first + count - 1]; another node has its left child behind it and its right
+  /// one at `first`.
   struct Node {
     Vec3d low, high;
     std::uint32_t first = 0, count = 0;
@@ -186,7 +188,7 @@ class TriangleTree {
     return dot(d, d);
   }
 
-  /// Slabs.
+  /// Whether segment ab meets the box, by the slabs between its sides.
   static bool meets_box(const Node& node, Vec3d a, Vec3d b) {
     double from = 0, to = 1;
     const double start[3] = {a.x, a.y, a.z}, end[3] = {b.x, b.y, b.z};
@@ -204,7 +206,7 @@ class TriangleTree {
     return from <= to;
   }
 
-  /// By the signs of volumes; a triangle seen edge-on is not met.
+  /// Whether segment ab meets a triangle, by the signs of volumes; one seen edge-on is not met.
   static bool meets_segment(const std::array<Vec3d, 3>& t, Vec3d a, Vec3d b) {
     const Vec3d normal = cross(t[1] - t[0], t[2] - t[0]);
     const double from = dot(normal, a - t[0]), to = dot(normal, b - t[0]);

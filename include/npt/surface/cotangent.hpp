@@ -1,9 +1,11 @@
 /// The weights by which the points of a triangle mesh hold together: cotangents along its edges, areas at its points.
-///   edge (a, b): half the sum of the cotangents of the angles that face it in its triangles;  point: a third of its triangles
-/// Meshes    Any number of triangles may meet at an edge, and sides may be free: each triangle gives its share. A triangle
-///           without an area (and one so thin that its angles are noise) counts as equilateral for its edges and gives no
-///           area; a triangle that names a point twice is none. An edge's weight is kept between least_weight and
-///           most_weight: obtuse angles give negative ones, which don't hold anything, slivers huge ones
+///   edge    half the sum of the cotangents of the angles that face it in its triangles
+///   point   a third of the area of its triangles
+/// Meshes    Any number of triangles may meet at an edge, and sides may be free: each triangle gives its share. A
+///           triangle without an area (and one so thin that its angles are noise) counts as equilateral for its edges
+///           and gives no area; a triangle that names a point twice is none. An edge's weight is kept between
+///           least_weight and most_weight: obtuse angles give negative ones, which don't hold anything, slivers huge
+///           ones
 /// Shapes    points: [P]; triangles of numbers below P
 /// Source    Pinkall and Polthier, "Computing discrete minimal surfaces and their conjugates", 1993
 #pragma once

@@ -1,7 +1,7 @@
-/// What lies on what: hair on a head, cloth on skin, a shoe on a foot. They are pieces of their own, which nothing holds
-/// together when a mesh is deformed piece by piece. A link joins a point to the nearest point of another piece that is near
-/// and faces the same way. A hand at a hip is near, too, but faces it, and isn't linked.
-/// Shapes    points: [P]; triangles of numbers below P
+/// What lies on what: hair on a head, cloth on skin, a shoe on a foot. They are pieces (connected components) of their
+/// own, which nothing holds together when a mesh is deformed piece by piece. A link joins a point to the nearest point
+/// of another piece that is near and faces the same way. A hand at a hip is near, too, but faces it, and isn't linked.
+/// Shapes      points: [P]; triangles of numbers below P
 /// Complexity  linear in the points, if few lie within `reach` of each other
 #pragma once
 
@@ -62,8 +62,8 @@ class PointGrid {
 
 }  // namespace internal
 
-/// Links {a, b}, a < b, each once, ascending: for every point the nearest one of another piece, where one is within `reach`
-/// and the normals are less than 60 degrees apart. Points of no triangle aren't linked.
+/// Links {a, b}, a < b, each once, ascending: for every point the nearest one of another piece, where one is within
+/// `reach` and the normals are less than 60 degrees apart. Points of no triangle aren't linked.
 inline std::vector<Edge> piece_links(std::span<const Vec3d> points, std::span<const Triangle> triangles, double reach) {
   const std::vector<std::uint32_t> piece = connected_components(triangles, points.size());
   std::vector<Vec3d> normals = area_vectors(points, triangles);

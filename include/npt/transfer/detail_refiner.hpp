@@ -1,21 +1,22 @@
-/// Gives positions that are right as a whole but rough in detail, such as a network's, the surface detail of the mesh that
-/// they belong to: hands, faces, cloth and hair come out crisp, limbs where the positions put them.
-///   minimise over x, R   sum over points of area_i / radius^2 |x_i - t_i|^2                            follow the positions
-///                      + sum over edges of w_ij |(x_i - x_j) - (R_i + R_j)/2 (p_i - p_j)|^2            keep the shape
-/// where t are the positions, p the mesh as it is, R_i a rotation for each point and w cotangents. x and R are found in turn;
-/// for x this is a linear system that depends on the mesh only and is factored once. The first rotations are those of
-/// neighbourhoods of about `radius`, since single points of rough positions know none.
-/// The one weight is `radius`: what is smaller than it is taken from the mesh, what is larger from the positions. It means
-/// the same on coarse and on fine meshes.
+/// Gives positions that are right as a whole but rough in detail, such as a network's, the surface detail of the mesh
+/// that they belong to: hands, faces, cloth and hair come out crisp, limbs where the positions put them.
+///   minimise over x, R   sum over points of area_i / radius^2 |x_i - t_i|^2
+///                      + sum over edges of w_ij |(x_i - x_j) - (R_i + R_j)/2 (p_i - p_j)|^2
+/// The first sum follows the positions, the second keeps the shape:
+/// t are the positions, p the mesh as it is, R_i a rotation for each point and w cotangents. x and R are found in
+/// turn; for x this is a linear system that depends on the mesh only and is factored once. The first rotations are
+/// those of neighbourhoods of about `radius`, since single points of rough positions know none.
+/// The one weight is `radius`: what is smaller than it is taken from the mesh, what is larger from the positions. It
+/// means the same on coarse and on fine meshes.
 /// Shapes    mesh, positions, result: [V, 3] floats, row major, the same vertex order
-/// Meshes    Several pieces, open borders, edges of more than two faces, faces without area, vertices in no face (which keep
-///           the positions they are given). Vertices at one point of the mesh, as along seams, are one point here and stay
-///           together
-/// Numerics  double; the same bits at every call. Moved and turned positions give the result moved and turned, up to rounding.
-///           NaN in, NaN out
+/// Meshes    Several pieces, open borders, edges of more than two faces, faces without area, vertices in no face (which
+///           keep the positions they are given). Vertices at one point of the mesh, as along seams, are one point here
+///           and stay together
+/// Numerics  double; the same bits at every call. Moved and turned positions give the result moved and turned, up to
+///           rounding. NaN in, NaN out
 /// Threads   a refiner may be used by several threads at a time
-/// Errors    npt::Error for a mesh without a face that has an area, for corners that are no vertices, for positions of another
-///           vertex count, and for options out of range
+/// Errors    npt::Error for a mesh without a face that has an area, for corners that are no vertices, for positions of
+///           another vertex count, and for options out of range
 /// Source    Sorkine and Alexa, "As-rigid-as-possible surface modeling", 2007, with the positions as soft constraints
 #pragma once
 
@@ -100,7 +101,7 @@ class DetailRefiner {
       result[3 * v + 2] = p.z;
     }
   }
-  /// The same for a mesh whose positions are to be refined; normals are renewed if it has any.
+  /// Refines the positions of a mesh in place; normals are renewed if it has any.
   void operator()(Mesh& mesh) const {
     (*this)(mesh.coordinates(), mesh.coordinates());
     recompute_normals(mesh);
