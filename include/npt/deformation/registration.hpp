@@ -28,7 +28,6 @@
 #include <npt/deformation/surface.hpp>
 #include <npt/linear/similarity.hpp>
 #include <npt/mesh/normals.hpp>
-#include <npt/mesh/topology.hpp>
 #include <npt/parallel/executor.hpp>
 
 #include <algorithm>
