@@ -1,4 +1,5 @@
-# liblbfgs, which Debian packages without a file for CMake: the target LBFGS::LBFGS. Installed with npt, whose package needs it too.
+# liblbfgs, which Debian packages without a file for CMake: the target LBFGS::LBFGS. Installed with npt, whose package
+# needs it too.
 find_path(LBFGS_INCLUDE_DIR lbfgs.h DOC "Folder that holds lbfgs.h")
 find_library(LBFGS_LIBRARY lbfgs DOC "liblbfgs")
 mark_as_advanced(LBFGS_INCLUDE_DIR LBFGS_LIBRARY)

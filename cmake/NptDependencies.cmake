@@ -1,7 +1,7 @@
 # Finds what the headers, programs and tests need, and names the Debian packages of everything missing at once.
 
-# npt_need(PACKAGE DEBIAN_PACKAGE): find_package, whose failure is remembered instead of ending the run. A macro, because
-# packages set variables in the scope that finds them.
+# npt_need(PACKAGE DEBIAN_PACKAGE): find_package, whose failure is remembered instead of ending the run. A macro,
+# because packages set variables in the scope that finds them.
 macro(npt_need package debian_package)
   find_package(${package} QUIET)
   if(NOT ${package}_FOUND)
@@ -35,7 +35,8 @@ if(NPT_BUILD_PROGRAMS)
     list(APPEND npt_missing_packages libstb-dev)
   endif()
 endif()
-# Optional: without them the refinement of results and transfer without networks, their commands and their tests are left out.
+# Optional: without them the refinement of results and transfer without networks, their commands and their tests are
+# left out.
 find_package(Eigen3 QUIET NO_MODULE)
 find_package(LBFGS QUIET)
 if(NPT_WITH_MPI)

@@ -1,5 +1,5 @@
-# `cmake --install`: the headers, the package for find_package and pkg-config, and what of the program is built. Nothing of
-# it depends on the processor but the program, so the package lies in share.
+# `cmake --install`: the headers, the package for find_package and pkg-config, and what of the program is built. Nothing
+# of it depends on the processor but the program, so the package lies in share.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 

@@ -1,17 +1,17 @@
 # npt_add_multi_isa(TARGET SOURCES source... ENTRIES function... [ISAS isa...] [LIBRARIES library...])
 #
-# Compiles the sources once for each instruction set, puts all of it into TARGET, and lets the program pick at its start: a
-# binary that runs on every x86-64 processor and uses AVX-512 where there is some.
-#   ENTRIES    extern "C" functions that the sources define: the only way in from the rest of the program. A call of `f` goes
-#              to the best of f__sse2, f__avx2, f__avx512, f__avx512bf16, which can be called by these names, too
+# Compiles the sources once for each instruction set, puts all of it into TARGET, and lets the program pick at its
+# start: a binary that runs on every x86-64 processor and uses AVX-512 where there is some.
+#   ENTRIES    extern "C" functions that the sources define: the only way in from the rest of the program. A call of `f`
+#              goes to the best of f__sse2, f__avx2, f__avx512, f__avx512bf16, which can be called by these names, too
 #   ISAS       default: sse2 avx2 avx512 avx512bf16. The first must run on every machine that the program is for
 #   LIBRARIES  what the sources need beside npt::npt
-# Include folders and definitions of TARGET hold for the sources. Where there is no x86-64 with GNU tools and ifunc (glibc),
-# they are compiled once, for the flags of TARGET, and the call is direct.
+# Include folders and definitions of TARGET hold for the sources. Where there is no x86-64 with GNU tools and ifunc
+# (glibc), they are compiled once, for the flags of TARGET, and the call is direct.
 #
-# Every other symbol of an instruction set's objects becomes local to them. npt's own names differ between instruction sets
-# (inline namespace), but those of std::vector<float> and its like don't, and a linker keeps any one of their copies: without
-# this, a processor without AVX-512 could meet AVX-512 code in code that all share.
+# Every other symbol of an instruction set's objects becomes local to them. npt's own names differ between instruction
+# sets (inline namespace), but those of std::vector<float> and its like don't, and a linker keeps any one of their
+# copies: without this, a processor without AVX-512 could meet AVX-512 code in code that all share.
 
 # A function, since variables of this file are not seen where npt is a subproject.
 function(npt_isa_flags result isa)
@@ -25,8 +25,8 @@ function(npt_isa_flags result isa)
   set(${result} "${${isa}}" PARENT_SCOPE)
 endfunction()
 
-# What the processor and the system must have: the features of the flags, and no others, since -march= is fixed to x86-64. Matrix
-# registers (AMX) are left out: npt asks for them itself before it uses them.
+# What the processor and the system must have: the features of the flags, and no others, since -march= is fixed to
+# x86-64. Matrix registers (AMX) are left out: npt asks for them itself before it uses them.
 function(npt_isa_condition result isa)
   npt_isa_flags(flags ${isa})
   set(terms "true")

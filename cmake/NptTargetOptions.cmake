@@ -1,6 +1,6 @@
-# npt_target_options(TARGET): warnings and instruction set of the project's own programs and tests. Never put on npt::npt:
-# a consumer chooses their own. Headers of dependencies come from imported targets, which CMake passes with -isystem, so the
-# warnings are about this project's code only.
+# npt_target_options(TARGET): warnings and instruction set of the project's own programs and tests. Never put on
+# npt::npt: a consumer chooses their own. Headers of dependencies come from imported targets, which CMake passes with
+# -isystem, so the warnings are about this project's code only.
 function(npt_target_options target)
   target_link_libraries(${target} PRIVATE npt::npt npt::io npt::xtensor TBB::tbb)
   if(TARGET npt::classic)

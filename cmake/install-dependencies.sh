@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Installs the Debian 12 packages that npt needs, only those that are missing. Does nothing, quickly, when all are there.
+# Installs the Debian 12 packages that npt needs, only those that are missing; done at once when none is.
 # usage: cmake/install-dependencies.sh [--tests] [--dev]
 #   --tests   also what tests need that the program doesn't: numpy, for the converters
-#   --dev     also the tools for work on npt itself: clang, clang-format, clang-tidy, doxygen, Google Benchmark and its peers
+#   --dev     also the tools for work on npt itself: clang, clang-format, clang-tidy, doxygen, Google Benchmark, peers
 set -euo pipefail
 
-packages=(libxtensor-dev libxsimd-dev libtbb-dev libtinyobjloader-dev doctest-dev libcli11-dev nlohmann-json3-dev libstb-dev libeigen3-dev liblbfgs-dev)
+packages=(libxtensor-dev libxsimd-dev libtbb-dev libtinyobjloader-dev doctest-dev libcli11-dev
+  nlohmann-json3-dev libstb-dev libeigen3-dev liblbfgs-dev)
 for argument in "$@"; do
   case "$argument" in
     --tests) packages+=(python3-numpy) ;;
@@ -48,8 +49,8 @@ echo "Installing ${missing[*]}"
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 apt=("${run[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0)
-# The package lists of a fresh container are empty, those of an old machine name files that are gone: refresh, then install.
-# A failed refresh alone is no reason to stop, the lists at hand may do.
+# The package lists of a fresh container are empty, those of an old machine name files that are gone: refresh, then
+# install. A failed refresh alone is no reason to stop, the lists at hand may do.
 "${apt[@]}" update > "$log" 2>&1 || true
 if ! "${apt[@]}" install -y --no-install-recommends "${missing[@]}" >> "$log" 2>&1; then
   cat "$log" >&2

@@ -1,4 +1,4 @@
-/// The same network for several instruction sets in one program: each that this machine has computes the same, and the
+/// One network for several instruction sets in one program: each that this machine has computes the same, and the
 /// plain call takes the best.
 #include <doctest/doctest.h>
 

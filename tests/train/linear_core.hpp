@@ -1,5 +1,5 @@
-/// The smallest thing that a Trainer can train, written out by hand: result = A identity + B mean(pose) + c, each vertex by itself.
-/// It has the interface of tape::GradientCore.
+/// The smallest thing that a Trainer can train, written out by hand: result = A identity + B mean(pose) + c, each
+/// vertex by itself. It has the interface of tape::GradientCore.
 #pragma once
 
 #include <npt/core/parameter.hpp>

@@ -1,4 +1,5 @@
-// Gradients against finite differences: each layer, compositions that the pose transfer network doesn't contain, the whole network.
+// Gradients against finite differences: each layer, compositions that the pose transfer network doesn't contain, the
+// whole network.
 #include <doctest/doctest.h>
 
 #include <npt/layer/max_pool.hpp>

@@ -1,6 +1,6 @@
-/// 3 x 3 matrices of double, row by row: rotations, deformation gradients. Eigen's are not used for them: bodies, which need no
-/// Eigen otherwise, would take 1.1 s longer to parse in every unit (0.55 s without), and Eigen's symbols don't carry the
-/// instruction set, so that one program could not have units for several.
+/// 3 x 3 matrices of double, row by row: rotations, deformation gradients. Eigen's are not used for them: bodies, which
+/// need no Eigen otherwise, would take 1.1 s longer to parse in every unit (0.55 s without), and Eigen's symbols don't
+/// carry the instruction set, so that one program could not have units for several.
 #pragma once
 
 #include <npt/config.hpp>

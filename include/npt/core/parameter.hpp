@@ -1,8 +1,10 @@
 /// What a layer declares about its learned tensors, and the walk over them.
 ///
 /// A layer holds Parameter members and lists them, with the public names, in a static `visit`:
-///   static constexpr void visit(auto& self, auto&& visitor) { visitor("weight", self.weight); visitor("bias",
-///   self.bias); }
+///   static constexpr void visit(auto& self, auto&& visitor) {
+///     visitor("weight", self.weight);
+///     visitor("bias", self.bias);
+///   }
 /// A network lists its layers the same way, which composes names such as "decoder.conv1.weight". Values live elsewhere,
 /// in one buffer a model (engine/model.hpp): a Parameter only knows its shape and its place in that buffer.
 #pragma once

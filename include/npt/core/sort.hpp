@@ -1,4 +1,5 @@
-/// Sorting, in one place: every std::sort of another type or order costs g++ a tenth of a second wherever its header is included.
+/// Sorting, in one place: every std::sort of another type or order costs g++ a tenth of a second wherever its header is
+/// included.
 #pragma once
 
 #include <npt/config.hpp>

@@ -1,8 +1,7 @@
 /// How the engine runs its tasks. An executor is any type with
-///   int slots() const                          the most tasks that ever run at the same time
-///   void for_each(int count, const F& f) const   calls f(i, slot) once for each i in 0 .. count - 1 and returns when
-///   all are
-///                                              done; slot < slots(), and no two running calls share a slot
+///   int slots() const                           the most tasks that ever run at the same time
+///   void for_each(int count, const F& f) const  calls f(i, slot) once for each i in 0 .. count - 1 and returns when
+///                                               all are done; slot < slots(), and no two running calls share a slot
 /// Results never depend on the executor: every sum over vertices has a fixed order.
 #pragma once
 
@@ -31,8 +30,8 @@ concept Executor = requires(const E& executor, const parallel::internal::Probe& 
 /// Runs everything in the calling thread.
 class SerialExecutor {
  public:
-  /// `threads` as for the other executors, so that an engine's thread count means the same with each: 0 or 1 here, or it
-  /// is an npt::Error, since an engine that was promised four threads would else run on one in silence.
+  /// An engine's thread count means the same with every executor: 0 or 1 here.
+  /// Errors  npt::Error for more, since an engine that was promised four threads would else run on one in silence
   explicit SerialExecutor(int threads = 0) {
     if (threads > 1)
       throw Error(

@@ -36,14 +36,14 @@ class HostTask {
 
 }  // namespace parallel::internal
 
-/// `parallel_for(n, task)` calls task(0), ..., task(n - 1), each once, in whatever threads and order it likes (one after
-/// another will do), and returns when all are done. n is never more than `slots`. `task` may be taken by a template
-/// parameter or as std::function<void(int)>.
+/// `parallel_for(n, task)` calls task(0), ..., task(n - 1), each once, in whatever threads and order it likes (one
+/// after another will do), and returns when all are done. n is never more than `slots`. `task` may be taken by a
+/// template parameter or as std::function<void(int)>.
 ///
 /// Thread safety  `parallel_for` is called from every thread that calls the engine, so it must be callable as const by
 ///                several at a time if they are several.
-/// Errors         npt::Error for fewer than one slot. What a task throws (std::bad_alloc) goes to the host's loop; one that
-///                passes exceptions on passes it to whoever called the engine.
+/// Errors         npt::Error for fewer than one slot. What a task throws (std::bad_alloc) goes to the host's loop; one
+///                that passes exceptions on passes it to whoever called the engine.
 template <class ParallelFor>
 class HostExecutor {
  public:

@@ -116,10 +116,10 @@ class ThreadPool {
 
 }  // namespace parallel::internal
 
-/// Copies share the threads, which end with the last copy. One loop at a time uses them: a loop that finds them at work,
-/// for another caller or around itself, runs in its calling thread.
-/// Errors  std::system_error when the system gives no thread; what a task throws is thrown by for_each, once all threads
-///         are done
+/// Copies share the threads, which end with the last copy. One loop at a time uses them: a loop that finds them at
+/// work, for another caller or around itself, runs in its calling thread.
+/// Errors  std::system_error when the system gives no thread; what a task throws is thrown by for_each, once all
+///         threads are done
 class ThreadExecutor {
  public:
   /// 0: as many threads as the process may use, the calling one among them.

@@ -1,7 +1,7 @@
 /// Matrix registers (AMX): eight registers of 16 rows of 64 bytes, and the product of two of them,
 ///   c[16][16] += a[16][32] * b[32][16],    a and b bfloat16, c fp32
-/// with b's rows in pairs: b[16 pairs][16 columns][2]. On the Intel Xeon that this was written on, one core multiplies 3300 GFLOP/s in
-/// them and 170 in AVX-512's fp32 registers.
+/// with b's rows in pairs: b[16 pairs][16 columns][2]. On the Intel Xeon that this was written on, one core multiplies
+/// 3300 GFLOP/s in them and 170 in AVX-512's fp32 registers.
 #pragma once
 
 #include <npt/config.hpp>
@@ -21,8 +21,8 @@ inline constexpr int matrix_words = 16;  ///< 32-bit words, and so bfloat16 pair
 
 #if NPT_HAS_AMX
 
-/// Whether the system lets this process use matrix registers; asks it at the first call. Their state is large, so Linux saves it only for
-/// processes that said so.
+/// Whether the system lets this process use matrix registers; asks it at the first call. Their state is large, so Linux
+/// saves it only for processes that said so.
 inline bool has_matrix_registers() noexcept {
   constexpr long request_permission = 0x1023, matrix_data = 18;  // ARCH_REQ_XCOMP_PERM, XFEATURE_XTILEDATA
   static const bool granted = syscall(SYS_arch_prctl, request_permission, matrix_data) == 0;

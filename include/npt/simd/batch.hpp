@@ -38,7 +38,7 @@ template <class T>
 NPT_ALWAYS_INLINE void store(T* to, const Batch<T>& x) {
   x.store_aligned(to);
 }
-/// The same from and to any address.
+/// Loads from and stores to any address, aligned or not.
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> load_unaligned(const T* from) {
   return Batch<T>::load_unaligned(from);
@@ -119,8 +119,8 @@ NPT_ALWAYS_INLINE Batch<T> sqrt(const Batch<T>& x) {
 template <class T>
 NPT_ALWAYS_INLINE T reduce_add(const Batch<T>& x) {
 #if defined(__AVX512F__)
-  // The sum of the halves first, as xsimd does, but by an intrinsic without an undefined register: where g++ doesn't inline xsimd's function, its
-  // warning (above) can't be switched off from here.
+  // The sum of the halves first, as xsimd does, but by an intrinsic without an undefined register: where g++ doesn't
+  // inline xsimd's function, its warning (above) can't be switched off from here.
   using Half = xsimd::batch<T, xsimd::avx2>;
   if constexpr (std::is_same_v<T, float>) {
     const __m256d upper = _mm512_maskz_extractf64x4_pd(0xFF, _mm512_castps_pd(x), 1);

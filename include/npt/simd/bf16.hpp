@@ -49,7 +49,7 @@ NPT_ALWAYS_INLINE Batch<float> bf16_pairs(const Batch<float>& first, const Batch
 
 NPT_ALWAYS_INLINE __m512i bits(const Batch<float>& x) { return _mm512_castps_si512(static_cast<__m512>(x)); }
 
-/// The same pairs of values that are cut off behind bfloat16's eight bits instead of rounded: half of the instructions.
+/// Pairs of values that are cut off behind bfloat16's eight bits, where bf16_pairs rounds: half of the instructions.
 NPT_ALWAYS_INLINE Batch<float> bf16_cut_pairs(const Batch<float>& first, const Batch<float>& second) {
   constexpr int choose = 0xD8;  // bit by bit: second where the mask has ones, else first
   const __m512i upper = _mm512_set1_epi32(static_cast<int>(0xFFFF0000U));

@@ -1,5 +1,5 @@
-/// Transposes a square block of a register's lanes: rows that run over vertices become rows that run over channels. What a
-/// product that sums over the vertices needs of both its operands.
+/// Transposes a square block of a register's lanes: rows that run over vertices become rows that run over channels.
+/// What a product that sums over the vertices needs of both its operands.
 #pragma once
 
 #include <npt/config.hpp>
@@ -45,8 +45,8 @@ NPT_ALWAYS_INLINE void exchange_rows(std::array<Vector<T>, static_cast<std::size
 
 }  // namespace internal
 
-/// to[i][j] = from[j][i] for i, j < lanes<T>. Rows are `from_stride` and `to_stride` elements apart and may lie anywhere; they are written
-/// in ascending order, so that a shorter `to_stride` leaves each row's first elements.
+/// to[i][j] = from[j][i] for i, j < lanes<T>. Rows are `from_stride` and `to_stride` elements apart and may lie
+/// anywhere; they are written in ascending order, so that a shorter `to_stride` leaves each row's first elements.
 template <class T>
 NPT_ALWAYS_INLINE void transpose(const T* from, std::size_t from_stride, T* to, std::size_t to_stride) {
   std::array<internal::Vector<T>, static_cast<std::size_t>(lanes<T>)> rows;

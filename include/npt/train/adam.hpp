@@ -35,8 +35,8 @@ class Adam {
     update(parameters, gradient, 0, parameters.size());
   }
 
-  /// The same in pieces: begin_step(), then update() for every element once, in any pieces and on any threads. The gradient is
-  /// multiplied by `gradient_scale`, which clipping makes smaller than 1.
+  /// A step in pieces: begin_step(), then update() for every element once, in any pieces and on any threads. The
+  /// gradient is multiplied by `gradient_scale`, which clipping makes smaller than 1.
   void begin_step(double rate) {
     ++steps_;
     const auto t = static_cast<double>(steps_);

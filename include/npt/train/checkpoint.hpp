@@ -1,10 +1,10 @@
 /// What a training is between two steps, in one file: enough to go on as if it had never stopped.
-/// Layout    safetensors: for each learned tensor NAME "weights.NAME", "adam.mean.NAME", "adam.square.NAME" and, where a moving
-///           average is kept, "average.NAME"; metadata: kind, step, seconds, best_pmd, attribute.NAME for each attribute, and the
-///           trainer's options under keys of their own
+/// Layout    safetensors: for each learned tensor NAME "weights.NAME", "adam.mean.NAME", "adam.square.NAME" and, where
+///           a moving average is kept, "average.NAME"; metadata: kind, step, seconds, best_pmd, attribute.NAME for each
+///           attribute, and the trainer's options under keys of their own
 /// Numerics  every number comes back bit for bit
-/// Errors    npt::Error naming the file and what is missing, misshapen, not finite or of another network; writing replaces the
-///           file as a whole or leaves it as it was
+/// Errors    npt::Error naming the file and what is missing, misshapen, not finite or of another network; writing
+///           replaces the file as a whole or leaves it as it was
 #pragma once
 
 #include <npt/config.hpp>
@@ -112,7 +112,8 @@ void save_checkpoint(const std::filesystem::path& path, std::span<const NamedPar
   write_safetensors(path, tensors, metadata);
 }
 
-/// The owner's options in a checkpoint, without its tensors: what has to be known to build the network that they belong to.
+/// The owner's options in a checkpoint, without its tensors: what has to be known to build the network that they belong
+/// to.
 inline Metadata checkpoint_options(const SafetensorsFile& file) {
   train::internal::expect_checkpoint(file);
   Metadata options = file.metadata();

@@ -1,5 +1,5 @@
-/// Clipping by the global norm (Pascanu et al., ICML 2013, algorithm 1): a gradient longer than the limit is shortened to it,
-/// so that one unlucky batch can't throw the weights far away.
+/// Clipping by the global norm (Pascanu et al., ICML 2013, algorithm 1): a gradient longer than the limit is shortened
+/// to it, so that one unlucky batch can't throw the weights far away.
 /// Numerics  squares are summed in double, in a fixed order: the same bits for any number of threads
 #pragma once
 
@@ -43,8 +43,8 @@ double gradient_norm(std::span<const T> gradient, std::span<const Slice> slices,
   return std::sqrt(sum);
 }
 
-/// The factor that brings a gradient of this norm to at most `limit`; exactly 1 where it is short enough. A limit of 0 clips
-/// nothing.
+/// The factor that brings a gradient of this norm to at most `limit`; exactly 1 where it is short enough. A limit of 0
+/// clips nothing.
 inline double clip_factor(double norm, double limit) { return limit > 0 && norm > limit ? limit / norm : 1.0; }
 
 }  // namespace npt::inline NPT_ABI

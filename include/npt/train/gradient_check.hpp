@@ -1,4 +1,5 @@
-/// Checks gradients against finite differences, in double: for whoever writes a layer (tape/chain_backward.hpp says what a layer gives).
+/// Checks gradients against finite differences, in double: for whoever writes a layer (tape/chain_backward.hpp says
+/// what a layer gives).
 ///
 ///   const auto report = npt::check_layer<MyLayer<8>, 8>();          // a layer, between two convolutions
 ///   const auto report = npt::check_gradients<MyNet>();              // a network
@@ -33,8 +34,8 @@ struct GradientReport {
 
 namespace internal {
 
-/// d f / d x at x by central differences: of several step sizes the two neighbours that agree best. Where a kink lies within the larger steps,
-/// those disagree; where steps are too small for the rounding, these do.
+/// d f / d x at x by central differences: of several step sizes the two neighbours that agree best. Where a kink lies
+/// within the larger steps, those disagree; where steps are too small for the rounding, these do.
 template <class F>
 double difference_quotient(double& x, F&& f) {
   const double at = x;
@@ -129,7 +130,7 @@ GradientReport check_gradients(Model<Net, double> model, const GradientCheckOpti
   return report;
 }
 
-/// The same with npt::randomise's weights.
+/// Checks a network with npt::randomise's weights.
 template <class Net>
 GradientReport check_gradients(const GradientCheckOptions& options = {}) {
   Model<Net, double> model;
@@ -137,7 +138,8 @@ GradientReport check_gradients(const GradientCheckOptions& options = {}) {
   return check_gradients(std::move(model), options);
 }
 
-/// A layer of `Channels` channels between two convolutions; a conditioned one, called as layer(x, condition), gets the identity.
+/// A layer of `Channels` channels between two convolutions; a conditioned one, called as layer(x, condition), gets the
+/// identity.
 template <class Layer, int Channels>
 struct LayerProbe {
   Conv1x1<3, Channels> in;

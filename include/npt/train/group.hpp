@@ -1,5 +1,5 @@
-/// Several processes that train one network together, each on its share of every batch. What a trainer needs of them; MPI or
-/// whatever connects the processes stands behind it (examples/npt/mpi_group.hpp).
+/// Several processes that train one network together, each on its share of every batch. What a trainer needs of them;
+/// MPI or whatever connects the processes stands behind it (examples/npt/training/group_mpi.cpp).
 #pragma once
 
 #include <npt/config.hpp>

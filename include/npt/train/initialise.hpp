@@ -1,7 +1,8 @@
 /// Weights to start a training from. Works on the list of named parameters, so that it compiles once for all networks.
 /// Shapes    buffer: a model's buffer (Model::buffer()); convolutions are [Cout, Cin, 1], biases [C]
 /// Numerics  each tensor draws from a stream of its own: the same values whatever else the network has
-/// Source    small: the authors' public code draws weights from N(0, 0.02). he: He et al., ICCV 2015, for layers followed by ReLU
+/// Source    small: the authors' public code draws weights from N(0, 0.02). he: He et al., ICCV 2015, for layers
+///           followed by ReLU
 #pragma once
 
 #include <npt/config.hpp>

@@ -1,8 +1,9 @@
 /// The losses of the paper, with their gradients.
-///   reconstruction  eq. 5: sum over vertices of the squared distance to the truth; the released code takes the mean over the
-///                   3 V coordinates
+///   reconstruction  eq. 5: sum over vertices of the squared distance to the truth; the released code takes the mean
+///                   over the 3 V coordinates
 ///   edge length     eq. 6: sum over each vertex's neighbours of the squared edge length, so every edge counts twice
-///   relative edges  the released code's: mean over triangles of the sum over their sides of |length / identity's length - 1|
+///   relative edges  the released code's: mean over triangles of the sum over their sides of
+///                   |length / identity's length - 1|
 /// Each returns the loss of one mesh, summed in double, and adds `weight` times its gradient to `gradient`.
 /// Shapes  prediction, truth, identity, gradient: [V, 3], row major
 #pragma once
@@ -53,8 +54,8 @@ void add_to_point(std::span<T> xyz, std::size_t v, Vec3d d) {
 
 }  // namespace internal
 
-/// `edges`: each undirected edge once; it is counted for both of its ends. With LossScaling::mean the sum is divided by the
-/// number of directed edges.
+/// `edges`: each undirected edge once; it is counted for both of its ends. With LossScaling::mean the sum is divided by
+/// the number of directed edges.
 template <class T>
 double edge_length_loss(std::span<const T> prediction, std::span<const Edge> edges, LossScaling scaling, double weight,
                         std::span<T> gradient) {

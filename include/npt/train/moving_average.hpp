@@ -1,5 +1,6 @@
-/// An exponential moving average of the weights over the steps (Polyak and Juditsky, 1992; the exponential form as in Tarvainen and
-/// Valpola, NIPS 2017): smoother than the last weights, and usually better on meshes not seen in training.
+/// An exponential moving average of the weights over the steps (Polyak and Juditsky, 1992; the exponential form as in
+/// Tarvainen and Valpola, NIPS 2017): smoother than the last weights, and usually better on meshes not seen in
+/// training.
 ///   a += (1 - d_t) * (x - a),  d_t = min(decay, (1 + t) / (10 + t)),  t = steps taken
 /// The smaller decay of the first steps lets the average forget the initial weights.
 /// Elementwise and without sums: the same bits for any number of threads.

@@ -1,12 +1,12 @@
 /// Muon, an optimiser for the matrices inside a network: momentum whose every direction is made equally long.
 ///   m = momentum m + g        u = g + momentum m
 ///   w -= rate sqrt(max(1, rows / columns)) orthogonalised(u)
-/// orthogonalised(u) is about U V^T of u = U S V^T, by five steps of a Newton-Schulz iteration. A gradient's few large directions no
-/// longer hide the many small ones: after 1200 steps of this network it was at a PMD of 48e-4 where Adam was at 217e-4
-/// (docs/training.md). Vectors and the layers at the ends stay with Adam.
+/// orthogonalised(u) is about U V^T of u = U S V^T, by five steps of a Newton-Schulz iteration. A gradient's few large
+/// directions no longer hide the many small ones: after 1200 steps of this network it was at a PMD of 48e-4 where Adam
+/// was at 217e-4 (docs/training.md). Vectors and the layers at the ends stay with Adam.
 /// Numerics  every matrix is one task, and its sums have a fixed order: the same bits for any number of threads
-/// Source    Jordan et al., "Muon: An optimizer for hidden layers in neural networks", 2024 (the iteration's coefficients are
-///           theirs); Bernstein and Newhouse, "Old Optimizer, New Norm: An Anthology", 2024
+/// Source    Jordan et al., "Muon: An optimizer for hidden layers in neural networks", 2024 (the iteration's
+///           coefficients are theirs); Bernstein and Newhouse, "Old Optimizer, New Norm: An Anthology", 2024
 #pragma once
 
 #include <npt/config.hpp>
@@ -27,8 +27,8 @@ namespace npt::inline NPT_ABI {
 struct MuonOptions {
   double momentum = 0.95;
   int iterations = 5;
-  /// bfloat16 parts of a value in the iteration's products, on matrix registers; 0: fp32. One is enough, as in its authors' code: the iteration
-  /// only aims at singular values between 0.7 and 1.2.
+  /// bfloat16 parts of a value in the iteration's products, on matrix registers; 0: fp32. One is enough, as in its
+  /// authors' code: the iteration only aims at singular values between 0.7 and 1.2.
   int parts = 0;
 };
 
@@ -37,8 +37,8 @@ inline bool is_hidden_matrix(const Parameter& p) {
   return !p.attribute && p.rank == 3 && p.dims[0] > 3 && p.dims[1] > 3 && p.dims[2] == 1;
 }
 
-/// Replaces a row-major [rows, columns] matrix by one with the same singular vectors and singular values of about 1 (0.7 .. 1.2, small ones
-/// less). A zero matrix stays zero.
+/// Replaces a row-major [rows, columns] matrix by one with the same singular vectors and singular values of about 1
+/// (0.7 .. 1.2, small ones less). A zero matrix stays zero.
 template <class T>
 class Orthogonaliser {
  public:
@@ -81,7 +81,8 @@ class Orthogonaliser {
   AlignedBuffer<T> x_, transposed_, update_, gram_, square_;
 };
 
-/// Steps of the matrices of one parameter buffer. The momentum lies in a buffer of the caller, laid out as the parameters are.
+/// Steps of the matrices of one parameter buffer. The momentum lies in a buffer of the caller, laid out as the
+/// parameters are.
 template <class T>
 class Muon {
  public:
@@ -94,7 +95,8 @@ class Muon {
 
   std::span<const Parameter> matrices() const { return matrices_; }
 
-  /// One step with the given rate; the gradient is multiplied by `gradient_scale` first, which clipping makes smaller than 1.
+  /// One step with the given rate; the gradient is multiplied by `gradient_scale` first, which clipping makes smaller
+  /// than 1.
   template <Executor E>
   void step(std::span<T> parameters, std::span<const T> gradient, std::span<T> momentum, double rate,
             double gradient_scale, const E& executor) {

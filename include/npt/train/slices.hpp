@@ -1,5 +1,5 @@
-/// The learned values of a parameter buffer, cut into pieces: elementwise work on several threads, and sums whose order doesn't
-/// depend on them. Attributes (such as the output's scale) and the padding between tensors are in no piece.
+/// The learned values of a parameter buffer, cut into pieces: elementwise work on several threads, and sums whose order
+/// doesn't depend on them. Attributes (such as the output's scale) and the padding between tensors are in no piece.
 #pragma once
 
 #include <npt/config.hpp>

@@ -1,5 +1,5 @@
-/// The training loop's body: one call is one step of a training. It knows the network only through its gradients and the list of
-/// its parameters, so that it compiles once, however many networks a program trains.
+/// The training loop's body: one call is one step of a training. It knows the network only through its gradients and
+/// the list of its parameters, so that it compiles once, however many networks a program trains.
 ///
 ///   npt::Model<Net> model;
 ///   npt::initialise<float>(model.parameters(), model.buffer(), npt::Initialisation::small, seed);
@@ -8,12 +8,12 @@
 ///   while (!trainer.finished()) trainer.step();
 ///
 /// A step: samples, forward, losses, backward, clipping, Adam (and Muon) with the schedule's rate, moving average.
-/// Numerics  The batch's loss is the mean over its meshes, in the network's units. Samples depend on (seed, step, index) only and
-///           every sum has a fixed order: the weights are the same bits for any number of threads. With TrainerOptions::steps a
-///           training that was stopped and restored ends with the same bits as one that was not; with TrainerOptions::seconds
-///           the rate follows the clock, and no two runs are equal.
-/// Errors    npt::Error for options without sense, and for a loss or gradient that is not finite: it names the step, and the
-///           weights are still those before it.
+/// Numerics  The batch's loss is the mean over its meshes, in the network's units. Samples depend on (seed, step,
+///           index) only and every sum has a fixed order: the weights are the same bits for any number of threads. With
+///           TrainerOptions::steps a training that was stopped and restored ends with the same bits as one that was
+///           not; with TrainerOptions::seconds the rate follows the clock, and no two runs are equal.
+/// Errors    npt::Error for options without sense, and for a loss or gradient that is not finite: it names the step,
+///           and the weights are still those before it.
 /// Source    Wang et al., CVPR 2020, section 4.1 (Adam at 5e-5, batch 8, L = reconstruction + 5e-4 edges)
 #pragma once
 
@@ -180,8 +180,8 @@ class Trainer {
   }
 
   /// Goes on from a checkpoint of a trainer for the same network. `name` stands in the message of an error.
-  /// Errors  npt::Error for one of another network, for one with a moving average where none is kept and the reverse, and for one
-  ///         of Adam on all parameters where Muon takes the matrices and the reverse
+  /// Errors  npt::Error for one of another network, for one with a moving average where none is kept and the reverse,
+  ///         and for one of Adam on all parameters where Muon takes the matrices and the reverse
   void restore(const Checkpoint<float>& c, const std::string& name = "checkpoint") {
     if (c.parameters.size() != parameters_.size() || c.mean.size() != parameters_.size() ||
         c.square.size() != parameters_.size())
