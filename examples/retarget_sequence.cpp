@@ -3,12 +3,13 @@
 //   retarget_sequence [--weights FILE] [--out FOLDER] [--frames N] [--identities N]
 //
 // The sequence is the built-in mannequin between two random poses of the paper's Table 6; the identities are mannequins of other
-// shapes. Without --weights they are random, and random weights transfer no pose: the picture then shows what goes in and that
-// something comes out.
+// shapes. Without --weights it takes those that npt ships.
 #include <npt/body/pose_sampler.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/npt.hpp>
+
+#include "npt/shipped_weights.hpp"
 
 #include <render/png.hpp>
 #include <render/render.hpp>
@@ -19,15 +20,15 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace {
 
-using Net = npt::PoseTransferNet<128>;
-
 struct Options {
-  std::filesystem::path weights, out = "retarget_sequence";
+  std::optional<std::filesystem::path> weights;
+  std::filesystem::path out = "retarget_sequence";
   int frames = 6, identities = 2, panel = 220;
 };
 
@@ -78,18 +79,9 @@ void run(const Options& options) {
   };
   std::filesystem::create_directories(options.out);
 
-  npt::Model<Net> model;
-  npt::TransferOptions transfer;
-  if (options.weights.empty()) {
-    npt::randomise(model, 1);
-    std::puts("Weights: random. They transfer no pose; this shows the way of the data.");
-  } else {
-    const npt::Metadata metadata = npt::load(model, options.weights);
-    if (const auto key = metadata.find("normalisation"); key != metadata.end())
-      transfer.normalisation = npt::parse_normalisation(key->second, options.weights.string());
-    std::printf("Weights: %s\n", options.weights.string().c_str());
-  }
-  const npt::Engine engine(model);
+  const auto transfer =
+      npt::PoseTransfer::open(options.weights ? *options.weights : program::shipped_weights("per-vertex"));
+  std::printf("Weights: %s\n", transfer.description().c_str());
 
   const std::vector<npt::Mesh> sequence = make_sequence(options.frames);
   std::vector<npt::Mesh> identities;
@@ -101,25 +93,25 @@ void run(const Options& options) {
   // What depends only on the pose is computed once a frame, whoever takes it. Which points the network sees of a pose mesh is
   // chosen once, on the first frame: chosen anew for each, they would make the results flicker.
   auto start = Clock::now();
-  std::vector<npt::PoseCode<float>> codes;
-  const npt::PosePoints points = npt::choose_points(sequence[0].coordinates(), npt::triangulate(sequence[0]),
-                                                    identities[0].vertex_count(), transfer);
-  for (const npt::Mesh& frame : sequence)
-    codes.push_back(engine.encode(npt::pose_input(frame.coordinates(), points, transfer)));
-  std::printf("Encoded %zu poses in %.1f ms.\n", codes.size(), ms_since(start));
+  const std::vector<npt::Triangle> triangles = npt::triangulate(sequence[0]);
+  const auto view = [&triangles](const npt::Mesh& frame) { return npt::MeshView{frame.coordinates(), triangles}; };
+  const npt::PoseChoice choice = transfer.choose_points(view(sequence[0]), identities[0].vertex_count());
+  std::vector<npt::PreparedPose> poses(sequence.size());
+  for (std::size_t i = 0; i < sequence.size(); ++i) transfer.prepare_pose(view(sequence[i]), choice, poses[i]);
+  std::printf("Encoded %zu poses in %.1f ms.\n", poses.size(), ms_since(start));
 
   start = Clock::now();
   std::vector<std::vector<npt::Mesh>> results(identities.size());
   for (std::size_t k = 0; k < identities.size(); ++k) {
-    // The same for what depends only on the identity: its frame, and the memory of the result.
-    const npt::IdentityInput input = npt::identity_input(identities[k].coordinates(), transfer);
-    std::vector<float> result(input.coordinates.size());
-    for (const npt::PoseCode<float>& code : codes) {
-      engine.decode(code, input.coordinates, result);
-      results[k].push_back(npt::with_positions(identities[k], input, result));
+    // The same for what depends only on the identity.
+    const npt::PreparedIdentity identity = transfer.prepare_identity(identities[k]);
+    for (const npt::PreparedPose& pose : poses) {
+      npt::Mesh& result = results[k].emplace_back(identities[k]);
+      transfer(identity, pose, result.coordinates());
+      npt::recompute_normals(result);
     }
   }
-  std::printf("Decoded %zu meshes in %.1f ms.\n", identities.size() * codes.size(), ms_since(start));
+  std::printf("Decoded %zu meshes in %.1f ms.\n", identities.size() * poses.size(), ms_since(start));
 
   start = Clock::now();
   for (std::size_t k = 0; k < results.size(); ++k)
@@ -135,7 +127,7 @@ void run(const Options& options) {
 int main(int argc, char** argv) {
   CLI::App app("Gives a sequence of poses to other identities: meshes and a picture");
   Options options;
-  app.add_option("--weights", options.weights, "Weights of bottleneck 128 (.safetensors); without: random");
+  app.add_option("--weights", options.weights, "Weights (.safetensors); without: those that npt ships");
   app.add_option("--out", options.out, "Folder for meshes and sequence.png")->capture_default_str();
   app.add_option("--frames", options.frames, "Poses of the sequence")
       ->check(CLI::Range(1, 1000))

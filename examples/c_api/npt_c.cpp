@@ -1,142 +1,42 @@
-/// The C ABI of npt_c.h over the engine. To compile in other networks, change `networks` at the end of the first namespace.
+/// The C ABI of npt_c.h over PoseTransfer.
 #include "npt_c.h"
 
 #include <npt/npt.hpp>
+#include <npt/transfer/pose_sequence.hpp>
+#if __has_include(<Eigen/SparseCholesky>)
+#include <npt/transfer/detail_refiner.hpp>
+#endif
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <exception>
 #include <memory>
 #include <new>
-#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
-/// Engines of all networks have one type here: what differs between them lies behind it.
-struct npt_network {
-  npt::engine::Core<float, npt::DefaultExecutor> engine;
-  bool paired;
-  npt::TransferOptions options;
+struct npt_transfer {
+  npt::PoseTransfer transfer;
   std::string description;
+};
+struct npt_identity {
+  npt::PreparedIdentity prepared;
+};
+struct npt_pose {
+  npt::PreparedPose prepared;
+};
+struct npt_sequence {
+  const npt_transfer& owner;
+  const npt_identity& identity;
+  npt::PoseSequence<npt::DefaultExecutor> frames;
+  npt::PreparedPose pose;
 };
 
 namespace {
-
-using Core = npt::engine::Core<float, npt::DefaultExecutor>;
-
-struct Variant {
-  int bottleneck;
-  std::string order, feature;
-  bool operator==(const Variant&) const = default;
-};
-
-struct NetworkType {
-  Variant variant;
-  bool paired;
-  Core (*load)(const npt::SafetensorsFile& file, int threads);
-  Core (*random)(std::uint64_t seed, int threads);
-};
-
-template <int Bottleneck, class Order, class Feature>
-NetworkType type_of() {
-  using Net = npt::PoseTransferNet<Bottleneck, Order, Feature>;
-  return {.variant = {Bottleneck, Order::name, Feature::name},
-          .paired = npt::Engine<Net>::pairs_vertices(),
-          .load = [](const npt::SafetensorsFile& file, int threads) -> Core {
-            npt::Model<Net> model;
-            npt::load(model, file);
-            return npt::Engine<Net>(model, threads);
-          },
-          .random = [](std::uint64_t seed, int threads) -> Core {
-            npt::Model<Net> model;
-            npt::randomise(model, seed);
-            return npt::Engine<Net>(model, threads);
-          }};
-}
-
-template <int... Bottlenecks>
-std::vector<NetworkType> types_of() {
-  std::vector<NetworkType> list;
-  (list.insert(
-       list.end(),
-       {type_of<Bottlenecks, npt::ConvRelu, npt::PerVertex>(), type_of<Bottlenecks, npt::ConvRelu, npt::Pooled>(),
-        type_of<Bottlenecks, npt::ReluConv, npt::PerVertex>(), type_of<Bottlenecks, npt::ReluConv, npt::Pooled>()}),
-   ...);
-  return list;
-}
-
-const std::vector<NetworkType>& networks() {
-  static const std::vector<NetworkType> list = types_of<64, 1024>();
-  return list;
-}
-
-const NetworkType& network_type(const Variant& variant, const std::string& where) {
-  for (const NetworkType& type : networks())
-    if (type.variant == variant) return type;
-  throw npt::Error({.file = where,
-                    .found = "bottleneck " + std::to_string(variant.bottleneck) + ", order " + variant.order +
-                             ", feature " + variant.feature,
-                    .expected = "bottleneck 64 or 1024, conv_relu or relu_conv, per-vertex or pooled"});
-}
-
-std::unique_ptr<npt_network> make_network(Core engine, const NetworkType& type, npt::Normalisation normalisation) {
-  const Variant& v = type.variant;
-  return std::make_unique<npt_network>(
-      npt_network{.engine = std::move(engine),
-                  .paired = type.paired,
-                  .options = {.normalisation = normalisation},
-                  .description = "bottleneck " + std::to_string(v.bottleneck) + ", " + v.order + ", " + v.feature});
-}
-
-std::string metadata_of(const npt::SafetensorsFile& file, const std::string& key) {
-  if (const std::string* value = file.find_metadata(key)) return *value;
-  throw npt::Error({.file = file.name(), .place = "metadata " + key, .found = "nothing", .expected = "a value"});
-}
-
-std::unique_ptr<npt_network> open_weights(const char* path, int threads) {
-  const auto file = npt::SafetensorsFile::read(path);
-  const std::string bottleneck = metadata_of(file, "bottleneck");
-  Variant variant{0, metadata_of(file, "order"), metadata_of(file, "feature")};
-  for (const NetworkType& type : networks())
-    if (bottleneck == std::to_string(type.variant.bottleneck)) variant.bottleneck = type.variant.bottleneck;
-  if (variant.bottleneck == 0)
-    throw npt::Error({.file = file.name(),
-                      .place = "metadata bottleneck",
-                      .found = "'" + bottleneck + "'",
-                      .expected = "64 or 1024, which this library has compiled in"});
-  const NetworkType& type = network_type(variant, file.name());
-  const std::string* normalisation = file.find_metadata("normalisation");
-  return make_network(type.load(file, threads), type,
-                      normalisation != nullptr ? npt::parse_normalisation(*normalisation, file.name() + ": metadata")
-                                               : npt::Normalisation::centre);
-}
-
-/// The caller's triangles, each vertex number checked.
-std::vector<npt::Triangle> triangles_of(const std::uint32_t* numbers, std::size_t count, std::size_t vertices) {
-  std::vector<npt::Triangle> triangles(count);
-  for (std::size_t t = 0; t < count; ++t)
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      triangles[t][corner] = numbers[3 * t + corner];
-      if (triangles[t][corner] >= vertices)
-        throw npt::Error({.file = "pose_triangles",
-                          .place = "triangle " + std::to_string(t),
-                          .found = "vertex " + std::to_string(triangles[t][corner]),
-                          .expected = "a number below " + std::to_string(vertices)});
-    }
-  return triangles;
-}
-
-void transfer(const npt_network& network, std::span<const float> identity, std::span<const float> pose,
-              std::span<const npt::Triangle> triangles, float* result) {
-  const npt::IdentityInput input = npt::identity_input(identity, network.options);
-  const std::size_t count = network.paired ? identity.size() / 3 : 0;
-  const std::vector<float> posed = npt::pose_input(pose, triangles, count, network.options);
-  std::vector<float> moved(identity.size());
-  network.engine(posed, input.coordinates, moved);
-  npt::restore(input, moved, {result, identity.size()});
-}
 
 // The border: exceptions become a status and a message. A fixed buffer, so that short memory can be reported too.
 thread_local std::array<char, 2048> last_error{};
@@ -151,11 +51,22 @@ npt_status failed(npt_status status, const char* message) noexcept {
   return status;
 }
 
+/// A mistake of the caller, as opposed to bad data.
+struct BadArgument {
+  const char* message;
+};
+
+void expect(bool good, const char* message) {
+  if (!good) throw BadArgument{message};
+}
+
 template <class F>
 npt_status guarded(const F& f) noexcept {
   try {
     f();
     return NPT_OK;
+  } catch (const BadArgument& mistake) {
+    return failed(NPT_BAD_ARGUMENT, mistake.message);
   } catch (const npt::Error& error) {
     return failed(NPT_BAD_INPUT, error.what());
   } catch (const std::bad_alloc&) {
@@ -167,45 +78,148 @@ npt_status guarded(const F& f) noexcept {
   }
 }
 
+npt::MakeRefinement refinement() {
+#if __has_include(<Eigen/SparseCholesky>)
+  return npt::detail_refinement;
+#else
+  throw npt::Error({.file = "refine", .found = "a library built without Eigen", .expected = "one with it"});
+#endif
+}
+
+npt::TransferOptions options_from(const npt_options& o) {
+  expect(o.size == sizeof(npt_options), "npt_options: fill it with npt_default_options, of this version's header");
+  expect(o.threads >= 0, "npt_options: fewer than 0 threads");
+  npt::TransferOptions options;
+  options.pairings = o.pairings;
+  options.mirror = o.mirror != 0;
+  if (o.refine != 0) options.refinement = refinement();
+  if (o.refine_radius != 0) options.refine_radius = o.refine_radius;
+  options.invariant = o.invariant != 0;
+  options.pairing = o.pair_as_given != 0 ? npt::Pairing::as_given : npt::Pairing::random;
+  options.resample = o.resample != 0;
+  if (o.unit != 0) options.unit = o.unit;
+  options.seed = o.seed;
+  return options;
+}
+
+/// Calls open(options, executor), which makes the transfer.
+template <class F>
+npt_status open(const npt_options* given, npt_transfer** transfer, const F& open) {
+  return guarded([&] {
+    expect(transfer != nullptr, "npt_open: a null pointer for the transfer");
+    npt_options options;
+    npt_default_options(&options);
+    if (given != nullptr) options = *given;
+    auto own = options_from(options);
+    auto made = open(own, npt::DefaultExecutor(options.threads));
+    std::string description = made.description();
+    *transfer = new npt_transfer{std::move(made), std::move(description)};
+  });
+}
+
 constexpr std::size_t most_vertices = std::size_t{1} << 28;
+
+npt::MeshView view_of(const npt_mesh* mesh, const char* name) {
+  expect(mesh != nullptr && mesh->xyz != nullptr, "npt_mesh: a null pointer for a mesh or its coordinates");
+  expect(mesh->triangles != nullptr || mesh->triangle_count == 0, "npt_mesh: a null pointer for triangles");
+  expect(mesh->vertices <= most_vertices && mesh->triangle_count <= most_vertices,
+         "npt_mesh: more than 2^28 vertices or triangles");
+  static_assert(sizeof(npt::Triangle) == 3 * sizeof(std::uint32_t));
+  return {.xyz = {mesh->xyz, 3 * mesh->vertices},
+          .triangles = {reinterpret_cast<const npt::Triangle*>(mesh->triangles), mesh->triangle_count},
+          .name = mesh->name != nullptr ? mesh->name : name};
+}
 
 }  // namespace
 
 const char* npt_version(void) { return NPT_VERSION; }
 const char* npt_last_error(void) { return last_error.data(); }
 
-npt_status npt_open_weights(const char* path, int threads, npt_network** network) {
-  if (path == nullptr || network == nullptr) return failed(NPT_BAD_ARGUMENT, "npt_open_weights: a null pointer");
-  if (threads < 0) return failed(NPT_BAD_ARGUMENT, "npt_open_weights: fewer than 0 threads");
-  return guarded([&] { *network = open_weights(path, threads).release(); });
+void npt_default_options(npt_options* options) {
+  if (options == nullptr) return;
+  *options = {};
+  options->size = sizeof(npt_options);
+  options->pairings = 1;
+  options->resample = 1;
 }
 
-npt_status npt_open_random(int bottleneck, int pooled, uint64_t seed, int threads, npt_network** network) {
-  if (network == nullptr) return failed(NPT_BAD_ARGUMENT, "npt_open_random: a null pointer");
-  if (threads < 0) return failed(NPT_BAD_ARGUMENT, "npt_open_random: fewer than 0 threads");
-  return guarded([&] {
-    const NetworkType& type = network_type(
-        {bottleneck, npt::ConvRelu::name, pooled != 0 ? npt::Pooled::name : npt::PerVertex::name}, "network");
-    *network = make_network(type.random(seed, threads), type, npt::Normalisation::centre).release();
+npt_status npt_open(const char* weights, const npt_options* options, npt_transfer** transfer) {
+  return open(options, transfer, [&](const npt::TransferOptions& own, npt::DefaultExecutor executor) {
+    expect(weights != nullptr, "npt_open: a null pointer for the weights");
+    const std::u8string path(reinterpret_cast<const char8_t*>(weights));
+    return npt::PoseTransfer::open(npt::SafetensorsFile::read(std::filesystem::path(path)), own, std::move(executor));
   });
 }
 
-void npt_close(npt_network* network) { delete network; }
-
-const char* npt_describe(const npt_network* network) {
-  return network == nullptr ? nullptr : network->description.c_str();
-}
-
-npt_status npt_transfer(const npt_network* network, const float* identity, size_t identity_vertices, const float* pose,
-                        size_t pose_vertices, const uint32_t* pose_triangles, size_t pose_triangle_count,
-                        float* result) {
-  if (network == nullptr || identity == nullptr || pose == nullptr || result == nullptr ||
-      (pose_triangles == nullptr && pose_triangle_count != 0))
-    return failed(NPT_BAD_ARGUMENT, "npt_transfer: a null pointer");
-  if (identity_vertices > most_vertices || pose_vertices > most_vertices || pose_triangle_count > most_vertices)
-    return failed(NPT_BAD_ARGUMENT, "npt_transfer: more than 2^28 vertices or triangles");
-  return guarded([&] {
-    transfer(*network, {identity, 3 * identity_vertices}, {pose, 3 * pose_vertices},
-             triangles_of(pose_triangles, pose_triangle_count, pose_vertices), result);
+npt_status npt_open_random(int bottleneck, int pooled, uint64_t weights_seed, const npt_options* options,
+                           npt_transfer** transfer) {
+  return open(options, transfer, [&](const npt::TransferOptions& own, npt::DefaultExecutor executor) {
+    const npt::Metadata variant{{"bottleneck", std::to_string(bottleneck)},
+                                {"order", npt::ConvRelu::name},
+                                {"feature", pooled != 0 ? npt::Pooled::name : npt::PerVertex::name}};
+    const auto* type = npt::find_network<npt::AllNetworks, npt::DefaultExecutor>(variant);
+    if (type == nullptr)
+      throw npt::Error({.file = "network",
+                        .found = "bottleneck " + std::to_string(bottleneck),
+                        .expected = "bottleneck 64, 128, 256, 512 or 1024"});
+    return npt::PoseTransfer::random(*type, weights_seed, own, std::move(executor));
   });
 }
+
+void npt_close(npt_transfer* transfer) { delete transfer; }
+
+const char* npt_describe(const npt_transfer* transfer) {
+  return transfer == nullptr ? nullptr : transfer->description.c_str();
+}
+
+npt_status npt_run(const npt_transfer* transfer, const npt_mesh* identity, const npt_mesh* pose, float* result) {
+  return guarded([&] {
+    expect(transfer != nullptr && result != nullptr, "npt_run: a null pointer");
+    const npt::MeshView own = view_of(identity, "identity");
+    transfer->transfer(own, view_of(pose, "pose"), {result, own.xyz.size()});
+  });
+}
+
+npt_status npt_prepare_identity(const npt_transfer* transfer, const npt_mesh* mesh, npt_identity** identity) {
+  return guarded([&] {
+    expect(transfer != nullptr && identity != nullptr, "npt_prepare_identity: a null pointer");
+    *identity = new npt_identity{transfer->transfer.prepare_identity(view_of(mesh, "identity"))};
+  });
+}
+void npt_release_identity(npt_identity* identity) { delete identity; }
+
+npt_status npt_prepare_pose(const npt_transfer* transfer, const npt_mesh* mesh, size_t identity_vertices,
+                            npt_pose** pose) {
+  return guarded([&] {
+    expect(transfer != nullptr && pose != nullptr, "npt_prepare_pose: a null pointer");
+    expect(identity_vertices <= most_vertices, "npt_prepare_pose: more than 2^28 vertices");
+    *pose = new npt_pose{transfer->transfer.prepare_pose(view_of(mesh, "pose"), identity_vertices)};
+  });
+}
+void npt_release_pose(npt_pose* pose) { delete pose; }
+
+npt_status npt_run_prepared(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
+                            float* result) {
+  return guarded([&] {
+    expect(transfer != nullptr && identity != nullptr && pose != nullptr && result != nullptr,
+           "npt_run_prepared: a null pointer");
+    transfer->transfer(identity->prepared, pose->prepared, {result, 3 * identity->prepared.vertex_count()});
+  });
+}
+
+npt_status npt_open_sequence(const npt_transfer* transfer, const npt_identity* identity, npt_sequence** sequence) {
+  return guarded([&] {
+    expect(transfer != nullptr && identity != nullptr && sequence != nullptr, "npt_open_sequence: a null pointer");
+    *sequence = new npt_sequence{*transfer, *identity, npt::PoseSequence(transfer->transfer), {}};
+  });
+}
+
+npt_status npt_run_frame(npt_sequence* sequence, const npt_mesh* pose, float* result) {
+  return guarded([&] {
+    expect(sequence != nullptr && result != nullptr, "npt_run_frame: a null pointer");
+    const npt::PreparedIdentity& identity = sequence->identity.prepared;
+    sequence->frames.prepare(view_of(pose, "pose"), identity.vertex_count(), sequence->pose);
+    sequence->owner.transfer(identity, sequence->pose, {result, 3 * identity.vertex_count()});
+  });
+}
+void npt_close_sequence(npt_sequence* sequence) { delete sequence; }

@@ -1,43 +1,68 @@
 #!/usr/bin/env python3
 """Pose transfer from Python through npt's C ABI, with nothing but the standard library: what a plug-in of a modelling tool
-does. Two boxes stand in for the tool's meshes.
+does. Gives the mesh IDENTITY the pose of POSE; several poses are the frames of a sequence.
 
-usage: transfer.py LIBRARY [WEIGHTS]
+usage: transfer.py [--pairings N] [--mirror] [--refine] [--seed N] LIBRARY WEIGHTS IDENTITY.obj POSE.obj ... OUT.obj
   LIBRARY   libnpt_c.so, which the build leaves in lib
-  WEIGHTS   a .safetensors file; without it, random weights show that everything works, not what a trained network does
+  WEIGHTS   a .safetensors file, such as examples/weights/human.safetensors
+  OUT.obj   the result; of several poses OUT_000.obj, OUT_001.obj ...
 """
 
+import argparse
+import array
 import ctypes
+import os
 import sys
 import time
 
 
-class Network:
-    """A network of the library. Close it, or use it in a `with` statement."""
+class Mesh(ctypes.Structure):
+    """npt_mesh: a mesh in memory that stays ours. With numpy arrays, array.ctypes.data_as(POINTER(c_float)) copies nothing."""
+    _fields_ = [("xyz", ctypes.POINTER(ctypes.c_float)), ("vertices", ctypes.c_size_t),
+                ("triangles", ctypes.POINTER(ctypes.c_uint32)), ("triangle_count", ctypes.c_size_t),
+                ("name", ctypes.c_char_p)]
 
-    def __init__(self, library, weights=None, threads=0):
+    def __init__(self, xyz, triangles, name):
+        """xyz: array of floats, 3 a vertex; triangles: array of unsigned ints, 3 each."""
+        self.kept = xyz, triangles  # the pointers below don't keep them alive
+        super().__init__((ctypes.c_float * len(xyz)).from_buffer(xyz), len(xyz) // 3,
+                         (ctypes.c_uint32 * len(triangles)).from_buffer(triangles) if triangles else None,
+                         len(triangles) // 3, name.encode())
+
+
+class Options(ctypes.Structure):
+    """npt_options, in the order of npt_c.h."""
+    _fields_ = [("size", ctypes.c_size_t), ("threads", ctypes.c_int), ("pairings", ctypes.c_int), ("mirror", ctypes.c_int),
+                ("refine", ctypes.c_int), ("refine_radius", ctypes.c_double), ("invariant", ctypes.c_int),
+                ("pair_as_given", ctypes.c_int), ("resample", ctypes.c_int), ("unit", ctypes.c_double),
+                ("seed", ctypes.c_uint64)]
+
+
+class Transfer:
+    """Weights, ready to run. Close it, or use it in a `with` statement."""
+
+    def __init__(self, library, weights, **options):
         # 1. Open the shared library, and say once what each function takes: ctypes would pass ints for pointers otherwise.
-        self.npt = ctypes.CDLL(library)
-        floats = ctypes.POINTER(ctypes.c_float)
-        numbers = ctypes.POINTER(ctypes.c_uint32)
-        handle = ctypes.c_void_p
-        self.npt.npt_last_error.restype = ctypes.c_char_p
-        self.npt.npt_describe.restype = ctypes.c_char_p
-        self.npt.npt_describe.argtypes = [handle]
-        self.npt.npt_open_weights.argtypes = [ctypes.c_char_p, ctypes.c_int, ctypes.POINTER(handle)]
-        self.npt.npt_open_random.argtypes = [ctypes.c_int, ctypes.c_int, ctypes.c_uint64, ctypes.c_int,
-                                             ctypes.POINTER(handle)]
-        self.npt.npt_close.argtypes = [handle]
-        self.npt.npt_close.restype = None
-        self.npt.npt_transfer.argtypes = [handle, floats, ctypes.c_size_t, floats, ctypes.c_size_t, numbers,
-                                          ctypes.c_size_t, floats]
+        self.npt = npt = ctypes.CDLL(os.path.abspath(library))
+        handle, mesh, floats = ctypes.c_void_p, ctypes.POINTER(Mesh), ctypes.POINTER(ctypes.c_float)
+        npt.npt_last_error.restype = npt.npt_describe.restype = ctypes.c_char_p
+        npt.npt_describe.argtypes = [handle]
+        npt.npt_default_options.argtypes = [ctypes.POINTER(Options)]
+        npt.npt_open.argtypes = [ctypes.c_char_p, ctypes.POINTER(Options), ctypes.POINTER(handle)]
+        npt.npt_run.argtypes = [handle, mesh, mesh, floats]
+        npt.npt_prepare_identity.argtypes = [handle, mesh, ctypes.POINTER(handle)]
+        npt.npt_open_sequence.argtypes = [handle, handle, ctypes.POINTER(handle)]
+        npt.npt_run_frame.argtypes = [handle, mesh, floats]
+        for close in (npt.npt_close, npt.npt_release_identity, npt.npt_close_sequence):
+            close.argtypes, close.restype = [handle], None
 
-        # 2. A handle to a network. Opening packs the weights; do it once, not for every mesh.
+        # 2. A handle to a transfer. Opening packs the weights; do it once, not for every mesh.
+        own = Options()
+        npt.npt_default_options(ctypes.byref(own))
+        for name, value in options.items():
+            setattr(own, name, value)
         self.handle = handle()
-        if weights is None:
-            self.check(self.npt.npt_open_random(64, 0, 1, threads, ctypes.byref(self.handle)))
-        else:
-            self.check(self.npt.npt_open_weights(weights.encode(), threads, ctypes.byref(self.handle)))
+        self.check(npt.npt_open(weights.encode(), ctypes.byref(own), ctypes.byref(self.handle)))
 
     def check(self, status):
         """Every failure comes as a number, and its message from the library."""
@@ -47,17 +72,26 @@ class Network:
     def describe(self):
         return self.npt.npt_describe(self.handle).decode()
 
-    def transfer(self, identity, pose, pose_triangles=()):
-        """Flat lists of coordinates in, a flat list out. With numpy arrays of float32, pass
-        array.ctypes.data_as(POINTER(c_float)) instead and copy nothing. ctypes lets go of Python's lock during the call, so
-        that the tool's window keeps moving if this runs in a thread."""
-        def floats(values):
-            return (ctypes.c_float * len(values))(*values)
-        result = (ctypes.c_float * len(identity))()
-        triangles = (ctypes.c_uint32 * len(pose_triangles))(*pose_triangles)
-        self.check(self.npt.npt_transfer(self.handle, floats(identity), len(identity) // 3, floats(pose), len(pose) // 3,
-                                         triangles, len(pose_triangles) // 3, result))
-        return list(result)
+    def __call__(self, identity, pose):
+        """The identity's new coordinates. ctypes lets go of Python's lock during the call, so that a tool's window keeps moving
+        if this runs in a thread."""
+        result = array.array("f", bytes(12 * identity.vertices))
+        self.check(self.npt.npt_run(self.handle, identity, pose, (ctypes.c_float * len(result)).from_buffer(result)))
+        return result
+
+    def sequence(self, identity, frames):
+        """Yields the identity's coordinates in each of the frames, which share their random choices: nothing flickers."""
+        prepared, sequence = ctypes.c_void_p(), ctypes.c_void_p()
+        self.check(self.npt.npt_prepare_identity(self.handle, identity, ctypes.byref(prepared)))
+        try:
+            self.check(self.npt.npt_open_sequence(self.handle, prepared, ctypes.byref(sequence)))
+            for frame in frames:
+                result = array.array("f", bytes(12 * identity.vertices))
+                self.check(self.npt.npt_run_frame(sequence, frame, (ctypes.c_float * len(result)).from_buffer(result)))
+                yield result
+        finally:
+            self.npt.npt_close_sequence(sequence)
+            self.npt.npt_release_identity(prepared)
 
     def close(self):
         self.npt.npt_close(self.handle)
@@ -70,39 +104,73 @@ class Network:
         self.close()
 
 
-def box(width, height, depth):
-    """The 8 corners of a box, flat, and its 12 triangles."""
-    corners = [axis for x in (0, width) for y in (0, height) for z in (0, depth) for axis in (x, y, z)]
-    triangles = [0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3]
-    return corners, triangles
+def read_obj(path):
+    """Positions and faces of an OBJ file, the faces as fans around their first corners. A modelling tool has its own meshes."""
+    xyz, triangles = array.array("f"), array.array("I")
+    with open(path, encoding="utf-8", errors="replace") as file:
+        for number, line in enumerate(file, 1):
+            words = line.split()
+            try:
+                if words[:1] == ["v"]:
+                    xyz.extend(float(word) for word in words[1:4])
+                elif words[:1] == ["f"]:
+                    corners = [int(word.split("/")[0]) for word in words[1:]]
+                    corners = [c - 1 if c > 0 else len(xyz) // 3 + c for c in corners]
+                    for i in range(1, len(corners) - 1):
+                        triangles.extend((corners[0], corners[i], corners[i + 1]))
+            except (ValueError, OverflowError) as error:
+                raise RuntimeError(f"{path}: line {number}: {error}") from None
+    return Mesh(xyz, triangles, path)
 
 
-def main(arguments):
-    if arguments in (["--help"], ["-h"]):
-        print(__doc__)
-        return 0
-    if len(arguments) not in (1, 2):
-        print(__doc__, file=sys.stderr)
-        return 2
-    with Network(*arguments) as network:
-        print("network:", network.describe())
-        identity, _ = box(1, 2, 1)
-        pose, triangles = box(3, 1, 1)
+def write_obj(path, template, xyz):
+    """The OBJ file `template` with other positions: its faces, groups and materials stay. Normals, which would be wrong, go."""
+    vertex = 0
+    with open(template, encoding="utf-8", errors="surrogateescape") as file:
+        lines = file.readlines()
+    with open(path + ".part", "w", encoding="utf-8", errors="surrogateescape") as out:
+        for line in lines:
+            words = line.split()
+            if words[:1] == ["v"]:
+                out.write("v " + " ".join(f"{x:.9g}" for x in xyz[3 * vertex:3 * vertex + 3]) + "\n")
+                vertex += 1
+            elif words[:1] == ["f"]:
+                corners = [word.split("/") for word in words[1:]]
+                out.write("f " + " ".join("/".join(c[:2]).rstrip("/") for c in corners) + "\n")
+            elif words[:1] != ["vn"]:
+                out.write(line)
+    os.replace(path + ".part", path)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--pairings", type=int, default=1)
+    parser.add_argument("--mirror", action="store_true")
+    parser.add_argument("--refine", action="store_true")
+    parser.add_argument("--seed", type=int, default=0)
+    for name in ("library", "weights", "identity"):
+        parser.add_argument(name)
+    parser.add_argument("pose", nargs="+")
+    parser.add_argument("out")
+    a = parser.parse_args()
+    with Transfer(a.library, a.weights, pairings=a.pairings, mirror=a.mirror, refine=a.refine, seed=a.seed) as transfer:
+        print("network:", transfer.describe())
+        identity = read_obj(a.identity)
         start = time.perf_counter()
-        result = network.transfer(identity, pose, triangles)
-        print(f"{len(result) // 3} vertices in {1000 * (time.perf_counter() - start):.2f} ms")
-        for i in range(0, len(result), 3):
-            print("  " + " ".join(f"{value:8.4f}" for value in result[i:i + 3]))
-        # 3. Bad input is a message, and the program goes on.
-        try:
-            network.transfer(identity, pose, [0, 1, 8])
-        except RuntimeError as error:
-            print("refused, as it should be:", error)
-    return 0
+        if len(a.pose) == 1:
+            results = {a.out: transfer(identity, read_obj(a.pose[0]))}
+        else:
+            stem, extension = os.path.splitext(a.out)
+            names = (f"{stem}_{i:03}{extension}" for i in range(len(a.pose)))
+            results = dict(zip(names, transfer.sequence(identity, map(read_obj, a.pose))))
+        print(f"{identity.vertices} vertices, {len(results)} poses in {time.perf_counter() - start:.2f} s")
+    for name, xyz in results.items():
+        write_obj(name, a.identity, xyz)
+        print(name)
 
 
 if __name__ == "__main__":
     try:
-        sys.exit(main(sys.argv[1:]))
+        main()
     except (RuntimeError, OSError) as error:
         sys.exit(f"transfer.py: {error}")

@@ -139,18 +139,18 @@ void time_beside_peak(const Options& o, Result& result, const std::function<void
   }
 }
 
-void bench_forward(const program::Network& network, const Options& o, std::uint64_t seed) {
+void bench_forward(const program::NetworkType& network, const Options& o, std::uint64_t seed) {
   const npt::Precision precision = program::precision_from(o.precision);
   const std::vector<float> pose = random_points<float>(o.vertices, seed, 1001);
   const std::vector<float> identity = random_points<float>(o.vertices, seed, 1002);
-  Result result{.name = "forward, " + network.variant.text(), .products = {}, .seconds = {}, .peaks = {}};
+  Result result{.name = "forward, " + npt::variant_name(network.variant), .products = {}, .seconds = {}, .peaks = {}};
   result.memory_mb = child_memory([&] {
-    const auto engine = network.from_seed(seed, o.threads, precision);
+    const auto engine = program::random_engine(network, seed, o.threads, precision);
     std::vector<float> out(identity.size());
     engine(pose, identity, out);
   });
 
-  const auto engine = network.from_seed(seed, o.threads, precision);
+  const auto engine = program::random_engine(network, seed, o.threads, precision);
   result.products = program::products_text(engine.precision());
   const auto batch = static_cast<std::size_t>(o.batch);
   std::vector<std::vector<float>> poses, identities, results(batch, std::vector<float>(identity.size()));
@@ -162,8 +162,8 @@ void bench_forward(const program::Network& network, const Options& o, std::uint6
   for (std::size_t i = 0; i < batch; ++i) pairs.push_back({poses[i], identities[i], results[i]});
   engine.run(pairs);
   std::vector<double> expected(identity.size());
-  network.double_from_seed(seed, o.threads)(random_points<double>(o.vertices, seed, 1001),
-                                            random_points<double>(o.vertices, seed, 1002), expected);
+  program::random_double_engine(network, seed, o.threads)(random_points<double>(o.vertices, seed, 1001),
+                                                          random_points<double>(o.vertices, seed, 1002), expected);
   result.error = relative_difference(results[0], expected);
   const double bound = precision == npt::Precision::bf16 ? 5e-2 : precision == npt::Precision::bf16x2 ? 1e-3 : 1e-5;
   if (!(result.error < bound))

@@ -52,13 +52,10 @@ npt::BodySampler sampler(std::size_t vertices, std::uint64_t seed) {
   return npt::BodySampler(npt::borrowed(npt::mannequin()), options);
 }
 
-std::vector<float> initial_weights(const program::Network& network, std::uint64_t seed) {
+std::vector<float> initial_weights(const program::NetworkType& network, std::uint64_t seed) {
   std::vector<float> values(network.buffer_size);
-  const std::vector<npt::NamedParameter> list = network.list();
-  for (const npt::NamedParameter& p : list)
-    if (p.parameter.attribute)
-      values[static_cast<std::size_t>(p.parameter.offset)] = static_cast<float>(p.parameter.initial);
-  npt::initialise<float>(list, std::span(values), npt::Initialisation::small, seed);
+  npt::set_attributes(*network.parameters, std::span(values));
+  npt::initialise<float>(*network.parameters, std::span(values), npt::Initialisation::small, seed);
   return values;
 }
 
@@ -108,7 +105,7 @@ struct Errors {
 };
 
 /// On two small pairs: the same code runs for any number of vertices.
-Errors check_gradients(const program::Network& network, const Options& o, std::uint64_t seed) {
+Errors check_gradients(const program::NetworkType& network, const Options& o, std::uint64_t seed) {
   const program::TrainableNetwork& trainable = *program::find_trainable(o.variant);
   const npt::BodySampler source = sampler(std::min<std::size_t>(o.vertices, 230), seed);
   const npt::Sample samples[] = {source.draw(0, 0), source.draw(0, 1)};
@@ -125,7 +122,7 @@ Errors check_gradients(const program::Network& network, const Options& o, std::u
   double difference = 0, norm = 0, slope = 0;
   std::vector<double> direction(point.size());
   npt::Random random(seed, 99);
-  for (const npt::Slice& s : npt::learned_slices(network.list()))
+  for (const npt::Slice& s : npt::learned_slices(*network.parameters))
     for (std::size_t i = s.first; i < s.last; ++i) {
       difference += std::pow(static_cast<double>(found[i]) - expected[i], 2);
       norm += expected[i] * expected[i];
@@ -159,7 +156,7 @@ void run(Options o) {
                                   ", those of the mannequin that samples are drawn from"});
   const std::uint64_t seed =
       o.seed.value_or(static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count()));
-  const program::Network& network = *program::find_network(o.variant);
+  const program::NetworkType& network = *program::find_network(o.variant);
   const Errors errors = check_gradients(network, o, seed);
 
   const npt::BodySampler source = sampler(o.vertices, seed);
@@ -173,7 +170,7 @@ void run(Options o) {
   if (o.optimiser == "muon") options.matrix_rate = 3;
   options.muon.parts = std::min(1, npt::parts_of(gradients.precision()));
   const std::string products = program::products_text(gradients.precision());
-  npt::Trainer trainer(gradients, network.list(), std::span(weights), options);
+  npt::Trainer trainer(gradients, *network.parameters, std::span(weights), options);
   trainer.step();  // warm
   std::vector<double> seconds, data, forward, losses, backward, optimise, peaks;
   for (int i = 0; i < o.repeats; ++i) {

@@ -2,14 +2,13 @@
 /// meshes, or files. Pairs take the way of `npt transfer`.
 #include "arguments.hpp"
 #include "interrupt.hpp"
-#include "network_arguments.hpp"
+#include "open_transfer.hpp"
 #include "progress.hpp"
-#include "quality_arguments.hpp"
 #include "report.hpp"
 #include "sequence_evaluation.hpp"
 #include "stopwatch.hpp"
 #include "subcommand.hpp"
-#include "transfer_backend.hpp"
+#include "transfer_arguments.hpp"
 
 #include <npt/body/body_file.hpp>
 #include <npt/data/body_pairs.hpp>
@@ -40,12 +39,11 @@ namespace evaluate_command {
 namespace fs = std::filesystem;
 
 struct Options {
-  program::TransferOptions transfer;
+  program::TransferArguments transfer;
   std::optional<fs::path> body, list, family;
   bool protocol = false, json = false;
   std::size_t pairs = 0, first = 0, worst = 0;
   std::string shapes = "normal", poses = "paper", held_out;
-  std::optional<std::string> normalise;
   double noise = 0;
   std::size_t sequences = 0, frames = 30;
   bool fresh_choices = false;
@@ -70,7 +68,7 @@ Data body_data(const Options& o) {
   const auto distribution = distribution_of(o);
   const std::string name = body_name(o);
   if (o.pairs == 0) return {"the paper's protocol on " + name, npt::protocol_sets(body, distribution)};
-  const std::uint64_t seed = o.transfer.seed;
+  const std::uint64_t seed = o.transfer.options.seed;
   const bool wide = o.poses == "wide";
   const auto poses = wide ? npt::PoseDistribution::wide : npt::PoseDistribution::paper;
   return {(wide ? "fresh pairs in wide poses of " : "fresh pairs of ") + name + ", seed " + std::to_string(seed),
@@ -85,12 +83,13 @@ Data load_data(const Options& o) {
   } else if (o.family) {
     const auto family = std::make_shared<const npt::Family>(npt::load_family(*o.family));
     const auto held_out = o.held_out.empty() ? std::vector<std::string>() : program::split_list(o.held_out);
-    data = {"species of " + o.family->string(), {npt::family_pairs(family, held_out, o.pairs, o.transfer.seed)}};
+    data = {"species of " + o.family->string(),
+            {npt::family_pairs(family, held_out, o.pairs, o.transfer.options.seed)}};
   } else {
     data = body_data(o);
   }
   for (npt::EvaluationSet& set : data.sets) {
-    set = npt::with_noise(std::move(set), o.noise, o.transfer.seed);
+    set = npt::with_noise(std::move(set), o.noise, o.transfer.options.seed);
     if (o.first > 0) set.count = std::min(set.count, o.first);
   }
   return data;
@@ -105,14 +104,13 @@ int side_by_side(int threads, std::size_t pairs) {
   return static_cast<int>(std::min({available, pairs, most}));
 }
 
-std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferOptions options, std::string& network) {
+std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArguments arguments, std::string& network) {
   std::size_t pairs = 0;
   for (const npt::EvaluationSet& set : data.sets) pairs += set.count;
-  const npt::TbbExecutor executor(side_by_side(options.threads, pairs));
-  if (executor.slots() > 1) options.threads = 1;
-  const std::unique_ptr<program::TransferBackend> backend = program::make_transfer_backend(options);
-  if (!backend->notice().empty()) std::cerr << "npt: note: " << backend->notice() << '\n';
-  network = backend->description();
+  const npt::TbbExecutor executor(side_by_side(arguments.threads, pairs));
+  if (executor.slots() > 1) arguments.threads = 1;
+  const program::PoseTransfer transfer = program::open_transfer(arguments);
+  network = transfer.description();
   program::catch_interrupts();
   program::Progress progress("pairs", pairs);
   std::mutex mutex;
@@ -120,11 +118,11 @@ std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferOptions
   for (const npt::EvaluationSet& set : data.sets)
     evaluations.push_back(npt::evaluate(
         set,
-        [&backend](const npt::EvaluationPair& pair, std::span<float> result) {
+        [&transfer](const npt::EvaluationPair& pair, std::span<float> result) {
           program::stop_if_interrupted();
           try {
-            std::as_const(*backend).transfer(pair.identity, pair.identity_triangles, pair.pose, pair.pose_triangles,
-                                             result);
+            transfer(npt::MeshView{pair.identity, pair.identity_triangles, "identity"},
+                     npt::MeshView{pair.pose, pair.pose_triangles, "pose"}, result);
           } catch (const npt::Error& error) {
             throw npt::Error({.file = pair.name, .place = error.what()});
           }
@@ -181,22 +179,21 @@ program::Report report_of(const npt::Evaluation& e, std::size_t worst) {
 /// Sequences instead of pairs: errors and jitter, result and truth.
 void run_sequences(Options o) {
   const npt::SequenceSet set =
-      npt::body_sequences(body_of(o), o.sequences, o.frames, o.transfer.seed, distribution_of(o));
-  o.transfer.sequence = !o.fresh_choices;
-  const std::unique_ptr<program::TransferBackend> backend = program::make_transfer_backend(o.transfer);
-  if (!backend->notice().empty()) std::cerr << "npt: note: " << backend->notice() << '\n';
+      npt::body_sequences(body_of(o), o.sequences, o.frames, o.transfer.options.seed, distribution_of(o));
+  const program::PoseTransfer transfer = program::open_transfer(o.transfer);
   program::catch_interrupts();
   program::Progress progress("frames", set.count * set.frames);
   const program::Stopwatch watch;
-  const std::vector<npt::SequenceErrors> sequences = program::evaluate_sequences(set, *backend, [&progress] {
-    progress.advance();
-    program::stop_if_interrupted();
-  });
+  const std::vector<npt::SequenceErrors> sequences =
+      program::evaluate_sequences(set, transfer, o.fresh_choices, [&progress] {
+        progress.advance();
+        program::stop_if_interrupted();
+      });
   progress.clear();
   const program::SequenceMeans means = program::means_of(sequences);
   const std::string data = std::to_string(set.count) + " sequences of " + body_name(o);
   if (o.json) {
-    const program::Report report{{"network", backend->description()},
+    const program::Report report{{"network", transfer.description()},
                                  {"data", data},
                                  {"frames", set.frames},
                                  {"fresh_choices", o.fresh_choices},
@@ -210,7 +207,7 @@ void run_sequences(Options o) {
     std::cout << report.dump(-1, ' ', false, program::Report::error_handler_t::replace) << '\n';
     return;
   }
-  std::printf("%s on %s, %zu frames each\n", backend->description().c_str(), data.c_str(), set.frames);
+  std::printf("%s on %s, %zu frames each\n", transfer.description().c_str(), data.c_str(), set.frames);
   std::printf("%-18s %11s %9s %11s %10s %13s\n", "", "PMD x 1e-4", "root mm", "edge error", "jitter mm", "truth's mm");
   std::printf("%-18s %11.3f %9.2f %11.4f %10.3f %13.3f\n", set.name.c_str(), 1e4 * means.pmd,
               npt::root_pmd_mm(means.pmd), means.edge_error, 1000 * means.jitter, 1000 * means.true_jitter);
@@ -220,7 +217,6 @@ void run_sequences(Options o) {
 
 void run(Options o) {
   if (!o.held_out.empty() && !o.family) throw CLI::RequiresError("--held-out", "--family");
-  if (o.normalise) o.transfer.normalisation = npt::parse_normalisation(*o.normalise, "--normalise");
   if (o.sequences > 0) return run_sequences(std::move(o));
   const Data data = load_data(o);
   std::string network;
@@ -241,7 +237,7 @@ void run(Options o) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  program::add_network_options(command, o->transfer.network);
+  program::add_transfer_options(command, o->transfer);
   CLI::Option* body =
       command.add_option("--body", o->body, "Body in SMPL's layout (.safetensors); without: the built-in mannequin");
   CLI::Option* protocol =
@@ -290,17 +286,9 @@ void add(CLI::App& command) {
                   "Of --pairs: the paper's ranges (Table 6), or wide ones: running, sitting, reaching")
       ->check(CLI::IsMember({"paper", "wide"}))
       ->capture_default_str();
-  command.add_option("--seed", o->transfer.seed, "Of fresh pairs, noise, resampling, random weights")
-      ->check(program::whole_number())
-      ->capture_default_str();
   command
-      .add_option("--normalise", o->normalise,
-                  "How meshes are brought to the network's frame; without: the weights' own way")
-      ->check(CLI::IsMember({"sphere", "centre", "none"}));
-  command.add_flag("--invariant", o->transfer.invariant, "Make results independent of the inputs' vertex orders");
-  program::add_quality_options(command, o->transfer);
-  command.add_option("--threads", o->transfer.threads, "Threads; 0: all that the process may use")
-      ->check(CLI::Range(0, 4096))
+      .add_option("--seed", o->transfer.options.seed, "Of fresh pairs, noise, pairings, drawn points, random weights")
+      ->check(program::whole_number())
       ->capture_default_str();
   command.add_flag("--json", o->json, "One line of JSON");
   command.footer(

@@ -1,66 +1,68 @@
 #include "networks.hpp"
 
-#include "network_list.hpp"
-
+#include <npt/core/aligned.hpp>
 #include <npt/engine/engine.hpp>
 #include <npt/graph/explain.hpp>
 
 #include <algorithm>
+#include <map>
+#include <span>
+
+template const std::vector<npt::NetworkType<npt::TbbExecutor>>&
+npt::network_types<npt::AllNetworks, npt::TbbExecutor>();
 
 namespace program {
 
 namespace {
 
-template <class Net>
-Network network() {
-  Network n;
-  n.variant = variant_of<Net>();
-  n.program = &npt::graph::program_of<Net>;
-  for (const npt::NamedParameter& p : npt::Model<Net>::parameters())
-    if (!p.parameter.attribute) n.parameters += static_cast<std::size_t>(p.parameter.size());
-  n.metadata = npt::variant_metadata<Net>();
-  n.list = [] { return npt::Model<Net>::parameters(); };
-  n.buffer_size = static_cast<std::size_t>(npt::parameter_buffer_size(npt::Model<Net>::network()));
-  n.explain = &npt::explain<Net>;
-  n.from_file = [](const npt::SafetensorsFile& file, const npt::Metadata& assume, int threads) -> FloatEngine {
-    npt::Model<Net> model;
-    npt::load(model, file, assume);
-    return npt::Engine<Net>(model, threads);
-  };
-  n.from_values = [](std::span<const float> values, int threads) -> FloatEngine {
-    npt::Model<Net> model;
-    std::ranges::copy(values, model.buffer().begin());
-    return npt::Engine<Net>(model, threads);
-  };
-  n.from_seed = [](std::uint64_t seed, int threads, npt::Precision precision) -> FloatEngine {
-    npt::Model<Net> model;
-    npt::randomise(model, seed);
-    return npt::Engine<Net>(model, threads, precision);
-  };
-  n.double_from_seed = [](std::uint64_t seed, int threads) -> DoubleEngine {
-    npt::Model<Net> floats;
-    npt::randomise(floats, seed);
-    npt::Model<Net, double> model;
-    std::ranges::copy(floats.buffer(), model.buffer().begin());
-    return npt::Engine<Net, double>(model, threads);
-  };
-  return n;
+/// What only the program asks of a network's type.
+struct Extras {
+  std::string (*explain)() = nullptr;
+  DoubleEngine (*pack)(std::span<const double> values, int threads) = nullptr;
+};
+
+const Extras& extras_of(const NetworkType& network) {
+  static const std::map<const npt::graph::Program*, Extras> list = [] {
+    std::map<const npt::graph::Program*, Extras> all;
+    npt::AllNetworks::for_each([&all]<class Net>() {
+      all[&npt::graph::program_of<Net>] = {
+          &npt::explain<Net>, [](std::span<const double> values, int threads) -> DoubleEngine {
+            return npt::Engine<Net, double, npt::TbbExecutor>(values, npt::TbbExecutor(threads));
+          }};
+    });
+    return all;
+  }();
+  return list.at(network.program);
+}
+
+npt::AlignedBuffer<float> random_values(const NetworkType& network, std::uint64_t seed) {
+  npt::AlignedBuffer<float> values(network.buffer_size);
+  npt::set_attributes(*network.parameters, values.span());
+  npt::randomise_values(*network.parameters, values.span(), seed);
+  return values;
 }
 
 }  // namespace
 
-const std::vector<Network>& networks() {
-  static const std::vector<Network> list = [] {
-    std::vector<Network> all;
-    for_each_network([&all]<class Net>() { all.push_back(network<Net>()); });
-    return all;
-  }();
-  return list;
+FloatEngine random_engine(const NetworkType& network, std::uint64_t seed, int threads, npt::Precision precision) {
+  const npt::AlignedBuffer<float> values = random_values(network, seed);
+  return network.pack(values.span(), npt::TbbExecutor(threads), precision);
 }
 
-const Network* find_network(const Variant& variant) {
-  const auto found = std::ranges::find(networks(), variant, &Network::variant);
-  return found == networks().end() ? nullptr : &*found;
+DoubleEngine random_double_engine(const NetworkType& network, std::uint64_t seed, int threads) {
+  const npt::AlignedBuffer<float> floats = random_values(network, seed);
+  npt::AlignedBuffer<double> values(network.buffer_size);
+  std::ranges::copy(floats.span(), values.span().begin());
+  return extras_of(network).pack(std::as_const(values).span(), threads);
+}
+
+std::string explain(const NetworkType& network) { return extras_of(network).explain(); }
+
+std::size_t parameter_count(const NetworkType& network) {
+  std::size_t count = 0;
+  for (const npt::NamedParameter& p : *network.parameters)
+    if (!p.parameter.attribute) count += static_cast<std::size_t>(p.parameter.size());
+  return count;
 }
 
 }  // namespace program

@@ -1,59 +1,55 @@
-/// The networks that the program has compiled in, behind functions: five bottlenecks, both unit orders, both features.
-/// networks.cpp and training_networks.cpp are the only files of the program that are compiled for their types.
+/// The networks that the program has compiled in, behind functions. networks.cpp and training_networks.cpp are the only files of
+/// the program that are compiled for their types.
 #pragma once
 
 #include <npt/engine/core.hpp>
 #include <npt/parallel/tbb_executor.hpp>
-#include <npt/weights/weights_file.hpp>
+#include <npt/transfer/network_list.hpp>
+#include <npt/transfer/pose_transfer.hpp>
 
-#include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 
+extern template const std::vector<npt::NetworkType<npt::TbbExecutor>>&
+npt::network_types<npt::AllNetworks, npt::TbbExecutor>();
+
 namespace program {
 
+using PoseTransfer = npt::BasicPoseTransfer<npt::TbbExecutor>;
+using NetworkType = npt::NetworkType<npt::TbbExecutor>;
 using FloatEngine = npt::engine::Core<float, npt::TbbExecutor>;
 using DoubleEngine = npt::engine::Core<double, npt::TbbExecutor>;
 
-/// What names one of the networks.
+/// What names one of the networks in the program's options.
 struct Variant {
   int bottleneck = 1024;
   std::string order = "conv_relu";
   std::string feature = "per-vertex";
   std::string net = "full";  ///< full: the paper's; without-spadain, concat1: its ablations
 
-  bool operator==(const Variant&) const = default;
-  std::string text() const {
-    return (net == "full" ? "" : net + ", ") + "bottleneck " + std::to_string(bottleneck) + ", " + order + ", " +
-           feature;
+  /// As weights files say it.
+  npt::Metadata metadata() const {
+    npt::Metadata metadata{{"bottleneck", std::to_string(bottleneck)}, {"order", order}, {"feature", feature}};
+    if (net != "full") metadata["net"] = net;
+    return metadata;
   }
+  std::string text() const { return npt::variant_name(metadata()); }
 };
-
-inline constexpr int bottlenecks[] = {1024, 512, 256, 128, 64};
-
-struct Network {
-  Variant variant;
-  const npt::graph::Program* program = nullptr;
-  std::size_t parameters = 0;
-  npt::Metadata metadata;                                ///< that names the variant in weights files
-  std::vector<npt::NamedParameter> (*list)() = nullptr;  ///< its parameters
-  std::size_t buffer_size = 0;                           ///< of all their values
-
-  std::string (*explain)() = nullptr;
-  /// Checks the file against the network, as npt::load does.
-  FloatEngine (*from_file)(const npt::SafetensorsFile& file, const npt::Metadata& assume, int threads) = nullptr;
-  /// `values`: a buffer of buffer_size.
-  FloatEngine (*from_values)(std::span<const float> values, int threads) = nullptr;
-  /// With npt::randomise's weights; the same in both scalars.
-  FloatEngine (*from_seed)(std::uint64_t seed, int threads, npt::Precision precision) = nullptr;
-  DoubleEngine (*double_from_seed)(std::uint64_t seed, int threads) = nullptr;
-};
-
-const std::vector<Network>& networks();
 
 /// The network of that variant, or nullptr.
-const Network* find_network(const Variant& variant);
+inline const NetworkType* find_network(const Variant& variant) {
+  return npt::find_network<npt::AllNetworks, npt::TbbExecutor>(variant.metadata());
+}
+
+/// An engine with npt::randomise's weights; the same in both scalars.
+FloatEngine random_engine(const NetworkType& network, std::uint64_t seed, int threads, npt::Precision precision);
+DoubleEngine random_double_engine(const NetworkType& network, std::uint64_t seed, int threads);
+
+/// npt::explain of the network.
+std::string explain(const NetworkType& network);
+
+/// Learned parameters of the network.
+std::size_t parameter_count(const NetworkType& network);
 
 }  // namespace program

@@ -1,7 +1,7 @@
-/// Sequences run through a backend as `npt transfer` runs a folder of poses.
+/// Sequences run as `npt transfer` runs a folder of poses.
 #pragma once
 
-#include "transfer_backend.hpp"
+#include "networks.hpp"
 
 #include <npt/data/sequences.hpp>
 
@@ -15,9 +15,9 @@ struct SequenceMeans {
   double pmd = 0, edge_error = 0, jitter = 0, true_jitter = 0;
 };
 
-/// One after another: a backend holds one sequence at a time.
-std::vector<npt::SequenceErrors> evaluate_sequences(const npt::SequenceSet& set, TransferBackend& backend,
-                                                    const std::function<void()>& after_frame);
+/// `fresh_choices`: every frame chooses points and pairings for itself.
+std::vector<npt::SequenceErrors> evaluate_sequences(const npt::SequenceSet& set, const PoseTransfer& transfer,
+                                                    bool fresh_choices, const std::function<void()>& after_frame);
 
 SequenceMeans means_of(const std::vector<npt::SequenceErrors>& sequences);
 

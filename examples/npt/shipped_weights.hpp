@@ -1,25 +1,44 @@
-/// Where the weights that come with the project lie: beside an installed program (../share/npt/weights), or in the
-/// source tree that the program was built in (examples/weights).
+/// Where the weights that come with the project lie: in a folder that the environment names (NPT_WEIGHTS), beside an installed
+/// program (../share/npt/weights), or in the source tree that the program was built in (examples/weights).
 #pragma once
 
+#include <npt/core/error.hpp>
+
+#include <cstdlib>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <system_error>
+#include <vector>
 
 namespace program {
 
-/// The shipped weights for a feature ("per-vertex" or "pooled"), or nothing.
-inline std::optional<std::filesystem::path> shipped_weights(const std::string& feature) {
-  const char* name = feature == "pooled" ? "human-pooled.safetensors" : "human.safetensors";
+/// Folders in which shipped weights are looked for, in this order.
+inline std::vector<std::filesystem::path> weights_folders() {
+  std::vector<std::filesystem::path> folders;
+  if (const char* named = std::getenv("NPT_WEIGHTS"); named != nullptr && *named != '\0') folders.emplace_back(named);
   std::error_code code;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", code);
-  if (code) return {};
-  const std::filesystem::path folder = program.parent_path();
-  for (const char* place : {"../share/npt/weights", "../../../examples/weights", "../../examples/weights"})
-    if (const std::filesystem::path file = folder / place / name; std::filesystem::is_regular_file(file, code))
-      return file.lexically_normal();
-  return {};
+  if (!code)
+    for (const char* place : {"../share/npt/weights", "../../../examples/weights", "../../examples/weights"})
+      folders.push_back((program.parent_path() / place).lexically_normal());
+  return folders;
+}
+
+/// The shipped weights of people for a feature ("per-vertex" or "pooled").
+/// Errors    npt::Error that names every folder that was looked in
+inline std::filesystem::path shipped_weights(const std::string& feature) {
+  const char* name = feature == "pooled" ? "human-pooled.safetensors" : "human.safetensors";
+  std::string looked;
+  for (const std::filesystem::path& folder : weights_folders()) {
+    std::error_code code;
+    if (const std::filesystem::path file = folder / name; std::filesystem::is_regular_file(file, code)) return file;
+    looked += (looked.empty() ? "" : ", ") + folder.string();
+  }
+  throw npt::Error({.file = name,
+                    .found = "no such file in " + (looked.empty() ? "any folder that is known" : looked),
+                    .expected =
+                        "the weights that npt ships there, others by --weights, their folder by NPT_WEIGHTS, or "
+                        "--random-weights for trying things out"});
 }
 
 }  // namespace program

@@ -104,7 +104,7 @@ class Training {
         files_(arguments.out),
         group_(group),
         network_(*program::find_network(arguments.variant)),
-        list_(network_.list()),
+        list_(*network_.parameters),
         course_(program::make_training_course(arguments, network_.program->paired)),
         parameters_(network_.buffer_size),
         options_(program::stored_options(command)) {
@@ -157,7 +157,7 @@ class Training {
         parameters_[static_cast<std::size_t>(p.parameter.offset)] =
             static_cast<float>(p.name == "output_scale" ? arguments_.output_scale : p.parameter.initial);
     if (arguments_.start && !arguments_.resume)
-      npt::load_values(npt::SafetensorsFile::read(*arguments_.start), network_.metadata, list_, parameters_.span());
+      npt::load_values(npt::SafetensorsFile::read(*arguments_.start), network_.variant, list_, parameters_.span());
     else
       npt::initialise<float>(list_, parameters_.span(), npt::parse_initialisation(arguments_.init, "--init"),
                              arguments_.seed);
@@ -250,7 +250,8 @@ class Training {
 
   /// Mean over all pairs of the sets, of the weights that would be written now.
   double measure(const std::vector<npt::EvaluationSet>& sets) const {
-    const program::FloatEngine engine = network_.from_values(trainer_->weights(), arguments_.threads);
+    const program::FloatEngine engine =
+        network_.pack(trainer_->weights(), npt::TbbExecutor(arguments_.threads), npt::Precision::automatic);
     const auto transfer = npt::normalised_transfer(
         [&engine](auto pose, auto identity, auto result) { engine(pose, identity, result); }, course_.normalisation);
     double sum = 0;
@@ -285,7 +286,7 @@ class Training {
       metadata["pmd_on"] = std::to_string(pairs) + " pairs of " + course_.validated_on +
                            "; eq. 7, bounding boxes centred, squares of the unit";
     }
-    npt::save_values<float>(files_.weights, network_.metadata, list_, trainer_->weights(), metadata);
+    npt::save_values<float>(files_.weights, network_.variant, list_, trainer_->weights(), metadata);
   }
 
   /// What every run ends with: checkpoint, weights and plot.
@@ -302,8 +303,9 @@ class Training {
     }
     save_weights(pmd, pairs);
     const auto rows = training::read_log(files_.log);
-    render::write_png(files_.plot, training::plot_log(rows, network_.variant.text() + ", " + course_.trained_on));
-    std::string text = files_.weights.string() + ": " + network_.variant.text() + ", " +
+    render::write_png(files_.plot,
+                      training::plot_log(rows, npt::variant_name(network_.variant) + ", " + course_.trained_on));
+    std::string text = files_.weights.string() + ": " + npt::variant_name(network_.variant) + ", " +
                        std::to_string(trainer_->steps()) + " steps in " + program::duration_text(trainer_->seconds());
     if (pmd)
       text += ", PMD " + pmd_text(*pmd) + " (" + fixed(npt::root_pmd_mm(*pmd), 1) + " mm) on " + std::to_string(pairs) +
@@ -315,7 +317,7 @@ class Training {
   const TrainingArguments& arguments_;
   Files files_;
   std::unique_ptr<npt::TrainingGroup>& group_;  ///< nothing: alone
-  const program::Network& network_;
+  const program::NetworkType& network_;
   std::vector<npt::NamedParameter> list_;
   program::TrainingCourse course_;
   npt::AlignedBuffer<float> parameters_;

@@ -1,7 +1,5 @@
 #include "training_networks.hpp"
 
-#include "network_list.hpp"
-
 #include <npt/train/gradients.hpp>
 
 #include <algorithm>
@@ -14,7 +12,7 @@ namespace {
 template <class Net>
 TrainableNetwork trainable() {
   TrainableNetwork n;
-  n.variant = variant_of<Net>();
+  n.variant = npt::variant_metadata<Net>();
   n.gradients = [](int threads) -> FloatGradients { return npt::Gradients<Net>(threads); };
   n.double_gradients = [](int threads) -> DoubleGradients { return npt::Gradients<Net, double>(threads); };
   return n;
@@ -23,7 +21,7 @@ TrainableNetwork trainable() {
 const std::vector<TrainableNetwork>& trainable_networks() {
   static const std::vector<TrainableNetwork> list = [] {
     std::vector<TrainableNetwork> all;
-    for_each_network([&all]<class Net>() { all.push_back(trainable<Net>()); });
+    npt::AllNetworks::for_each([&all]<class Net>() { all.push_back(trainable<Net>()); });
     return all;
   }();
   return list;
@@ -32,7 +30,7 @@ const std::vector<TrainableNetwork>& trainable_networks() {
 }  // namespace
 
 const TrainableNetwork* find_trainable(const Variant& variant) {
-  const auto found = std::ranges::find(trainable_networks(), variant, &TrainableNetwork::variant);
+  const auto found = std::ranges::find(trainable_networks(), variant.metadata(), &TrainableNetwork::variant);
   return found == trainable_networks().end() ? nullptr : &*found;
 }
 

@@ -12,7 +12,7 @@ using FloatGradients = npt::tape::GradientCore<float, npt::TbbExecutor>;
 using DoubleGradients = npt::tape::GradientCore<double, npt::TbbExecutor>;
 
 struct TrainableNetwork {
-  Variant variant;
+  npt::Metadata variant;
   FloatGradients (*gradients)(int threads) = nullptr;
   DoubleGradients (*double_gradients)(int threads) = nullptr;
 };

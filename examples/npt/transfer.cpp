@@ -1,17 +1,19 @@
 /// npt transfer: gives an identity mesh the pose of another mesh, once or many times.
 #include "arguments.hpp"
 #include "interrupt.hpp"
-#include "network_arguments.hpp"
+#include "open_transfer.hpp"
 #include "progress.hpp"
-#include "quality_arguments.hpp"
 #include "stopwatch.hpp"
 #include "subcommand.hpp"
-#include "transfer_backend.hpp"
+#include "transfer_arguments.hpp"
 #include "transfer_jobs.hpp"
 #include "transfer_picture.hpp"
 
 #include <npt/io/mesh_file.hpp>
+#include <npt/mesh/normals.hpp>
+#include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
+#include <npt/transfer/pose_sequence.hpp>
 
 #include <cstdio>
 #include <filesystem>
@@ -29,33 +31,74 @@ using program::TransferJob;
 
 struct Options {
   std::optional<fs::path> identity, pose, out, pairs, picture;
-  std::optional<std::string> format, normalise;
-  std::string resample = "auto";
-  program::TransferOptions transfer;
+  std::optional<std::string> format;
+  program::TransferArguments transfer;
   bool keep_going = false;
 };
 
-/// Reads meshes; keeps the last one while successive jobs name the same file.
-class MeshSlot {
+/// A mesh as read, kept while successive jobs name the same file.
+class LoadedMesh {
  public:
-  const program::LoadedMesh& get(const fs::path& file) {
-    if (loaded_.number == 0 || file != file_) {
-      loaded_.number = 0;
-      loaded_.mesh = npt::read_mesh(file);
-      loaded_.name = file.string();
-      loaded_.number = ++last_number();
-      file_ = file;
+  /// Whether the file is another one than before, and was read.
+  bool load(const fs::path& file) {
+    if (loaded_ && file == file_) return false;
+    loaded_ = false;
+    mesh_ = npt::read_mesh(file);
+    triangles_ = npt::triangulate(mesh_);
+    name_ = file.string();
+    file_ = file;
+    loaded_ = true;
+    return true;
+  }
+  const npt::Mesh& mesh() const { return mesh_; }
+  npt::MeshView view() const { return {mesh_.coordinates(), triangles_, name_}; }
+
+ private:
+  bool loaded_ = false;
+  fs::path file_;
+  npt::Mesh mesh_;
+  std::vector<npt::Triangle> triangles_;
+  std::string name_;
+};
+
+/// The pairs of a run, one after another: an identity or a pose that the next pair shares is prepared once. A folder of poses is a
+/// sequence, whose frames share their random choices, so that nothing flickers; in a list every pose is chosen for itself.
+class Transferring {
+ public:
+  Transferring(const program::TransferArguments& arguments, bool sequence)
+      : transfer_(program::open_transfer(arguments)), frames_(transfer_), sequence_(sequence) {}
+
+  std::string description() const { return transfer_.description(); }
+  const npt::Mesh& identity() const { return identity_.mesh(); }
+  const npt::Mesh& pose() const { return pose_.mesh(); }
+
+  npt::Mesh run(const fs::path& identity_file, const fs::path& pose_file) {
+    if (identity_.load(identity_file)) prepared_identity_ = {};
+    if (pose_.load(pose_file)) prepared_pose_ = {};
+    const std::size_t vertices = identity_.mesh().vertex_count();
+    if (prepared_identity_.vertex_count() == 0) {
+      transfer_.prepare_identity(identity_.view(), prepared_identity_);
+      program::note_unit(transfer_, identity_.view());
     }
-    return loaded_;
+    const bool fits = !transfer_.pairs_vertices() || prepared_pose_.identity_vertices() == vertices;
+    if (!prepared_pose_.encoded() || !fits) {
+      if (!sequence_) frames_.restart();
+      frames_.prepare(pose_.view(), vertices, prepared_pose_);
+      program::note_unit(transfer_, pose_.view());
+    }
+    npt::Mesh result = identity_.mesh();
+    transfer_(prepared_identity_, prepared_pose_, result.coordinates());
+    npt::recompute_normals(result);
+    return result;
   }
 
  private:
-  static std::uint64_t& last_number() {
-    static std::uint64_t number = 0;
-    return number;
-  }
-  fs::path file_;
-  program::LoadedMesh loaded_;
+  program::PoseTransfer transfer_;
+  npt::PoseSequence<npt::TbbExecutor> frames_;
+  bool sequence_;
+  LoadedMesh identity_, pose_;
+  npt::PreparedIdentity prepared_identity_;
+  npt::PreparedPose prepared_pose_;
 };
 
 class Transfer {
@@ -96,15 +139,14 @@ class Transfer {
   }
 
   void run_jobs() {
-    const std::unique_ptr<program::TransferBackend> backend = program::make_transfer_backend(options_.transfer);
-    if (!backend->notice().empty()) std::cerr << "npt: note: " << backend->notice() << '\n';
+    Transferring transferring(options_.transfer, !options_.pairs);
     program::catch_interrupts();
     progress_.emplace("pairs", jobs_.size());
     const program::Stopwatch watch;
     std::size_t done = 0;
     for (const TransferJob& job : jobs_) {
       program::stop_if_interrupted();
-      done += attempt(job, [&] { run_job(job, *backend); }) ? 1 : 0;
+      done += attempt(job, [&] { run_job(job, transferring); }) ? 1 : 0;
       progress_->advance();
     }
     progress_.reset();
@@ -113,17 +155,15 @@ class Transfer {
     std::snprintf(time, sizeof time, "%.2f s", watch.seconds());
     if (done > 0)
       std::cout << (done == 1 ? jobs_.front().out.string() : std::to_string(done) + " meshes") << " in " << time << " ("
-                << backend->description() << ")\n";
+                << transferring.description() << ")\n";
   }
 
-  void run_job(const TransferJob& job, program::TransferBackend& backend) {
-    const program::LoadedMesh& identity = identity_.get(job.identity);
-    const program::LoadedMesh& pose = pose_.get(job.pose);
-    npt::Mesh result = backend.transfer(identity, pose);
-    npt::validate(result, "result for " + identity.name);
+  void run_job(const TransferJob& job, Transferring& transferring) {
+    const npt::Mesh result = transferring.run(job.identity, job.pose);
+    npt::validate(result, "result for " + job.identity.string());
     npt::write_mesh(job.out, result);
     if (options_.picture)
-      for (const npt::Mesh* mesh : {&identity.mesh, &pose.mesh, &std::as_const(result)}) rows_.push_back(*mesh);
+      for (const npt::Mesh* mesh : {&transferring.identity(), &transferring.pose(), &result}) rows_.push_back(*mesh);
   }
 
   void draw_picture() const {
@@ -139,17 +179,12 @@ class Transfer {
   std::vector<TransferJob> jobs_;
   std::size_t failures_ = 0;
   std::optional<program::Progress> progress_;
-  MeshSlot identity_, pose_;
   std::vector<npt::Mesh> rows_;  ///< identity, pose and result of every pair, for the picture
 };
 
 void run(Options options) {
   if (!options.pairs && !(options.identity && options.pose && options.out))
     throw CLI::RequiredError("--identity, --pose and --out, or --pairs");
-  if (options.normalise) options.transfer.normalisation = npt::parse_normalisation(*options.normalise, "--normalise");
-  options.transfer.resample = options.resample == "auto";
-  // A folder of poses with the same faces is a sequence: nothing may flicker.
-  options.transfer.sequence = !options.pairs;
   Transfer(options).run();
 }
 
@@ -163,24 +198,10 @@ void add(CLI::App& command) {
       ->excludes(identity)
       ->excludes(pose)
       ->excludes(out);
-  program::add_network_options(command, o->transfer.network);
-  command.add_option("--threads", o->transfer.threads, "Threads; 0: all that the process may use")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str();
-  command
-      .add_option("--normalise", o->normalise,
-                  "How meshes are brought to the network's frame; without: the weights' own way")
-      ->check(CLI::IsMember({"sphere", "centre", "none"}));
-  command
-      .add_option("--resample", o->resample,
-                  "auto: bring the pose mesh to the identity's vertex count; off: refuse another count")
-      ->check(CLI::IsMember({"auto", "off"}))
-      ->capture_default_str();
-  command.add_option("--seed", o->transfer.seed, "Of resampling, of the invariant order, of random weights")
+  program::add_transfer_options(command, o->transfer);
+  command.add_option("--seed", o->transfer.options.seed, "Of pairings, drawn points and random weights")
       ->check(program::whole_number())
       ->capture_default_str();
-  command.add_flag("--invariant", o->transfer.invariant, "Make the result independent of the inputs' vertex orders");
-  program::add_quality_options(command, o->transfer);
   command.add_option("--format", o->format, "ply or obj: of the results in a folder; without: as the identity")
       ->check(CLI::IsMember({"ply", "obj"}))
       ->excludes("--pairs");

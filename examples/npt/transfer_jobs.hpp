@@ -4,8 +4,7 @@
 #include "arguments.hpp"
 
 #include <npt/core/error.hpp>
-#include <npt/io/file.hpp>
-#include <npt/io/words.hpp>
+#include <npt/io/list_file.hpp>
 
 #include <algorithm>
 #include <array>
@@ -28,25 +27,12 @@ struct TransferJob {
   std::string place;  ///< "pairs.txt: line 3", or empty: stands before messages about the job
 };
 
-/// Lines of `identity pose output`; names are relative to the current folder.
+/// Lines of `identity pose output`; names are relative to the list.
 /// Errors    npt::Error that names the file and the line
 inline std::vector<TransferJob> read_pairs(const std::filesystem::path& file) {
-  const std::string text = npt::read_file(file);
   std::vector<TransferJob> jobs;
-  std::size_t number = 0;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    const auto words = npt::list_words(std::string_view(text).substr(at, end - at));
-    at = end + 1;
-    const std::string place = "line " + std::to_string(++number);
-    if (!words) throw npt::Error({file.string(), place, "a quotation mark that is not closed", "identity pose output"});
-    if (words->empty()) continue;
-    if (words->size() != 3)
-      throw npt::Error({file.string(), place, std::to_string(words->size()) + (words->size() == 1 ? " name" : " names"),
-                        "identity pose output (quotes around names with blanks)"});
-    jobs.push_back({(*words)[0], (*words)[1], (*words)[2], file.string() + ": " + place});
-  }
-  if (jobs.empty()) throw npt::Error({file.string(), {}, "no pairs", "lines of: identity pose output"});
+  for (const npt::ListedFiles& line : npt::read_list_file(file, "identity pose output"))
+    jobs.push_back({line.files[0], line.files[1], line.files[2], file.string() + ": " + line.place});
   return jobs;
 }
 

@@ -9,6 +9,7 @@
 #include <npt/engine/model.hpp>
 #include <npt/graph/explain.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/mesh_view.hpp>
 #include <npt/net/pose_transfer_net.hpp>
-#include <npt/transfer/transfer.hpp>
+#include <npt/transfer/pose_transfer.hpp>
 #include <npt/weights/weights_file.hpp>

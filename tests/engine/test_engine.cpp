@@ -3,44 +3,15 @@
 #include <npt/core/error.hpp>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
-#include <new>
 #include <thread>
 #include <vector>
 
+#include "support/allocations.hpp"
 #include "support/needs.hpp"
 #include "support/nets.hpp"
-
-// Every allocation of the program is counted: through malloc where the C library lets us stand in front of it, through
-// operator new elsewhere (the sanitizers bring their own malloc).
-namespace {
-std::atomic<long> allocations{0};
-}  // namespace
-
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define NPT_TEST_COUNTS_MALLOC 1
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* __libc_memalign(std::size_t, std::size_t);
-void* malloc(std::size_t size) noexcept {
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  return __libc_memalign(alignment, size);
-}
-int posix_memalign(void** out, std::size_t alignment, std::size_t size) noexcept {
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  *out = __libc_memalign(alignment, size);
-  return *out == nullptr ? 12 : 0;
-}
-}
-#endif
 
 namespace {
 
@@ -173,14 +144,7 @@ TEST_CASE("a large batch is carried in chunks") {
   for (std::size_t i = 0; i < 10; ++i) CHECK(same_bits(apply(engine, points[i], points[(i + 1) % 10]), results[i]));
 }
 
-#ifdef NPT_TEST_COUNTS_MALLOC
-constexpr bool counts_malloc = true;
-#else
-constexpr bool counts_malloc = false;
-#endif
-
-TEST_CASE("a warm call allocates nothing" * support::Needs(counts_malloc, "malloc for itself, which sanitizers take")) {
-#ifdef NPT_TEST_COUNTS_MALLOC
+TEST_CASE("a warm call allocates nothing" * support::Needs(support::counts_malloc, "malloc for itself, which sanitizers take")) {
   const npt::Engine engine(random_model<npt::PoseTransferNet<61>>(), 2);
   const auto pose = random_points<float>(700, 1), identity = random_points<float>(700, 2);
   std::vector<float> result(identity.size());
@@ -196,13 +160,12 @@ TEST_CASE("a warm call allocates nothing" * support::Needs(counts_malloc, "mallo
   for (int i = 0; i < 20; ++i) all();
   const npt::Engine serial(random_model<npt::PoseTransferNet<61>>(), npt::SerialExecutor{});
   serial(pose, identity, result);
-  long before = allocations.load();
+  long before = support::allocations.load();
   serial(pose, identity, result);  // the second call
-  CHECK(allocations.load() == before);
-  before = allocations.load();
+  CHECK(support::allocations.load() == before);
+  before = support::allocations.load();
   for (int i = 0; i < 5; ++i) all();
-  CHECK(allocations.load() == before);
-#endif
+  CHECK(support::allocations.load() == before);
 }
 
 TEST_CASE("a call holds two feature maps of the paper's network, not three") {

@@ -280,6 +280,39 @@ test_transfer() {
   exists c.obj
   exists "d e.ply"
   rm -f c.obj "d e.ply"
+  # Names in a list are relative to it.
+  mkdir lists
+  printf '../a.obj ../b.ply out.obj\n' > lists/pairs.txt
+  expect 0 --out "lists/out.obj in" -- transfer --pairs lists/pairs.txt
+  exists lists/out.obj
+
+  # Vertices are paired at random, or as they are given; weights in metres take meshes in centimetres.
+  expect 0 -- transfer --identity a.obj --pose a.obj --out random.obj --feature per-vertex
+  expect 0 --out "paired as given" -- transfer --identity a.obj --pose a.obj --out given.obj --feature per-vertex --pairing as-given
+  different random.obj given.obj
+  expect 1 --err "expected 1: only random pairings differ" -- transfer --identity a.obj --pose a.obj --out x.obj --feature per-vertex --pairing as-given --pairings 2
+  sed -E 's/^v ([0-9.]+) ([0-9.]+) ([0-9.]+)/v \1e2 \2e2 \3e2/' a.obj > cm.obj
+  expect 0 --err "cm.obj is taken to be in centimetres" -- transfer --identity cm.obj --pose b.ply --out x.obj
+  expect 0 -- transfer --identity cm.obj --pose cm.obj --out y.obj --unit centimetre
+  grep -q note err.txt && fail "a note though the unit is given"
+  sed -E 's/^v ([0-9.]+) ([0-9.]+) ([0-9.]+)/v \1e1 \2e1 \3e1/' a.obj > ten.obj
+  expect 1 --err "ten.obj: found a mesh 15 units across, expected a person" -- transfer --identity ten.obj --pose b.ply --out z.obj
+  expect 1 --err "--unit" -- transfer --identity a.obj --pose b.ply --out z.obj --unit fathom
+  missing z.obj
+  rm -f random.obj given.obj x.obj y.obj
+
+  # Random weights only where asked for; weights that aren't there are an error that names where they were looked for.
+  expect 0 --err "the result is not a pose transfer" -- transfer --identity a.obj --pose b.ply --out x.obj --random-weights
+  exists x.obj
+  mkdir lost
+  cp "$npt" lost/npt
+  if NPT_WEIGHTS=$folder/nowhere lost/npt transfer --identity a.obj --pose b.ply --out lost.obj > out.txt 2> err.txt; then
+    fail "a transfer without weights"
+  fi
+  grep -qF "human.safetensors: found no such file in $folder/nowhere, " err.txt || fail "doesn't say where it looked"
+  missing lost.obj
+  NPT_WEIGHTS=$project/examples/weights lost/npt transfer --identity a.obj --pose b.ply --out x.obj > out.txt 2> err.txt || fail "NPT_WEIGHTS"
+  rm -rf lost x.obj
 
   expect 2 --err "--identity, --pose and --out, or --pairs" -- transfer --identity a.obj
   expect 2 --err "--pairs" -- transfer --pairs pairs.txt --identity a.obj

@@ -86,10 +86,11 @@ double height_of(const npt::Mesh& mesh) {
   return static_cast<double>(high) - static_cast<double>(low);
 }
 
-/// In the list of pairs of `npt transfer`.
+/// In the list of pairs of `npt transfer`, whose names are relative to the list.
 std::string quoted(const fs::path& path) {
-  const char mark = path.string().find('"') == std::string::npos ? '"' : '\'';
-  return mark + path.string() + mark;
+  const std::string text = fs::absolute(path).string();
+  const char mark = text.find('"') == std::string::npos ? '"' : '\'';
+  return mark + text + mark;
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-/// xtensor in and out: engine(pose, identity) on any xtensor expressions of shape [V, 3] returns an xt::xtensor<T, 2>.
+/// xtensor in and out: transfer(identity, pose) on any xtensor expressions of shape [V, 3] returns an xt::xtensor<float, 2>, as
+/// an engine does. Meshes with faces are MeshTensors.
 /// Row-major containers and views of contiguous memory of the engine's scalar are borrowed; everything else (lazy
 /// expressions, other scalars, column-major or strided views) is evaluated once.
 #pragma once
@@ -6,13 +7,20 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/tensor_adapter.hpp>
+#include <npt/mesh/mesh.hpp>
+#include <npt/mesh/mesh_view.hpp>
+#include <npt/mesh/triangles.hpp>
 
 #include <concepts>
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
+#include <vector>
 #include <xtensor/xtensor.hpp>
 
 namespace npt::inline NPT_ABI {
@@ -65,5 +73,43 @@ requires xt::is_xexpression<E>::value struct TensorAdapter<E> {
     return "[" + text + "]";
   }
 };
+
+/// A mesh as a host with tensors holds it.
+struct MeshTensors {
+  xt::xtensor<float, 2> positions;          ///< [V, 3]
+  xt::xtensor<std::uint32_t, 2> triangles;  ///< [F, 3] vertex numbers, or empty
+};
+
+/// A mesh's positions and triangles, each face a fan around its first corner.
+inline MeshTensors to_tensors(const Mesh& mesh) {
+  const std::vector<Triangle> list = triangulate(mesh);
+  MeshTensors tensors{xt::xtensor<float, 2>::from_shape({mesh.vertex_count(), std::size_t{3}}),
+                      xt::xtensor<std::uint32_t, 2>::from_shape({list.size(), std::size_t{3}})};
+  const std::span<const float> xyz = mesh.coordinates();
+  std::copy(xyz.begin(), xyz.end(), tensors.positions.data());
+  for (std::size_t t = 0; t < list.size(); ++t)
+    std::copy(list[t].begin(), list[t].end(), tensors.triangles.data() + 3 * t);
+  return tensors;
+}
+
+/// The tensors as a transfer takes them, without a copy. `name` stands in messages of errors.
+/// Errors    npt::Error for other shapes than [V, 3] and [F, 3]
+inline MeshView view_of(const MeshTensors& mesh, std::string_view name = {}) {
+  const auto check = [&name](const auto& tensor, const char* what) {
+    if (tensor.size() != 0 && tensor.shape()[1] != 3)
+      throw Error({.file = std::string(name),
+                   .place = what,
+                   .found = "shape [" + std::to_string(tensor.shape()[0]) + ", " + std::to_string(tensor.shape()[1]) + "]",
+                   .expected = "three columns"});
+  };
+  check(mesh.positions, "positions");
+  check(mesh.triangles, "triangles");
+  return {.xyz = {mesh.positions.data(), mesh.positions.size()},
+          .triangles = {reinterpret_cast<const Triangle*>(mesh.triangles.data()), mesh.triangles.size() / 3},
+          .name = name};
+}
+
+/// A tensor's memory, for results. [V, 3]
+inline std::span<float> span_of(xt::xtensor<float, 2>& tensor) { return {tensor.data(), tensor.size()}; }
 
 }  // namespace npt::inline NPT_ABI

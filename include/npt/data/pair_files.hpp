@@ -1,5 +1,5 @@
 /// Pairs to evaluate on from mesh files: a text file with lines of `identity pose truth`, names relative to its folder.
-/// Quotes stand around names with blanks, # begins a comment. Vertices stay in the files' order.
+/// Vertices stay in the files' order.
 /// Errors    npt::Error that names the list and the line, or the mesh: no list, no pairs, a line of another form, a
 ///           file that is missing, a truth of another vertex count than its identity
 #pragma once
@@ -7,10 +7,8 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/data/evaluation.hpp>
-#include <npt/io/file.hpp>
+#include <npt/io/list_file.hpp>
 #include <npt/io/mesh_file.hpp>
-#include <npt/io/text.hpp>
-#include <npt/io/words.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>
 
@@ -18,7 +16,6 @@
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -32,31 +29,19 @@ struct PairFiles {
 };
 
 inline std::vector<PairFiles> read_pair_list(const std::filesystem::path& list) {
-  const std::string text = read_file(list);
   std::vector<PairFiles> pairs;
-  TextLines lines(text);
-  for (std::string_view line; lines.next(line);) {
-    const auto fail = [&](std::string found) {
-      throw Error({.file = list.string(),
-                   .place = "line " + std::to_string(lines.number()),
-                   .found = std::move(found),
-                   .expected = "identity pose truth (quotes around names with blanks)"});
-    };
-    const auto words = list_words(line);
-    if (!words) fail("a quotation mark that is not closed");
-    if (words->empty()) continue;
-    if (words->size() != 3) fail(std::to_string(words->size()) + (words->size() == 1 ? " name" : " names"));
-    const std::filesystem::path folder = list.parent_path();
-    const PairFiles pair{folder / (*words)[0], folder / (*words)[1], folder / (*words)[2]};
-    for (const auto& path : {pair.identity, pair.pose, pair.truth}) {
+  for (const ListedFiles& line : read_list_file(list, "identity pose truth")) {
+    for (const auto& path : line.files) {
       (void)mesh_format(path);
       std::error_code code;
-      if (!std::filesystem::is_regular_file(path, code)) fail("no file '" + path.string() + "'");
+      if (!std::filesystem::is_regular_file(path, code))
+        throw Error({.file = list.string(),
+                     .place = line.place,
+                     .found = "no file '" + path.string() + "'",
+                     .expected = "identity pose truth"});
     }
-    pairs.push_back(pair);
+    pairs.push_back({line.files[0], line.files[1], line.files[2]});
   }
-  if (pairs.empty())
-    throw Error({.file = list.string(), .found = "no pairs", .expected = "lines of: identity pose truth"});
   return pairs;
 }
 

@@ -10,6 +10,7 @@
 #include <npt/parallel/default_executor.hpp>
 #include <npt/parallel/executor.hpp>
 
+#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -39,7 +40,10 @@ class Engine : public engine::Core<T, Exec> {
   explicit Engine(const Model<Net, T>& model, int threads = 0, Precision precision = Precision::automatic)
       : Engine(model, Exec(threads), precision) {}
   Engine(const Model<Net, T>& model, Exec executor, Precision precision = Precision::automatic)
-      : engine::Core<T, Exec>(program_for(precision), model.buffer(), engine::resolve<T>(precision, program()),
+      : Engine(model.buffer(), std::move(executor), precision) {}
+  /// `values`: laid out as Model::buffer().
+  Engine(std::span<const T> values, Exec executor, Precision precision = Precision::automatic)
+      : engine::Core<T, Exec>(program_for(precision), values, engine::resolve<T>(precision, program()),
                               transforms_for(precision), std::move(executor)) {}
 
   /// The program that runs: the network's, lowered.

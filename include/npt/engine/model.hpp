@@ -79,16 +79,31 @@ class Model {
   AlignedBuffer<T> values_;
 };
 
-/// Seeded random weights: N(0, 1 / Cin) for weights and N(0, 0.1^2) for biases, each tensor from a stream of its own.
-/// Good for tests and timing; training has its own initialisations.
-template <class Net, class T>
-void randomise(Model<Net, T>& model, std::uint64_t seed) {
+/// Attributes at their defaults, into a buffer laid out as Model::buffer().
+template <class T>
+void set_attributes(const std::vector<NamedParameter>& parameters, std::span<T> buffer) {
+  for (const auto& [name, p] : parameters)
+    if (p.attribute) buffer[static_cast<std::size_t>(p.offset)] = static_cast<T>(p.initial);
+}
+
+/// Seeded random weights, into a buffer laid out as Model::buffer(): N(0, 1 / Cin) for weights and N(0, 0.1^2) for biases,
+/// each tensor from a stream of its own. Good for tests and timing; training has its own initialisations.
+template <class T>
+void randomise_values(const std::vector<NamedParameter>& parameters, std::span<T> buffer, std::uint64_t seed) {
   std::uint64_t stream = 0;
-  model.for_each_tensor([&](const std::string&, const Parameter& p, std::span<T> values) {
+  for (const auto& [name, p] : parameters) {
+    if (p.attribute) continue;
+    const auto values = buffer.subspan(static_cast<std::size_t>(p.offset), static_cast<std::size_t>(p.size()));
     Random random(seed, stream++);
     const double deviation = p.rank == 3 ? 1.0 / std::sqrt(static_cast<double>(p.dims[1])) : 0.1;
     for (T& value : values) value = static_cast<T>(deviation * random.normal());
-  });
+  }
+}
+
+/// Gives a model seeded random weights, as randomise_values draws them; attributes stay as they are.
+template <class Net, class T>
+void randomise(Model<Net, T>& model, std::uint64_t seed) {
+  randomise_values(model.parameters(), model.buffer(), seed);
 }
 
 }  // namespace npt::inline NPT_ABI

@@ -33,67 +33,91 @@ struct SurfacePoint {
   friend bool operator==(const SurfacePoint&, const SurfacePoint&) = default;
 };
 
+/// Where the vertices `xyz` put the point.
+inline Vec3f position_of(const SurfacePoint& point, std::span<const float> xyz) {
+  const auto [a, b, c] = point.corners;
+  const auto [u, v, w] = point.weights;
+  if (u == 1) return point_at(xyz, a).as<float>();
+  return (point_at(xyz, a) * u + point_at(xyz, b) * v + point_at(xyz, c) * w).as<float>();
+}
+
 /// Where the vertices `xyz` put the points. [points]
 inline std::vector<Vec3f> positions_of(std::span<const SurfacePoint> points, std::span<const float> xyz) {
   std::vector<Vec3f> positions(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto [a, b, c] = points[i].corners;
-    const auto [u, v, w] = points[i].weights;
-    positions[i] = u == 1 ? point_at(xyz, a).as<float>()
-                          : (point_at(xyz, a) * u + point_at(xyz, b) * v + point_at(xyz, c) * w).as<float>();
-  }
+  for (std::size_t i = 0; i < points.size(); ++i) positions[i] = position_of(points[i], xyz);
   return positions;
 }
 
 namespace internal {
 
-/// `count` of the vertices: without repeats while they last, then all of them and random repeats.
-inline std::vector<SurfacePoint> draw_vertices(std::uint32_t vertices, std::size_t count, Random& random) {
-  std::vector<std::uint32_t> chosen = random_permutation(vertices, random);
-  if (count > vertices)
+/// points.size() of the vertices: without repeats while they last, then all of them and random repeats.
+inline void draw_vertices(std::uint32_t vertices, Random& random, std::vector<std::uint32_t>& chosen,
+                          std::span<SurfacePoint> points) {
+  random_permutation(vertices, random, chosen);
+  if (points.size() > vertices)
     for (std::uint32_t v = 0; v < vertices; ++v) chosen[v] = v;
-  chosen.resize(std::min<std::size_t>(count, vertices));
-  while (chosen.size() < count) chosen.push_back(random.below(vertices));
-  std::vector<SurfacePoint> points(count);
-  for (std::size_t i = 0; i < count; ++i) points[i] = SurfacePoint::at_vertex(chosen[i]);
-  return points;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = SurfacePoint::at_vertex(i < vertices ? chosen[i] : random.below(vertices));
 }
 
 /// sums[t]: the area (times two) of triangles 0 .. t.
-inline std::vector<double> cumulative_areas(std::span<const float> xyz, std::span<const Triangle> triangles) {
-  std::vector<double> sums(triangles.size());
+inline void cumulative_areas(std::span<const float> xyz, std::span<const Triangle> triangles,
+                             std::vector<double>& sums) {
+  sums.resize(triangles.size());
   double sum = 0;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const auto [a, b, c] = triangles[t];
     const Vec3d p = point_at(xyz, a);
     sums[t] = sum += length(cross(point_at(xyz, b) - p, point_at(xyz, c) - p));
   }
-  return sums;
 }
 
 }  // namespace internal
 
-/// `count` points on the triangles. Exactly the vertices, in their order, when count is their number. Points instead of
-/// a surface (no triangles, or none with an area): vertices, without repeats when count is less than their number,
-/// otherwise all and random repeats. Throws npt::Error for no vertices.
-inline std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::span<const Triangle> triangles,
-                                             std::size_t count, Random random) {
+/// Memory of draw_points, for calls that must not allocate.
+struct DrawScratch {
+  std::vector<double> areas;          ///< [F]
+  std::vector<std::uint32_t> chosen;  ///< [V]
+};
+
+/// `count` points on the triangles, into memory that is used again. Exactly the vertices, in their order, when count is their
+/// number. Points instead of a surface (no triangles, or none with an area): vertices, without repeats when count is less
+/// than their number, otherwise all and random repeats.
+/// Errors    npt::Error for no vertices
+inline void draw_points(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
+                        Random random, DrawScratch& scratch, std::vector<SurfacePoint>& points) {
   expect_points(xyz, "mesh to resample");
   const auto vertices = static_cast<std::uint32_t>(xyz.size() / 3);
-  std::vector<SurfacePoint> points(count);
+  points.resize(count);
   if (count == vertices) {
     for (std::uint32_t v = 0; v < count; ++v) points[v] = SurfacePoint::at_vertex(v);
-    return points;
+    return;
   }
-  const std::vector<double> areas = internal::cumulative_areas(xyz, triangles);
-  if (areas.empty() || !(areas.back() > 0)) return internal::draw_vertices(vertices, count, random);
+  std::vector<double>& areas = scratch.areas;
+  internal::cumulative_areas(xyz, triangles, areas);
+  if (areas.empty() || !(areas.back() > 0)) {
+    internal::draw_vertices(vertices, random, scratch.chosen, internal::view(points));
+    return;
+  }
   for (SurfacePoint& point : points) {
     const double target = random.uniform() * areas.back();
     const auto found = std::upper_bound(areas.data(), areas.data() + areas.size() - 1, target);
     // The square root makes the density uniform over the triangle (Osada et al., "Shape Distributions", 2002, eq. 1).
     const double r = std::sqrt(random.uniform()), s = random.uniform();
-    point = {triangles[static_cast<std::size_t>(found - areas.data())], {1 - r, r * (1 - s), r * s}};
+    // Weights of 24 bits make products with coordinates exact in double: whether the compiler fuses them with the sum, which
+    // it does differently from place to place, then changes no bit of a point.
+    const auto rounded = [](double weight) { return double{static_cast<float>(weight)}; };
+    point = {triangles[static_cast<std::size_t>(found - areas.data())],
+             {rounded(1 - r), rounded(r * (1 - s)), rounded(r * s)}};
   }
+}
+
+/// `count` points on the triangles, as the overload that is given its memory draws them.
+inline std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::span<const Triangle> triangles,
+                                             std::size_t count, Random random) {
+  DrawScratch scratch;
+  std::vector<SurfacePoint> points;
+  draw_points(xyz, triangles, count, random, scratch, points);
   return points;
 }
 

@@ -68,14 +68,22 @@ inline void sort_by_place(std::span<const float> xyz, std::span<std::uint64_t> v
 
 }  // namespace internal
 
+/// The vertices in lexicographic order of (x, y, z), -0 equal to 0, into memory that is used again. `keys`: scratch.
+inline void canonical_order(std::span<const float> xyz, std::vector<std::uint64_t>& keys,
+                            std::vector<std::uint32_t>& order) {
+  keys.resize(xyz.size() / 3);
+  for (std::size_t v = 0; v < keys.size(); ++v) keys[v] = v;
+  internal::sort_by_place(xyz, internal::view(keys), 0);
+  order.resize(keys.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = internal::second_of_key(keys[i]);
+}
+
 /// The vertices in lexicographic order of (x, y, z), -0 equal to 0. A permutation of the vertices changes only which of
 /// bitwise equal points comes first: the sequence of coordinates stays the same bit for bit.
 inline std::vector<std::uint32_t> canonical_order(std::span<const float> xyz) {
-  std::vector<std::uint64_t> vertices(xyz.size() / 3);
-  for (std::size_t v = 0; v < vertices.size(); ++v) vertices[v] = v;
-  internal::sort_by_place(xyz, internal::view(vertices), 0);
-  std::vector<std::uint32_t> order(vertices.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = internal::second_of_key(vertices[i]);
+  std::vector<std::uint64_t> keys;
+  std::vector<std::uint32_t> order;
+  canonical_order(xyz, keys, order);
   return order;
 }
 
@@ -91,16 +99,24 @@ inline std::vector<std::uint32_t> canonical_shuffle(std::span<const float> xyz, 
 }
 
 /// representative[v]: the vertex that comes first in canonical_order among those at the same point as v (v itself where
-/// it is alone). Coincident vertices can't be told apart by their coordinates: giving each the result of its
-/// representative makes a result independent of the vertex order.
-inline std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz,
-                                                             std::span<const std::uint32_t> canonical) {
-  std::vector<std::uint32_t> representative(canonical.size());
+/// it is alone), into memory that is used again.
+inline void coincident_representatives(std::span<const float> xyz, std::span<const std::uint32_t> canonical,
+                                       std::vector<std::uint32_t>& representative) {
+  representative.resize(canonical.size());
   for (std::size_t i = 0; i < canonical.size(); ++i) {
     const std::uint32_t v = canonical[i];
     const bool same = i > 0 && internal::value_key(xyz, v) == internal::value_key(xyz, canonical[i - 1]);
     representative[v] = same ? representative[canonical[i - 1]] : v;
   }
+}
+
+/// representative[v]: the vertex that comes first in canonical_order among those at the same point as v (v itself where
+/// it is alone). Coincident vertices can't be told apart by their coordinates: giving each the result of its
+/// representative makes a result independent of the vertex order.
+inline std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz,
+                                                             std::span<const std::uint32_t> canonical) {
+  std::vector<std::uint32_t> representative;
+  coincident_representatives(xyz, canonical, representative);
   return representative;
 }
 

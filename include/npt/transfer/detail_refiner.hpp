@@ -26,12 +26,14 @@
 #include <npt/linear/nearest_rotation.hpp>
 #include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/weld.hpp>
 #include <npt/surface/cotangent.hpp>
 #include <npt/surface/piece_links.hpp>
+#include <npt/transfer/refinement.hpp>
 
 #include <array>
 #include <cmath>
@@ -47,7 +49,7 @@ namespace npt::inline NPT_ABI {
 
 struct DetailOptions {
   /// As a share of the root of the mesh's area (1.3 m for a person, however posed).
-  double radius = 0.04;
+  double radius = default_refine_radius;
   int iterations = 4;
   /// Hold pieces together that lie on each other, as hair on a head; see piece_links.hpp.
   bool link_pieces = true;
@@ -242,5 +244,17 @@ class DetailRefiner {
   std::vector<Spoke> spokes_;
   std::unique_ptr<const SparseCholesky> system_;
 };
+
+/// The refinement that transfers use: TransferOptions::refinement = npt::detail_refinement.
+/// Errors    those of DetailRefiner, named by the identity
+inline std::unique_ptr<const Refinement> detail_refinement(const MeshView& identity, double radius) {
+  struct Detail : Refinement {
+    explicit Detail(DetailRefiner r) : refiner(std::move(r)) {}
+    void refine(std::span<float> positions) const override { refiner(positions, positions); }
+    DetailRefiner refiner;
+  };
+  return std::make_unique<Detail>(
+      DetailRefiner(identity.xyz, identity.triangles, {.radius = radius}, std::string(identity.name)));
+}
 
 }  // namespace npt::inline NPT_ABI

@@ -1,0 +1,76 @@
+#include "open_transfer.hpp"
+
+#include "arguments.hpp"
+#include "shipped_weights.hpp"
+
+#include <refining/refinement.hpp>
+
+#include <npt/core/error.hpp>
+#include <npt/io/safetensors.hpp>
+
+#include <array>
+#include <iostream>
+#include <utility>
+
+namespace program {
+
+namespace {
+
+constexpr std::array<std::pair<const char*, double>, 5> units{
+    {{"metre", 1}, {"centimetre", 0.01}, {"millimetre", 0.001}, {"inch", 0.0254}, {"foot", 0.3048}}};
+
+/// Metres in a unit that is named, or given as a number.
+double unit_from(const std::string& text) {
+  for (const auto& [name, metres] : units)
+    if (text == name) return metres;
+  const std::vector<float> numbers = parse_numbers(text, "--unit");
+  if (numbers.size() != 1)
+    throw npt::Error({"--unit", {}, "'" + text + "'", "metre, centimetre, millimetre, inch, foot, or metres"});
+  return static_cast<double>(numbers[0]);
+}
+
+npt::TransferOptions options_of(const TransferArguments& arguments) {
+  npt::TransferOptions options = arguments.options;
+  options.assume = arguments.network.assume();
+  options.resample = arguments.resample == "auto";
+  options.pairing = arguments.pairing == "random" ? npt::Pairing::random : npt::Pairing::as_given;
+  if (arguments.normalise) options.normalisation = npt::parse_normalisation(*arguments.normalise, "--normalise");
+  if (arguments.unit) options.unit = unit_from(*arguments.unit);
+  if (arguments.refine) options.refinement = refining::refinement();
+  return options;
+}
+
+PoseTransfer random_transfer(const TransferArguments& arguments, const npt::TransferOptions& options) {
+  Variant variant{.bottleneck = 256};
+  if (arguments.network.order) variant.order = *arguments.network.order;
+  if (arguments.network.feature) variant.feature = *arguments.network.feature;
+  std::cerr << "npt: note: random weights (seed " << options.seed << "): the result is not a pose transfer\n";
+  return PoseTransfer::random(*find_network(variant), options.seed, options, npt::TbbExecutor(arguments.threads));
+}
+
+}  // namespace
+
+PoseTransfer open_transfer(const TransferArguments& arguments) {
+  const npt::TransferOptions options = options_of(arguments);
+  if (arguments.random_weights) return random_transfer(arguments, options);
+  const auto weights = arguments.network.weights ? *arguments.network.weights
+                                                 : shipped_weights(arguments.network.feature.value_or("per-vertex"));
+  auto transfer =
+      PoseTransfer::open(npt::SafetensorsFile::read(weights), options, npt::TbbExecutor(arguments.threads));
+  if (options.pairings > 1 && !transfer.pairs_vertices())
+    std::cerr << "npt: note: --pairings changes nothing: the pooled feature pairs no vertices\n";
+  return transfer;
+}
+
+void note_unit(const PoseTransfer& transfer, const npt::MeshView& mesh) {
+  if (transfer.options().unit) return;
+  const double unit = transfer.unit_of(mesh);
+  if (unit == 1) return;
+  const char* name = "";
+  for (const auto& [text, metres] : units)
+    if (metres == unit) name = text;
+  std::cerr << "npt: note: " << mesh.name << " is taken to be in " << name
+            << "s, by its size (--unit says otherwise)\n";
+}
+
+}  // namespace program

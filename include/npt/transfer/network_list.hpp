@@ -1,0 +1,185 @@
+/// Which networks a program has compiled in, and the choice among them by what a weights file says of itself.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/core/parameter.hpp>
+#include <npt/engine/core.hpp>
+#include <npt/engine/engine.hpp>
+#include <npt/engine/model.hpp>
+#include <npt/graph/program.hpp>
+#include <npt/net/ablation_nets.hpp>
+#include <npt/net/pose_transfer_net.hpp>
+#include <npt/weights/weights_file.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// Network types as a type. A host that needs few of them names its own list: PoseTransfer::open<NetworkList<...>>(...).
+template <class... Nets>
+struct NetworkList {
+  /// Calls f.template operator()<Net>() for each.
+  template <class F>
+  static void for_each(F&& f) {
+    (f.template operator()<Nets>(), ...);
+  }
+};
+
+namespace internal {
+
+template <class... Lists>
+struct JoinedLists;
+template <class... Nets>
+struct JoinedLists<NetworkList<Nets...>> {
+  using type = NetworkList<Nets...>;
+};
+template <class... A, class... B, class... Rest>
+struct JoinedLists<NetworkList<A...>, NetworkList<B...>, Rest...> : JoinedLists<NetworkList<A..., B...>, Rest...> {};
+
+/// The paper's network in both unit orders and with both features, and its ablations.
+template <int Bottleneck>
+using NetworksOfBottleneck =
+    NetworkList<PoseTransferNet<Bottleneck, ConvRelu, PerVertex>, PoseTransferNet<Bottleneck, ConvRelu, Pooled>,
+                PoseTransferNet<Bottleneck, ReluConv, PerVertex>, PoseTransferNet<Bottleneck, ReluConv, Pooled>,
+                PlainNet<Bottleneck>, ConcatNet<Bottleneck>>;
+
+}  // namespace internal
+
+/// Every network that npt ships weights for or trains: five bottlenecks, both unit orders, both features, the ablations.
+using AllNetworks =
+    typename internal::JoinedLists<internal::NetworksOfBottleneck<1024>, internal::NetworksOfBottleneck<512>,
+                                   internal::NetworksOfBottleneck<256>, internal::NetworksOfBottleneck<128>,
+                                   internal::NetworksOfBottleneck<64>>::type;
+
+/// A network behind functions: what differs between the types of a list.
+template <class Exec>
+struct NetworkType {
+  Metadata variant;                                    ///< what names it in weights files
+  const graph::Program* program = nullptr;             ///< what runs
+  const std::vector<NamedParameter>* parameters = {};  ///< its tensors and attributes
+  std::size_t buffer_size = 0;                         ///< elements of a buffer laid out as Model::buffer()
+  /// An engine on these values, a buffer laid out as Model::buffer().
+  engine::Core<float, Exec> (*pack)(std::span<const float> values, Exec executor, Precision precision) = nullptr;
+};
+
+/// A network type's entry.
+template <class Net, class Exec>
+NetworkType<Exec> network_type() {
+  return {.variant = variant_metadata<Net>(),
+          .program = &Engine<Net, float, Exec>::program(),
+          .parameters = &Model<Net>::parameters(),
+          .buffer_size = static_cast<std::size_t>(parameter_buffer_size(Model<Net>::network())),
+          .pack = [](std::span<const float> values, Exec executor, Precision precision) -> engine::Core<float, Exec> {
+            return Engine<Net, float, Exec>(values, std::move(executor), precision);
+          }};
+}
+
+/// The entries of a list of networks, in its order.
+template <class Networks, class Exec>
+const std::vector<NetworkType<Exec>>& network_types() {
+  static const std::vector<NetworkType<Exec>> list = [] {
+    std::vector<NetworkType<Exec>> types;
+    Networks::for_each([&types]<class Net>() { types.push_back(network_type<Net, Exec>()); });
+    return types;
+  }();
+  return list;
+}
+
+/// The variant in words: "bottleneck 256, conv_relu, per-vertex".
+inline std::string variant_name(const Metadata& variant) {
+  const auto value = [&variant](const char* key) -> const std::string* {
+    const auto found = variant.find(key);
+    return found == variant.end() ? nullptr : &found->second;
+  };
+  const std::string *net = value("net"), *bottleneck = value("bottleneck"), *order = value("order"),
+                    *feature = value("feature");
+  if (bottleneck == nullptr || order == nullptr || feature == nullptr) {
+    std::string text;
+    for (const auto& [key, word] : variant) text += (text.empty() ? "" : ", ") + key + " " + word;
+    return text.empty() ? "a network of its own" : text;
+  }
+  return (net == nullptr ? "" : *net + ", ") + "bottleneck " + *bottleneck + ", " + *order + ", " + *feature;
+}
+
+namespace internal {
+
+/// What a file says of one key of its variant: its metadata, the caller's assumption, or for the bottleneck the encoder's shape.
+inline std::string file_variant(const SafetensorsFile& file, const Metadata& assume, const std::string& key) {
+  if (const std::string* stored = file.find_metadata(key)) return *stored;
+  if (const auto assumed = assume.find(key); assumed != assume.end()) return assumed->second;
+  if (key == "bottleneck")
+    if (const FileTensor* last = file.find("encoder.conv3.weight"); last != nullptr && !last->shape.empty())
+      return std::to_string(last->shape[0]);
+  return {};
+}
+
+/// "bottleneck 256, 128; feature per-vertex, pooled": what the networks of a list differ in.
+inline std::string choices_of(const std::vector<const Metadata*>& variants) {
+  std::map<std::string, std::vector<std::string>> values;
+  for (const Metadata* variant : variants)
+    for (const auto& [key, value] : *variant) {
+      std::vector<std::string>& known = values[key];
+      bool listed = false;
+      for (const std::string& k : known) listed = listed || k == value;
+      if (!listed) known.push_back(value);
+    }
+  std::string text;
+  for (const auto& [key, list] : values) {
+    text += (text.empty() ? "" : "; ") + key + (key == "net" ? " none," : "");
+    for (std::size_t i = 0; i < list.size(); ++i) text += (i == 0 ? " " : ", ") + list[i];
+  }
+  return text;
+}
+
+/// The number of the variant that the file is of.
+/// Errors    npt::Error that names what the file says and what the list has
+inline std::size_t find_variant(const SafetensorsFile& file, const Metadata& assume,
+                                const std::vector<const Metadata*>& variants) {
+  Metadata said;
+  for (const Metadata* variant : variants)
+    for (const auto& [key, value] : *variant)
+      if (std::string text = file_variant(file, assume, key); !text.empty()) said[key] = std::move(text);
+  for (std::size_t i = 0; i < variants.size(); ++i)
+    if (*variants[i] == said) return i;
+  for (const char* key : {"bottleneck", "order", "feature"})
+    if (!variants.empty() && variants.front()->contains(key) && !said.contains(key)) {
+      const bool shape = std::string(key) == "bottleneck";
+      throw Error({.file = file.name(),
+                   .place = shape ? "tensors" : std::string("metadata ") + key,
+                   .found = shape ? "no encoder.conv3.weight" : "nothing",
+                   .expected = shape ? "weights of a pose transfer network"
+                                     : "a value, or to be told: files of all variants look alike"});
+    }
+  throw Error({.file = file.name(),
+               .place = "metadata",
+               .found = variant_name(said),
+               .expected = "one of the networks that are compiled in: " + choices_of(variants)});
+}
+
+}  // namespace internal
+
+/// The entry of the list that a weights file is of. `assume`: what the file doesn't say of itself.
+/// Errors    npt::Error that names what the file says and what the list has
+template <class Networks, class Exec>
+const NetworkType<Exec>& find_network(const SafetensorsFile& file, const Metadata& assume = {}) {
+  const std::vector<NetworkType<Exec>>& types = network_types<Networks, Exec>();
+  std::vector<const Metadata*> variants;
+  for (const NetworkType<Exec>& type : types) variants.push_back(&type.variant);
+  return types[internal::find_variant(file, assume, variants)];
+}
+
+/// The entry of the list with this variant, or nullptr.
+template <class Networks, class Exec>
+const NetworkType<Exec>* find_network(const Metadata& variant) {
+  for (const NetworkType<Exec>& type : network_types<Networks, Exec>())
+    if (type.variant == variant) return &type;
+  return nullptr;
+}
+
+}  // namespace npt::inline NPT_ABI

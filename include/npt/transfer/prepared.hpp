@@ -1,0 +1,106 @@
+/// What a transfer needs of one mesh, computed once: identities that take many poses, poses that many identities take.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/core/view.hpp>
+#include <npt/engine/workspace.hpp>
+#include <npt/mesh/mesh_view.hpp>
+#include <npt/mesh/normalise.hpp>
+#include <npt/mesh/vertex_order.hpp>
+#include <npt/transfer/options.hpp>
+#include <npt/transfer/pose_points.hpp>
+#include <npt/transfer/unit.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+template <class Exec>
+class BasicPoseTransfer;
+
+/// An identity mesh as the network sees it, and the way back. Made by PoseTransfer::prepare_identity, for that transfer.
+class PreparedIdentity {
+ public:
+  /// V, of the mesh and of results; 0: nothing prepared yet.
+  std::size_t vertex_count() const noexcept { return vertices_; }
+  /// Metres in one unit of the mesh's coordinates, where the weights ask for one; else 1.
+  double unit() const noexcept { return unit_; }
+
+ private:
+  template <class>
+  friend class BasicPoseTransfer;
+
+  std::size_t vertices_ = 0;
+  double unit_ = 1;
+  NormalisingTransform transform_;
+  std::vector<float> coordinates_;    ///< [V, 3] normalised, in the network's order
+  std::vector<float> mirrored_;       ///< [V, 3] their mirror image, where asked for
+  std::vector<std::uint32_t> place_;  ///< [V] the network's vertex whose result each vertex takes; empty: its own
+  std::unique_ptr<const Refinement> refinement_;
+};
+
+/// The choice of points for the frames of a sequence: made on its first frame, and kept, so that nothing flickers. Made by
+/// PoseTransfer::choose_points.
+class PoseChoice {
+ public:
+  /// V of the meshes that it is for; 0: nothing chosen yet.
+  std::size_t vertex_count() const noexcept { return pairings_.empty() ? 0 : pairings_.front().vertices; }
+  /// The points of each pairing.
+  const std::vector<PosePoints>& pairings() const noexcept { return pairings_; }
+
+ private:
+  template <class>
+  friend class BasicPoseTransfer;
+  std::vector<PosePoints> pairings_;
+};
+
+/// An encoded pose mesh. Made by PoseTransfer::prepare_pose, for that transfer.
+class PreparedPose {
+ public:
+  /// Vertices of the identities that it is for; 0: any.
+  std::size_t identity_vertices() const noexcept { return count_; }
+  /// Whether there is a pose in it.
+  bool encoded() const noexcept { return !codes_.empty(); }
+
+ private:
+  template <class>
+  friend class BasicPoseTransfer;
+  std::size_t count_ = 0;
+  std::vector<PoseCode<float>> codes_;  ///< by pairing; then those of the mirror images
+};
+
+namespace internal {
+
+/// Everything about a mesh that a transfer can't take.
+/// Errors    npt::Error for no vertices, all vertices in one point (NaN counts as different), and triangles of other vertices
+inline void expect_transferable(const MeshView& mesh) {
+  const std::string_view name = mesh.name;
+  expect_points(mesh.xyz, name);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (const std::uint32_t corner : mesh.triangles[t])
+      if (corner >= mesh.vertex_count())
+        throw Error({.file = std::string(name),
+                     .place = "triangle " + std::to_string(t),
+                     .found = "vertex " + std::to_string(corner),
+                     .expected = "a number below " + std::to_string(mesh.vertex_count())});
+  for (std::size_t i = 3; i < mesh.xyz.size(); ++i)
+    if (!(mesh.xyz[i] == mesh.xyz[i % 3])) return;
+  throw Error({.file = std::string(name), .found = "all vertices in one point", .expected = "a mesh with an extent"});
+}
+
+/// x to -x.
+inline void mirror(std::span<const float> xyz, std::vector<float>& mirrored) {
+  mirrored.resize(xyz.size());
+  for (std::size_t i = 0; i < xyz.size(); ++i) mirrored[i] = i % 3 == 0 ? -xyz[i] : xyz[i];
+}
+
+}  // namespace internal
+
+}  // namespace npt::inline NPT_ABI

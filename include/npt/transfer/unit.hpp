@@ -1,0 +1,49 @@
+/// The unit of a mesh's coordinates. Weights that were trained on people in metres, and meshes only centred, give nonsense for
+/// a figure 172 units tall: the unit is told from the extent, or the mesh is refused.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/mesh/mesh_view.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <limits>
+#include <span>
+#include <string>
+
+namespace npt::inline NPT_ABI {
+
+/// Extents of people, in metres: a child that crouches, arms stretched overhead.
+inline constexpr double least_extent = 0.4, largest_extent = 4;
+
+/// The longest side of the bounding box of `xyz` [V, 3]. Coordinates that are NaN are left out.
+inline double extent_of(std::span<const float> xyz) {
+  constexpr float inf = std::numeric_limits<float>::infinity();
+  std::array<float, 3> low{inf, inf, inf}, high{-inf, -inf, -inf};
+  for (std::size_t i = 0; i < xyz.size(); ++i) {  // std::min and max keep their first argument against a NaN
+    low[i % 3] = std::min(low[i % 3], xyz[i]);
+    high[i % 3] = std::max(high[i % 3], xyz[i]);
+  }
+  double extent = 0;
+  for (std::size_t k = 0; k < 3; ++k) extent = std::max(extent, double{high[k]} - double{low[k]});
+  return extent;
+}
+
+/// Metres in one unit of a person's mesh: 1, 0.01 or 0.001, whichever makes its extent a person's.
+/// Errors    npt::Error where none does
+inline double unit_of(const MeshView& person) {
+  const double extent = extent_of(person.xyz);
+  for (const double unit : {1.0, 0.01, 0.001})
+    if (extent * unit >= least_extent && extent * unit <= largest_extent) return unit;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g", extent);
+  throw Error(
+      {.file = std::string(person.name),
+       .found = std::string("a mesh ") + text.data() + " units across",
+       .expected = "a person, 0.4 to 4 metres across, in metres, centimetres or millimetres: say what its unit is"});
+}
+
+}  // namespace npt::inline NPT_ABI
