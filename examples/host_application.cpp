@@ -162,7 +162,8 @@ int main(int argc, char** argv) {
   CLI::App app("A host application: one transfer shared by threads, on meshes in xtensor arrays");
   Options options;
   app.add_option("--weights", options.weights, "Weights (.safetensors); without: those that npt ships");
-  CLI::Option* identity = app.add_option("--identity", options.identity, "Mesh that gives the shape; without: mannequins");
+  CLI::Option* identity =
+      app.add_option("--identity", options.identity, "Mesh that gives the shape; without: mannequins");
   CLI::Option* pose = app.add_option("--pose", options.pose, "Mesh that gives the pose")->needs(identity);
   identity->needs(pose);
   app.add_option("--out", options.out, "Mesh to write, .obj or .ply")->capture_default_str();

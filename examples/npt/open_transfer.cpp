@@ -55,8 +55,7 @@ PoseTransfer open_transfer(const TransferArguments& arguments) {
   if (arguments.random_weights) return random_transfer(arguments, options);
   const auto weights = arguments.network.weights ? *arguments.network.weights
                                                  : shipped_weights(arguments.network.feature.value_or("per-vertex"));
-  auto transfer =
-      PoseTransfer::open(npt::SafetensorsFile::read(weights), options, npt::TbbExecutor(arguments.threads));
+  auto transfer = PoseTransfer::open(npt::SafetensorsFile::read(weights), options, npt::TbbExecutor(arguments.threads));
   if (options.pairings > 1 && !transfer.pairs_vertices())
     std::cerr << "npt: note: --pairings changes nothing: the pooled feature pairs no vertices\n";
   return transfer;

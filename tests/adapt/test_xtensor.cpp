@@ -1,12 +1,14 @@
 #include <doctest/doctest.h>
 
 #include <npt/adapt/xtensor.hpp>
+#include <npt/transfer/pose_transfer.hpp>
 
 #include <string>
 #include <xtensor/xadapt.hpp>
 #include <xtensor/xarray.hpp>
 #include <xtensor/xview.hpp>
 
+#include "support/bumpy_sphere.hpp"
 #include "support/nets.hpp"
 
 namespace {
@@ -67,4 +69,31 @@ TEST_CASE("a tensor of another shape is an error that shows the shape") {
   CHECK_THROWS_WITH_AS(engine(bad, good), "tensor: found shape [3, 4], expected [V, 3]", npt::Error);
   const xt::xarray<float> flat = xt::zeros<float>({std::size_t{12}});
   CHECK_THROWS_WITH_AS(engine(good, flat), "tensor: found shape [12], expected [V, 3]", npt::Error);
+}
+
+TEST_CASE("a transfer takes tensors and returns one, with the bits of meshes") {
+  const npt::Mesh identity = support::bumpy_sphere(9, 14, 0.2), pose = support::bumpy_sphere(6, 11, 0.4);
+  npt::Model<npt::PoseTransferNet<16>> model;
+  npt::randomise(model, 8);
+  const npt::PoseTransfer transfer(model, {}, 1);
+  const npt::MeshTensors own = npt::to_tensors(identity), other = npt::to_tensors(pose);
+  CHECK(own.positions.shape()[0] == identity.vertex_count());
+  CHECK(own.triangles.shape()[0] == npt::triangulate(identity).size());
+
+  const npt::Mesh expected = transfer(identity, pose);
+  xt::xtensor<float, 2> result = xt::empty_like(own.positions);
+  transfer(npt::view_of(own), npt::view_of(other), npt::span_of(result));
+  CHECK(std::equal(result.begin(), result.end(), expected.coordinates().begin()));
+
+  // Without faces, and from expressions of another type.
+  const xt::xtensor<float, 2> posed = transfer(own.positions, own.positions * 1.0F);
+  const npt::Mesh same = transfer(identity, identity);
+  CHECK(std::equal(posed.begin(), posed.end(), same.coordinates().begin()));
+}
+
+TEST_CASE("tensors that are no meshes are refused by name") {
+  npt::MeshTensors mesh = npt::to_tensors(support::bumpy_sphere(3, 5, 0.2));
+  mesh.triangles = xt::zeros<std::uint32_t>({4, 4});
+  CHECK_THROWS_WITH_AS(npt::view_of(mesh, "cube"), "cube: triangles: found shape [4, 4], expected three columns",
+                       npt::Error);
 }

@@ -144,7 +144,8 @@ TEST_CASE("a large batch is carried in chunks") {
   for (std::size_t i = 0; i < 10; ++i) CHECK(same_bits(apply(engine, points[i], points[(i + 1) % 10]), results[i]));
 }
 
-TEST_CASE("a warm call allocates nothing" * support::Needs(support::counts_malloc, "malloc for itself, which sanitizers take")) {
+TEST_CASE("a warm call allocates nothing" *
+          support::Needs(support::counts_malloc, "malloc for itself, which sanitizers take")) {
   const npt::Engine engine(random_model<npt::PoseTransferNet<61>>(), 2);
   const auto pose = random_points<float>(700, 1), identity = random_points<float>(700, 2);
   std::vector<float> result(identity.size());

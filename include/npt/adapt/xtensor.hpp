@@ -11,8 +11,8 @@
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/triangles.hpp>
 
-#include <concepts>
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -97,10 +97,11 @@ inline MeshTensors to_tensors(const Mesh& mesh) {
 inline MeshView view_of(const MeshTensors& mesh, std::string_view name = {}) {
   const auto check = [&name](const auto& tensor, const char* what) {
     if (tensor.size() != 0 && tensor.shape()[1] != 3)
-      throw Error({.file = std::string(name),
-                   .place = what,
-                   .found = "shape [" + std::to_string(tensor.shape()[0]) + ", " + std::to_string(tensor.shape()[1]) + "]",
-                   .expected = "three columns"});
+      throw Error(
+          {.file = std::string(name),
+           .place = what,
+           .found = "shape [" + std::to_string(tensor.shape()[0]) + ", " + std::to_string(tensor.shape()[1]) + "]",
+           .expected = "three columns"});
   };
   check(mesh.positions, "positions");
   check(mesh.triangles, "triangles");
