@@ -2,6 +2,7 @@
 
 #include <io/scratch.hpp>
 #include <npt/deformation/correspondence.hpp>
+#include <npt/deformation/markers.hpp>
 #include <npt/mesh/permute.hpp>
 #include <npt/parallel/tbb_executor.hpp>
 #include <surface/shapes.hpp>

@@ -2,6 +2,7 @@
 
 #include <npt/body/body_file.hpp>
 #include <npt/data/body_pairs.hpp>
+#include <npt/deformation/control_points.hpp>
 #include <npt/deformation/deformation_evaluation.hpp>
 #include <npt/mannequin/mannequin.hpp>
 

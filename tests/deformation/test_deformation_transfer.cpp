@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <io/scratch.hpp>
+#include <npt/deformation/deformation_gradient.hpp>
 #include <npt/deformation/deformation_transfer.hpp>
 #include <npt/parallel/tbb_executor.hpp>
 #include <surface/shapes.hpp>

@@ -2,6 +2,7 @@
 
 #include <npt/deformation/deformation_transfer.hpp>
 #include <npt/deformation/piece_tree.hpp>
+#include <npt/deformation/surface.hpp>
 #include <surface/shapes.hpp>
 
 #include <algorithm>
