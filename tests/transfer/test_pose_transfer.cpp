@@ -14,9 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "support/allocations.hpp"
 #include "support/bumpy_sphere.hpp"
-#include "support/needs.hpp"
 #include "support/nets.hpp"
 
 namespace {
@@ -373,40 +371,6 @@ TEST_CASE("what another transfer prepared is refused") {
   CHECK_THROWS_AS(plain(prepared, npt::PreparedPose{}, result), npt::Error);
   CHECK_THROWS_AS(plain(npt::PreparedIdentity{}, posed, std::span<float>()), npt::Error);
   CHECK_THROWS_AS(plain(prepared, plain.prepare_pose(pose, 100), result), npt::Error);  // for 100 vertices
-}
-
-TEST_CASE("a warm call into the caller's memory allocates nothing" *
-          support::Needs(support::counts_malloc, "malloc for itself, which sanitizers take")) {
-  const npt::Mesh identity = bumpy_sphere(9, 14, 0.2, true), pose = bumpy_sphere(9, 14, 0.4),
-                  far = bumpy_sphere(6, 11, 0.3);
-  const auto ti = npt::triangulate(identity), tp = npt::triangulate(pose), tf = npt::triangulate(far);
-  const auto check = [&](const npt::PoseTransfer& transfer) {
-    std::vector<float> result(identity.coordinates().size());
-    npt::PreparedIdentity prepared = transfer.prepare_identity(identity);
-    npt::PreparedPose posed;
-    npt::PoseChoice choice;
-    const auto everything = [&] {
-      for (const npt::MeshView& p : {npt::MeshView{pose.coordinates(), tp}, npt::MeshView{far.coordinates(), tf}}) {
-        if (transfer.options().refinement == nullptr) {
-          transfer(npt::MeshView{identity.coordinates(), ti}, p, result);
-          transfer.prepare_identity({identity.coordinates(), ti}, prepared);
-        }
-        transfer(prepared, p, result);
-        transfer.choose_points(p, 140, choice);
-        transfer.prepare_pose(p, choice, posed);
-        transfer(prepared, posed, result);
-      }
-    };
-    everything();
-    everything();
-    const long before = support::allocations.load();
-    everything();
-    CHECK(support::allocations.load() == before);
-  };
-  check(random_transfer<Paired>());
-  check(random_transfer<Paired>({.pairings = 2, .mirror = true, .invariant = true}));
-  check(random_transfer<Pooled>());
-  check(random_transfer<Paired>({.refinement = raise}));
 }
 
 TEST_CASE("threads share a transfer and get the same bits") {

@@ -65,25 +65,44 @@ class SparseCholesky {
   /// b becomes x. [n]
   void solve(std::span<double> b) const {
     NPT_ASSERT(b.size() == size_);
-    if (b.empty()) return;
-    Eigen::Map<Eigen::VectorXd> x(b.data(), static_cast<Eigen::Index>(b.size()));
-    x = solver_->solve(x.eval());
+    std::vector<double> scratch;
+    solve_columns<1>(b, scratch);
   }
 
   /// b becomes x for three systems at once: x, y and z of the points. [n]
   void solve(std::span<Vec3d> b) const {
+    std::vector<double> scratch;
+    solve(b, scratch);
+  }
+
+  /// b becomes x for three systems at once, in memory that is used again: a second solve allocates nothing. [n]
+  void solve(std::span<Vec3d> b, std::vector<double>& scratch) const {
     NPT_ASSERT(b.size() == size_);
     static_assert(sizeof(Vec3d) == 3 * sizeof(double));
-    if (b.empty()) return;
-    using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
-    Eigen::Map<Points> x(&b.front().x, static_cast<Eigen::Index>(b.size()), 3);
-    // Columns one after another: each stays in the cache, and Eigen reads the factor in one go for each.
-    const Eigen::Matrix<double, Eigen::Dynamic, 3> columns = x;
-    x = solver_->solve(columns);
+    if (!b.empty()) solve_columns<3>({&b.front().x, 3 * b.size()}, scratch);
   }
 
  private:
   using Matrix = Eigen::SparseMatrix<double>;
+
+  /// The steps of Eigen's solve in memory of the caller's, which Eigen's own allocates. `b`: [n, N], row major.
+  template <int N>
+  void solve_columns(std::span<double> b, std::vector<double>& scratch) const {
+    if (b.empty()) return;
+    const auto n = static_cast<Eigen::Index>(size_);
+    scratch.resize(b.size());
+    // Columns one after another: each stays in the cache, and Eigen reads the factor in one go for each.
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, N>> columns(scratch.data(), n, N);
+    const auto& place = solver_->permutationP().indices();
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index c = 0; c < N; ++c) columns(place(i), c) = b[static_cast<std::size_t>(N * i + c)];
+    solver_->matrixL().solveInPlace(columns);
+    for (Eigen::Index c = 0; c < N; ++c)
+      for (Eigen::Index i = 0; i < n; ++i) columns(i, c) *= inverse_pivots_(i);
+    solver_->matrixU().solveInPlace(columns);
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index c = 0; c < N; ++c) b[static_cast<std::size_t>(N * i + c)] = columns(place(i), c);
+  }
 
   Matrix assemble(std::span<const SymmetricEntry> entries) const {
     if (size_ > static_cast<std::size_t>(std::numeric_limits<int>::max()))
@@ -120,7 +139,8 @@ class SparseCholesky {
     if (size_ == 0) return;
     // Eigen stops at a pivot of exactly 0 only, and takes negative ones. Where there should be 0, rounding leaves about
     // 1e-15 of the diagonal entry.
-    const auto pivots = solver_->vectorD();
+    const Eigen::VectorXd pivots = solver_->vectorD();
+    inverse_pivots_ = pivots.cwiseInverse();
     for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
       const int unknown = solver_->permutationPinv().indices()(i);
       if (const double d = matrix.coeff(unknown, unknown); d > 0 && pivots(i) > 1e-13 * d) continue;
@@ -133,6 +153,7 @@ class SparseCholesky {
 
   std::size_t size_;
   std::vector<int> pattern_;
+  Eigen::VectorXd inverse_pivots_;
   std::unique_ptr<Eigen::SimplicialLDLT<Matrix>> solver_ =
       std::make_unique<Eigen::SimplicialLDLT<Matrix>>();  // can't be moved
 };

@@ -15,6 +15,7 @@
 /// Numerics  double; the same bits at every call. Moved and turned positions give the result moved and turned, up to
 ///           rounding. NaN in, NaN out
 /// Threads   a refiner may be used by several threads at a time
+/// Memory    a second call allocates nothing
 /// Errors    npt::Error for a mesh without a face that has an area, for corners that are no vertices, for positions of
 ///           another vertex count, and for options out of range
 /// Source    Sorkine and Alexa, "As-rigid-as-possible surface modeling", 2007, with the positions as soft constraints
@@ -22,6 +23,7 @@
 
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
+#include <npt/core/pool.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/linear/nearest_rotation.hpp>
 #include <npt/linear/sparse_cholesky.hpp>
@@ -89,12 +91,15 @@ class DetailRefiner {
       throw Error({.file = "positions to refine",
                    .found = std::to_string(positions.size() / 3) + " vertices",
                    .expected = std::to_string(vertex_count()) + ", as many as the mesh has"});
-    const std::vector<Vec3d> targets = gather(positions);
-    std::vector<Vec3d> x = targets;
-    std::vector<Rotation> rotations(x.size());
+    const auto lease = pool_.lease();
+    Scratch& memory = *lease;
+    gather(positions, memory.targets);
+    std::vector<Vec3d>& x = memory.x;
+    x.assign(memory.targets.begin(), memory.targets.end());
+    memory.rotations.assign(x.size(), {});
     for (int i = 0; i < iterations_; ++i) {
-      turn(x, rotations, i == 0);
-      move(targets, rotations, x);
+      turn(memory, i == 0);
+      move(memory);
     }
     for (std::size_t v = 0; v < point_of_.size(); ++v) {
       const Vec3f p = x[point_of_[v]].as<float>();
@@ -111,6 +116,15 @@ class DetailRefiner {
 
  private:
   using Columns = std::array<Vec3d, 3>;
+
+  /// The memory of one call. [P] each
+  struct Scratch {
+    std::vector<Vec3d> targets, x;
+    std::vector<Rotation> rotations;
+    std::array<std::vector<Vec3d>, 3> columns;
+    std::vector<Columns> halves;
+    std::vector<double> solve;
+  };
 
   /// 27 mm on a person: shirts lie as far from the body. As stiff as the edge between two equilateral triangles.
   static constexpr double link_reach = 0.02, link_weight = 0.577;
@@ -181,18 +195,19 @@ class DetailRefiner {
   }
 
   /// Where the positions put each point: the mean of its vertices.
-  std::vector<Vec3d> gather(std::span<const float> positions) const {
-    std::vector<Vec3d> targets(rest_.size());
+  void gather(std::span<const float> positions, std::vector<Vec3d>& targets) const {
+    targets.assign(rest_.size(), {});
     for (std::size_t v = 0; v < point_of_.size(); ++v)
       targets[point_of_[v]] += Vec3f{positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]}.as<double>();
     for (std::size_t p = 0; p < targets.size(); ++p)
       if (vertices_at_[p] > 1) targets[p] = targets[p] / static_cast<double>(vertices_at_[p]);
-    return targets;
   }
 
   /// The rotations that carry the mesh's edges best onto those of x.
-  void turn(const std::vector<Vec3d>& x, std::vector<Rotation>& rotations, bool first) const {
-    std::array<std::vector<Vec3d>, 3> columns;
+  void turn(Scratch& memory, bool first) const {
+    const std::vector<Vec3d>& x = memory.x;
+    std::vector<Rotation>& rotations = memory.rotations;
+    auto& columns = memory.columns;
     for (auto& column : columns) column.resize(x.size());
     for (std::size_t p = 0; p < x.size(); ++p) {
       Columns sum{};
@@ -206,14 +221,18 @@ class DetailRefiner {
     }
     // The system's inverse is a mean over neighbourhoods of about the radius.
     if (first)
-      for (auto& column : columns) system_->solve(column);
+      for (auto& column : columns) system_->solve(column, memory.solve);
     for (std::size_t p = 0; p < x.size(); ++p)
       rotations[p] = nearest_rotation({columns[0][p], columns[1][p], columns[2][p]}, rotations[p], first ? 60 : 4);
   }
 
   /// The points that fit these rotations and the positions best.
-  void move(const std::vector<Vec3d>& targets, const std::vector<Rotation>& rotations, std::vector<Vec3d>& x) const {
-    std::vector<Columns> halves(x.size());
+  void move(Scratch& memory) const {
+    const std::vector<Vec3d>& targets = memory.targets;
+    const std::vector<Rotation>& rotations = memory.rotations;
+    std::vector<Vec3d>& x = memory.x;
+    std::vector<Columns>& halves = memory.halves;
+    halves.resize(x.size());
     for (std::size_t p = 0; p < x.size(); ++p) {
       halves[p] = rotations[p].columns();
       for (Vec3d& column : halves[p]) column *= 0.5;
@@ -227,7 +246,7 @@ class DetailRefiner {
       }
       x[p] = sum;
     }
-    system_->solve(x);
+    system_->solve(x, memory.solve);
   }
 
   struct Spoke {
@@ -243,6 +262,7 @@ class DetailRefiner {
   std::vector<std::size_t> start_;          ///< [P + 1]
   std::vector<Spoke> spokes_;
   std::unique_ptr<const SparseCholesky> system_;
+  Pool<Scratch> pool_;
 };
 
 /// The refinement that transfers use: TransferOptions::refinement = npt::detail_refinement.

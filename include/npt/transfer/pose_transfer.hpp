@@ -50,8 +50,8 @@ struct TransferJob {
 /// A network with its weights, and all that stands between meshes and it.
 ///
 /// Threads   all members are const and may be called by any number of threads at a time
-/// Memory    a call whose shapes were seen before allocates nothing, where it writes into memory of the caller's; preparing
-///           an identity for refinement does
+/// Memory    a call whose shapes were seen before allocates nothing, where it writes into memory of the caller's; only preparing
+///           an identity for refinement does, as a call with an unprepared identity must then
 /// Numerics  the same bits for any number of threads, for batches, and for prepared meshes. NaN in gives NaN out
 /// Errors    npt::Error for empty meshes, meshes in one point, triangles of vertices that aren't there, results of another size,
 ///           unequal vertex counts where the network pairs vertices and options.resample is off, an extent that is no person's in
