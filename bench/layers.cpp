@@ -1,6 +1,6 @@
-/// Layers over a whole mesh of 6890 vertices on one thread: convolutions of the paper's widths, the maximum over vertices,
-/// and the residual block; Eigen on the same. (Norms, modulation and activations cost a pass of their own nowhere in
-/// the library: see pointwise.cpp and moments.cpp.)
+/// Layers over a whole mesh of 6890 vertices on one thread: convolutions of the paper's widths, the maximum over
+/// vertices, and the residual block; Eigen on the same. (Norms, modulation and activations cost a pass of their own
+/// nowhere in the library: see pointwise.cpp and moments.cpp.)
 #include <support/common.hpp>
 #include <support/eigen_net.hpp>
 #include <support/nets.hpp>

@@ -1,11 +1,11 @@
-// A layer of one's own: a pointwise operation with a learned parameter for each channel, checked against plain loops, and its gradient,
-// checked against finite differences.
+// A layer of one's own: a pointwise operation with a learned parameter for each channel, checked against plain loops,
+// and its gradient, checked against finite differences.
 //
 //   custom_layer [--vertices V]
 //
-// The layer is PReLU, y = max(x, 0) + slope_c min(x, 0) (He et al., 2015). It says what it does to one register of values, and how a
-// gradient comes back through it; the library compiles both into the loops around the matrix products, so that the layer costs no
-// pass over memory, in use or in training.
+// The layer is PReLU, y = max(x, 0) + slope_c min(x, 0) (He et al., 2015). It says what it does to one register of
+// values, and how a gradient comes back through it; the library compiles both into the loops around the matrix
+// products, so that the layer costs no pass over memory, in use or in training.
 #include <npt/core/random.hpp>
 #include <npt/npt.hpp>
 #include <npt/train/gradient_check.hpp>
@@ -30,7 +30,8 @@ struct PRelu : npt::kernel::Pointwise {
 
   static constexpr void visit(auto& self, auto&& visitor) { visitor("slope", self.slope); }
 
-  /// What a channel needs, in registers before the loop over vertices. args.parameters are the tensors in visit's order.
+  /// What a channel needs, in registers before the loop over vertices. args.parameters are the tensors in visit's
+  /// order.
   template <class T>
   static npt::simd::Batch<T> row(const npt::kernel::PointwiseArgs<T>& args, int c) {
     return npt::simd::broadcast(args.parameters[0][c]);
@@ -42,7 +43,8 @@ struct PRelu : npt::kernel::Pointwise {
     return npt::simd::fma(slope, x - positive, positive);
   }
 
-  /// Training: the gradient of each slope is one sum over the vertices. vjp adds this register's share and returns dL/dx.
+  /// Training: the gradient of each slope is one sum over the vertices. vjp adds this register's share and returns
+  /// dL/dx.
   static constexpr int sums_per_channel = 1;
   template <class T>
   static npt::simd::Batch<T> vjp(const npt::simd::Batch<T>& x, const npt::simd::Batch<T>& dy,

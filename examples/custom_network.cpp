@@ -2,8 +2,8 @@
 //
 //   custom_network [--out FILE] [--vertices V]
 //
-// Layers are piped; the types know every channel count, so a wrong one is a compile error that shows both numbers. There is nothing
-// to register: explain, engine and weights files walk over what `visit` lists.
+// Layers are piped; the types know every channel count, so a wrong one is a compile error that shows both numbers.
+// There is nothing to register: explain, engine and weights files walk over what `visit` lists.
 #include <npt/core/random.hpp>
 #include <npt/npt.hpp>
 
@@ -20,8 +20,8 @@
 
 namespace {
 
-/// A smaller relative of the paper's network: a pooled pose feature (any number of vertices), one residual block conditioned
-/// on the identity, and an output that moves the identity's vertices instead of replacing them.
+/// A smaller relative of the paper's network: a pooled pose feature (any number of vertices), one residual block
+/// conditioned on the identity, and an output that moves the identity's vertices instead of replacing them.
 struct OffsetNet {
   npt::Conv1x1<3, 64> encode1;
   npt::Conv1x1<64, 125> encode2;

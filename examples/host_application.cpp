@@ -1,9 +1,10 @@
-// A host application: one transfer, opened at start, shared by all of its threads, on meshes that the host holds in xtensor arrays.
+// A host application: one transfer, opened at start, shared by all of its threads, on meshes that the host holds in
+// xtensor arrays.
 //
 //   host_application [--weights FILE] [--identity FILE --pose FILE] [--out FILE] [--threads N]
 //
-// Without meshes it makes two of the built-in mannequin, whose truth is known, and measures the error at the end. Without
-// --weights it takes those that npt ships.
+// Without meshes it makes two of the built-in mannequin, whose truth is known, and measures the error at the end.
+// Without --weights it takes those that npt ships.
 #include <npt/adapt/xtensor.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/io/mesh_file.hpp>
@@ -116,7 +117,8 @@ void run(const Options& options) {
   for (int i = 0; i < calls; ++i) transfer(identity, pose, npt::span_of(result));
   std::printf("Warm call:  %.2f ms, mean of %d.\n", watch.lap() / calls, calls);
 
-  // 4. What depends on one mesh only is prepared once: identities that take many poses, poses that many identities take.
+  // 4. What depends on one mesh only is prepared once: identities that take many poses, poses that many identities
+  // take.
   const npt::PreparedIdentity prepared = transfer.prepare_identity(identity);
   const npt::PreparedPose posed = transfer.prepare_pose(pose, prepared.vertex_count());
   watch.lap();

@@ -2,8 +2,8 @@
 //
 //   retarget_sequence [--weights FILE] [--out FOLDER] [--frames N] [--identities N]
 //
-// The sequence is the built-in mannequin between two random poses of the paper's Table 6; the identities are mannequins of other
-// shapes. Without --weights it takes those that npt ships.
+// The sequence is the built-in mannequin between two random poses of the paper's Table 6; the identities are mannequins
+// of other shapes. Without --weights it takes those that npt ships.
 #include <npt/body/pose_sampler.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>
@@ -90,8 +90,8 @@ void run(const Options& options) {
   std::printf("%zu frames and %zu identities of %zu vertices.\n", sequence.size(), identities.size(),
               identities[0].vertex_count());
 
-  // What depends only on the pose is computed once a frame, whoever takes it. Which points the network sees of a pose mesh is
-  // chosen once, on the first frame: chosen anew for each, they would make the results flicker.
+  // What depends only on the pose is computed once a frame, whoever takes it. Which points the network sees of a pose
+  // mesh is chosen once, on the first frame: chosen anew for each, they would make the results flicker.
   auto start = Clock::now();
   const std::vector<npt::Triangle> triangles = npt::triangulate(sequence[0]);
   const auto view = [&triangles](const npt::Mesh& frame) { return npt::MeshView{frame.coordinates(), triangles}; };

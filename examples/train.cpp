@@ -2,8 +2,8 @@
 //
 //   train [--body FILE] [--seconds S] [--out FILE] [--threads N]
 //
-// `npt train` does the same with options for everything, checkpoints, validation and a log. Here is what a host needs that has its own
-// idea of when to stop, what to show and where to keep things.
+// `npt train` does the same with options for everything, checkpoints, validation and a log. Here is what a host needs
+// that has its own idea of when to stop, what to show and where to keep things.
 #include <npt/body/body_file.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/body_sampler.hpp>
@@ -48,7 +48,8 @@ double unseen_pmd(const npt::Model<Net>& model, const std::shared_ptr<const npt:
 }
 
 void run(const Arguments& arguments) {
-  // 1. Where samples come from: a body model, in a new shape and pose each time; 120 random vertices of each mesh are enough to
+  // 1. Where samples come from: a body model, in a new shape and pose each time; 120 random vertices of each mesh are
+  // enough to
   //    learn from, and let a step hold many meshes.
   const std::shared_ptr<const npt::BodyModel> body =
       arguments.body ? std::make_shared<const npt::BodyModel>(npt::load_body(*arguments.body))

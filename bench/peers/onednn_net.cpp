@@ -1,7 +1,7 @@
-/// The paper's network on oneDNN, assembled as well as its interface allows: vertex-major [V, C] maps, weights reordered
-/// once into the layout that the library likes best, bias, ReLU and the residual sum as post-operations of the product;
-/// between products one pass for the moments and one that normalises and modulates, with gamma and beta evaluated on the
-/// fly, vectorised and on all threads by OpenMP.
+/// The paper's network on oneDNN, assembled as well as its interface allows: vertex-major [V, C] maps, weights
+/// reordered once into the layout that the library likes best, bias, ReLU and the residual sum as post-operations of
+/// the product; between products one pass for the moments and one that normalises and modulates, with gamma and beta
+/// evaluated on the fly, vectorised and on all threads by OpenMP.
 #include <npt/io/safetensors.hpp>
 
 #include <oneapi/dnnl/dnnl.hpp>

@@ -107,8 +107,8 @@ double time_loop(benchmark::State& state, Run&& run, int threads) {
 
 }  // namespace internal
 
-/// Times `run`; reports GFLOP/s, the peak measured right afterwards on as many threads, and the share of it. With several
-/// threads the benchmark must be registered with UseRealTime.
+/// Times `run`; reports GFLOP/s, the peak measured right afterwards on as many threads, and the share of it. With
+/// several threads the benchmark must be registered with UseRealTime.
 template <class Run>
 void time_flops(benchmark::State& state, double flops, Run&& run, int threads = 1) {
   const double rate = 1e-9 * flops / internal::time_loop(state, run, threads);

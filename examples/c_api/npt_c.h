@@ -1,4 +1,5 @@
-/* npt behind a C ABI: what a tool written in C, Python, C#, Rust or anything else with a foreign function interface calls.
+/* npt behind a C ABI: what a tool written in C, Python, C#, Rust or anything else with a foreign function interface
+ * calls.
  *
  *   npt_transfer* transfer = NULL;
  *   if (npt_open("human.safetensors", NULL, &transfer) != NPT_OK) puts(npt_last_error());
@@ -6,9 +7,9 @@
  *   npt_run(transfer, &identity, &pose, result);
  *   npt_close(transfer);
  *
- * Every function that can fail returns a status; npt_last_error() then says what went wrong, in the thread that it went wrong
- * in, and outputs are as they were. No exception leaves the library. All memory that is passed in stays the caller's and is not
- * kept after the call.
+ * Every function that can fail returns a status; npt_last_error() then says what went wrong, in the thread that it
+ * went wrong in, and outputs are as they were. No exception leaves the library. All memory that is passed in stays
+ * the caller's and is not kept after the call.
  */
 #ifndef NPT_C_H
 #define NPT_C_H
@@ -29,15 +30,15 @@ extern "C" {
 typedef enum npt_status {
   NPT_OK = 0,
   NPT_BAD_ARGUMENT = 1, /* a null pointer, or a value that can't be */
-  NPT_BAD_INPUT = 2,    /* a file or a mesh that can't be used; the message names what was found and what was expected */
+  NPT_BAD_INPUT = 2,    /* a file or a mesh that can't be used; the message says what was found and expected */
   NPT_NO_MEMORY = 3,
   NPT_INTERNAL = 4 /* a mistake in the library */
 } npt_status;
 
 /* A network with its weights, ready to run. Any number of threads may use one at a time. */
 typedef struct npt_transfer npt_transfer;
-/* An identity mesh that takes many poses, and a pose that many identities take: what depends on one mesh, computed once. Of the
- * transfer that prepared them. Any number of threads may use one at a time. */
+/* An identity mesh that takes many poses, and a pose that many identities take: what depends on one mesh, computed
+ * once. Of the transfer that prepared them. Any number of threads may use one at a time. */
 typedef struct npt_identity npt_identity;
 typedef struct npt_pose npt_pose;
 /* Frames of a sequence, one after another, for one identity. One thread at a time. */
@@ -45,11 +46,11 @@ typedef struct npt_sequence npt_sequence;
 
 /* A mesh in the caller's memory. */
 typedef struct npt_mesh {
-  const float* xyz;          /* 3 a vertex: x0 y0 z0 x1 y1 z1 ... */
+  const float* xyz; /* 3 a vertex: x0 y0 z0 x1 y1 z1 ... */
   size_t vertices;
   const uint32_t* triangles; /* 3 vertex numbers each, from 0; NULL: a cloud of points */
   size_t triangle_count;
-  const char* name;          /* stands in messages, UTF-8; NULL: "identity" or "pose" */
+  const char* name; /* stands in messages, UTF-8; NULL: "identity" or "pose" */
 } npt_mesh;
 
 /* How transfers are done. Fill it with npt_default_options first: later versions may have more. */
@@ -78,8 +79,8 @@ NPT_C_API void npt_default_options(npt_options* options);
 /* Opens weights (.safetensors, UTF-8 path): any that npt ships or trains. options NULL: the default ones. */
 NPT_C_API npt_status npt_open(const char* weights, const npt_options* options, npt_transfer** transfer);
 
-/* Random weights: for trying things out. bottleneck: 64, 128, 256, 512 or 1024; pooled: nonzero for the feature that takes pose
- * meshes of any vertex count as they are. */
+/* Random weights: for trying things out. bottleneck: 64, 128, 256, 512 or 1024; pooled: nonzero for the feature that
+ * takes pose meshes of any vertex count as they are. */
 NPT_C_API npt_status npt_open_random(int bottleneck, int pooled, uint64_t weights_seed, const npt_options* options,
                                      npt_transfer** transfer);
 
@@ -89,9 +90,10 @@ NPT_C_API void npt_close(npt_transfer* transfer);
 /* "bottleneck 256, conv_relu, per-vertex, 4 pairings". Lives as long as the transfer. NULL for NULL. */
 NPT_C_API const char* npt_describe(const npt_transfer* transfer);
 
-/* Writes the identity's 3 * vertices coordinates in the pose mesh's pose to result, in the identity's vertex order, units and
- * place. Meshes come as they are: in any order, of any vertex count. A NaN that goes in comes out. */
-NPT_C_API npt_status npt_run(const npt_transfer* transfer, const npt_mesh* identity, const npt_mesh* pose, float* result);
+/* Writes the identity's 3 * vertices coordinates in the pose mesh's pose to result, in the identity's vertex order,
+ * units and place. Meshes come as they are: in any order, of any vertex count. A NaN that goes in comes out. */
+NPT_C_API npt_status npt_run(const npt_transfer* transfer, const npt_mesh* identity, const npt_mesh* pose,
+                             float* result);
 
 NPT_C_API npt_status npt_prepare_identity(const npt_transfer* transfer, const npt_mesh* mesh, npt_identity** identity);
 NPT_C_API void npt_release_identity(npt_identity* identity);
@@ -105,8 +107,8 @@ NPT_C_API void npt_release_pose(npt_pose* pose);
 NPT_C_API npt_status npt_run_prepared(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
                                       float* result);
 
-/* Frames share their random choices, made on the first one, so that nothing flickers; a mesh with other triangles begins another
- * sequence. The transfer and the identity must outlive the sequence. */
+/* Frames share their random choices, made on the first one, so that nothing flickers; a mesh with other triangles
+ * begins another sequence. The transfer and the identity must outlive the sequence. */
 NPT_C_API npt_status npt_open_sequence(const npt_transfer* transfer, const npt_identity* identity,
                                        npt_sequence** sequence);
 NPT_C_API npt_status npt_run_frame(npt_sequence* sequence, const npt_mesh* pose, float* result);

@@ -1,5 +1,5 @@
-/// One program for every x86-64 processor, which uses AVX-512 where there is some. The network is compiled four times, and
-/// the call of make_retarget goes to the best that this machine can run; nothing here knows of it.
+/// One program for every x86-64 processor, which uses AVX-512 where there is some. The network is compiled four times,
+/// and the call of make_retarget goes to the best that this machine can run; nothing here knows of it.
 #include "retarget.hpp"
 
 #include <chrono>

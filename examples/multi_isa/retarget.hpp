@@ -1,5 +1,5 @@
-/// What the host program and the instruction sets' units agree on. No header of npt here, and no type of npt: those differ
-/// between instruction sets.
+/// What the host program and the instruction sets' units agree on. No header of npt here, and no type of npt: those
+/// differ between instruction sets.
 #pragma once
 
 #include <cstddef>

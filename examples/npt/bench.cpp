@@ -117,8 +117,8 @@ double child_memory(const std::function<void()>& work) {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-/// Of the unit that multiplies, divided by the products that a precision takes for one; for `auto`, which promises fp32's
-/// error, of fp32's unit.
+/// Of the unit that multiplies, divided by the products that a precision takes for one; for `auto`, which promises
+/// fp32's error, of fp32's unit.
 double peak_of(const Options& o) {
   const npt::Precision precision = program::precision_from(o.precision);
   if (precision == npt::Precision::automatic) return bench::measure_peak<float>(o.threads);

@@ -1,5 +1,5 @@
-/// npt evaluate: how far a network's results are from the truth, on the paper's protocol, fresh pairs of a body, a family of
-/// meshes, or files. Pairs take the way of `npt transfer`.
+/// npt evaluate: how far a network's results are from the truth, on the paper's protocol, fresh pairs of a body, a
+/// family of meshes, or files. Pairs take the way of `npt transfer`.
 #include "arguments.hpp"
 #include "interrupt.hpp"
 #include "open_transfer.hpp"
@@ -96,7 +96,8 @@ Data load_data(const Options& o) {
 }
 
 /// Pairs run side by side, each on one thread: no barrier inside a network costs anything then. A single pair gets all
-/// threads. Each running pair has a workspace of its own (112 MB at 6890 vertices and bottleneck 1024), hence the limit.
+/// threads. Each running pair has a workspace of its own (112 MB at 6890 vertices and bottleneck 1024), hence the
+/// limit.
 int side_by_side(int threads, std::size_t pairs) {
   constexpr std::size_t most = 16;
   const std::size_t available =

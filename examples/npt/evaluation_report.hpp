@@ -13,7 +13,8 @@
 
 namespace program {
 
-/// A line for each set, and for each of its `worst` pairs. `in_place`: with the error of results left where they were put.
+/// A line for each set, and for each of its `worst` pairs. `in_place`: with the error of results left where they were
+/// put.
 inline void print_table(const std::vector<npt::Evaluation>& evaluations, std::size_t worst, bool in_place = true) {
   const auto end_line = [in_place](double error) {
     if (in_place) std::printf(" %10.3f", 1e4 * error);

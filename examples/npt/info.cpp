@@ -196,8 +196,8 @@ Report describe_tensors(const fs::path& path) {
   return report;
 }
 
-/// Whether a file has weights or a body in it, whatever its name: a header's length and the '{' that it begins with. A mesh
-/// file begins with text, which read as a length is beyond any file's.
+/// Whether a file has weights or a body in it, whatever its name: a header's length and the '{' that it begins with. A
+/// mesh file begins with text, which read as a length is beyond any file's.
 bool holds_tensors(const fs::path& path) {
   if (program::extension_of(path) == ".safetensors") return true;
   std::error_code code;

@@ -1,5 +1,5 @@
-/// The networks that the program has compiled in, behind functions. networks.cpp and training_networks.cpp are the only files of
-/// the program that are compiled for their types.
+/// The networks that the program has compiled in, behind functions. networks.cpp and training_networks.cpp are the only
+/// files of the program that are compiled for their types.
 #pragma once
 
 #include <npt/engine/core.hpp>

@@ -1,5 +1,5 @@
-/// Runs before anything else of the program: on a processor that lacks instructions which the program was compiled for, it
-/// ends with a message instead of by SIGILL at the first of them.
+/// Runs before anything else of the program: on a processor that lacks instructions which the program was compiled for,
+/// it ends with a message instead of by SIGILL at the first of them.
 #include "processor/features.hpp"
 
 #include <unistd.h>

@@ -134,8 +134,8 @@ double round_up(double value) {
   return 10 * power;
 }
 
-/// Colours the meshes that have a truth by their vertices' distances to it, in millimetres. The scale ends where one vertex
-/// in a hundred lies beyond it, at a round number.
+/// Colours the meshes that have a truth by their vertices' distances to it, in millimetres. The scale ends where one
+/// vertex in a hundred lies beyond it, at a round number.
 void colour_by_error(std::vector<render::Panel>& panels, const Options& options, render::FigureOptions& figure) {
   std::vector<std::string> truths = program::split_list(*options.truth);
   if (truths.size() == 1) truths.assign(panels.size(), truths[0]);

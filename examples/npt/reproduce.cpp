@@ -1,6 +1,6 @@
-/// npt reproduce: the paper's tables and figures by one command. Networks are trained equally long on equal data, every system is
-/// measured on the same 72 + 72 pairs, and what is written says how it was made. It runs the program's other commands; a folder that was
-/// begun is gone on with.
+/// npt reproduce: the paper's tables and figures by one command. Networks are trained equally long on equal data, every
+/// system is measured on the same 72 + 72 pairs, and what is written says how it was made. It runs the program's other
+/// commands; a folder that was begun is gone on with.
 #include "arguments.hpp"
 #include "interrupt.hpp"
 #include "precision_option.hpp"
@@ -50,8 +50,9 @@ struct Options {
   std::vector<std::string> weights;  ///< SYSTEM=FILE
 };
 
-/// The part of the budget in which baselines run and networks are trained; the rest is for measuring the networks and for
-/// figures: of the usual hour six minutes for about 400 meshes, each of which takes up to half a second of one core to draw.
+/// The part of the budget in which baselines run and networks are trained; the rest is for measuring the networks and
+/// for figures: of the usual hour six minutes for about 400 meshes, each of which takes up to half a second of one core
+/// to draw.
 constexpr double share_of_training = 0.9;
 
 class Reproduction {
@@ -327,8 +328,8 @@ class Reproduction {
     std::cout << text;
   }
 
-  /// What each network gets in any case, as a share of the budget: one that has learnt nothing is of no use, and its torn
-  /// meshes take twenty times as long to draw. And minutes for any budget.
+  /// What each network gets in any case, as a share of the budget: one that has learnt nothing is of no use, and its
+  /// torn meshes take twenty times as long to draw. And minutes for any budget.
   static constexpr double least_share = 0.05, least_minutes = 0.02;
 
   Options options_;

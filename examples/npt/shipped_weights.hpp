@@ -1,5 +1,5 @@
-/// Where the weights that come with the project lie: in a folder that the environment names (NPT_WEIGHTS), beside an installed
-/// program (../share/npt/weights), or in the source tree that the program was built in (examples/weights).
+/// Where the weights that come with the project lie: in a folder that the environment names (NPT_WEIGHTS), beside an
+/// installed program (../share/npt/weights), or in the source tree that the program was built in (examples/weights).
 #pragma once
 
 #include <npt/core/error.hpp>

@@ -21,7 +21,8 @@ constexpr std::string_view option_prefix = "option.";
 
 /// Options that belong to a run and not to the training.
 constexpr std::array<std::string_view, 5> run_options{"--help", "--threads", "--out", "--resume", "--overwrite"};
-/// Options that a resumed run may change: the training becomes longer or shorter, goes on another machine, or reports otherwise.
+/// Options that a resumed run may change: the training becomes longer or shorter, goes on another machine, or reports
+/// otherwise.
 constexpr std::array<std::string_view, 2> length_options{"--steps", "--minutes"};
 constexpr std::array<std::string_view, 5> report_options{"--checkpoint-every", "--log-every", "--validate-every",
                                                          "--domain", "--precision"};

@@ -64,7 +64,8 @@ struct TrainingArguments {
   std::string domain;
 };
 
-/// A part of the training: from `begin` (progress 0 .. 1) on, batches of `batch` meshes with `vertices` of theirs (0: all).
+/// A part of the training: from `begin` (progress 0 .. 1) on, batches of `batch` meshes with `vertices` of theirs (0:
+/// all).
 struct StageArguments {
   double begin = 0;
   std::size_t batch = 0, vertices = 0;
@@ -79,15 +80,16 @@ double learning_rate(const TrainingArguments& arguments);
 
 void add_training_options(CLI::App& command, TrainingArguments& arguments);
 
-/// What the options are set to, given or by default, for a checkpoint. Options of the run itself (threads, files, how often)
-/// are not in it.
+/// What the options are set to, given or by default, for a checkpoint. Options of the run itself (threads, files, how
+/// often) are not in it.
 npt::Metadata stored_options(const CLI::App& command);
 
 /// Sets options from a checkpoint. What the user gave must agree with it, but for the length of the training.
 /// Errors    npt::Error that names the option, what was given and what the training began with
 void restore_options(CLI::App& command, const npt::Metadata& stored, const std::string& file);
 
-/// The command that starts this training: "npt train --body human.safetensors --minutes 10". Files without their folders.
+/// The command that starts this training: "npt train --body human.safetensors --minutes 10". Files without their
+/// folders.
 std::string command_text(const CLI::App& command);
 
 }  // namespace program

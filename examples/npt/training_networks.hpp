@@ -1,5 +1,5 @@
-/// Gradients of the networks that the program has compiled in. training_networks.cpp and networks.cpp are the only files of the
-/// program that are compiled for their types.
+/// Gradients of the networks that the program has compiled in. training_networks.cpp and networks.cpp are the only
+/// files of the program that are compiled for their types.
 #pragma once
 
 #include "networks.hpp"

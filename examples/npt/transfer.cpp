@@ -61,8 +61,9 @@ class LoadedMesh {
   std::string name_;
 };
 
-/// The pairs of a run, one after another: an identity or a pose that the next pair shares is prepared once. A folder of poses is a
-/// sequence, whose frames share their random choices, so that nothing flickers; in a list every pose is chosen for itself.
+/// The pairs of a run, one after another: an identity or a pose that the next pair shares is prepared once. A folder of
+/// poses is a sequence, whose frames share their random choices, so that nothing flickers; in a list every pose is
+/// chosen for itself.
 class Transferring {
  public:
   Transferring(const program::TransferArguments& arguments, bool sequence)

@@ -1,4 +1,5 @@
-/// What a command that transfers poses has to do: a list of identity, pose and output, from the arguments, a folder or a file of pairs.
+/// What a command that transfers poses has to do: a list of identity, pose and output, from the arguments, a folder or
+/// a file of pairs.
 #pragma once
 
 #include "arguments.hpp"
@@ -51,8 +52,8 @@ inline std::vector<TransferJob> folder_jobs(const std::filesystem::path& identit
   return jobs;
 }
 
-/// A job for the pose mesh, or one for each of the folder `pose`, which makes the folder `out`. `format`: of the results in a folder;
-/// without: as the identity.
+/// A job for the pose mesh, or one for each of the folder `pose`, which makes the folder `out`. `format`: of the
+/// results in a folder; without: as the identity.
 inline std::vector<TransferJob> pose_jobs(const std::filesystem::path& identity, const std::filesystem::path& pose,
                                           const std::filesystem::path& out, const std::optional<std::string>& format,
                                           std::optional<OutputFolder>& folder) {

@@ -1,6 +1,6 @@
 /// npt: neural pose transfer. The umbrella: engine, network, weights, meshes and the way between them.
-/// Mesh files (<npt/io/mesh_file.hpp>), bodies (<npt/body/...>) and xtensor (<npt/adapt/xtensor.hpp>) are included apart,
-/// since not every host wants their dependencies.
+/// Mesh files (<npt/io/mesh_file.hpp>), bodies (<npt/body/...>) and xtensor (<npt/adapt/xtensor.hpp>) are included
+/// apart, since not every host wants their dependencies.
 #pragma once
 
 #include <npt/config.hpp>

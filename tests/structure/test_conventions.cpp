@@ -63,7 +63,8 @@ std::vector<std::string> text_complaints(const SourceFile& file) {
   return complaints;
 }
 
-/// Namespaces whose end does not name them. clang-format's own check takes `npt::inline NPT_ABI` for no name of a namespace.
+/// Namespaces whose end does not name them. clang-format's own check takes `npt::inline NPT_ABI` for no name of a
+/// namespace.
 std::vector<std::string> namespace_complaints(const SourceFile& file) {
   static const std::regex opening(R"((inline )?namespace ?([^={;]*)\{)");
   static const std::regex closing(R"(\}  // namespace ?(.*))");

@@ -1,4 +1,5 @@
-/// A count of every allocation of a test program, for tests that a warm call makes none. One unit of a program includes it.
+/// A count of every allocation of a test program, for tests that a warm call makes none. One unit of a program includes
+/// it.
 #pragma once
 
 #include <atomic>

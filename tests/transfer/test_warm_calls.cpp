@@ -14,7 +14,8 @@
 
 namespace {
 
-/// Every call that writes into memory of the caller's. Preparing an identity for refinement factors a matrix, and may allocate.
+/// Every call that writes into memory of the caller's. Preparing an identity for refinement factors a matrix, and may
+/// allocate.
 template <class Net>
 long allocations_of_warm_calls(const npt::TransferOptions& options) {
   npt::Model<Net> model;

@@ -72,7 +72,8 @@ inline double matrix_multiply_loop(long) { return 0; }
 
 namespace internal {
 
-/// GFLOP/s of loop(sink), which returns the operations that it did, on `threads` threads at the same time over about `seconds`.
+/// GFLOP/s of loop(sink), which returns the operations that it did, on `threads` threads at the same time over about
+/// `seconds`.
 template <class Loop>
 double measure_rate(int threads, double seconds, Loop&& loop) {
   std::atomic<int> ready{0};

@@ -1,6 +1,6 @@
-/// What the program was compiled for against what the processor has. Nothing else in the program works where they differ, so
-/// what stands behind this header is compiled for the oldest processor and uses no templates and no inline functions: a linker
-/// keeps any one of their copies, which may be one that needs the missing instructions.
+/// What the program was compiled for against what the processor has. Nothing else in the program works where they
+/// differ, so what stands behind this header is compiled for the oldest processor and uses no templates and no inline
+/// functions: a linker keeps any one of their copies, which may be one that needs the missing instructions.
 #pragma once
 
 #include <cstddef>
@@ -45,8 +45,8 @@ extern const char* const compiled_for;  ///< npt::compiled_isa()
 /// Of this processor, as far as the operating system lets programs use them. All of them where it is no x86-64.
 FeatureSet processor_features() noexcept;
 
-/// Writes one line that names what of `needed` the processor lacks, and what to do, cut to `size` characters. Returns its
-/// length; 0 where nothing is missing.
+/// Writes one line that names what of `needed` the processor lacks, and what to do, cut to `size` characters. Returns
+/// its length; 0 where nothing is missing.
 std::size_t complain_of_missing(FeatureSet needed, FeatureSet has, const char* compiled, char* line,
                                 std::size_t size) noexcept;
 

@@ -1,4 +1,5 @@
-/// Runs this program again with other arguments: one command is composed of others, each of which a user can give alone.
+/// Runs this program again with other arguments: one command is composed of others, each of which a user can give
+/// alone.
 #pragma once
 
 #include <string>
@@ -11,8 +12,8 @@ std::string command_line(const std::vector<std::string>& arguments);
 
 /// Runs the program with these arguments and gives what it printed; its messages and progress appear as always.
 /// `program`  empty: the running program
-/// Errors     npt::Error that names the command if it can't be started or fails. After Ctrl-C, of which the child hears too, it gives
-///            `interrupted` instead
+/// Errors     npt::Error that names the command if it can't be started or fails. After Ctrl-C, of which the child hears
+///            too, it gives `interrupted` instead
 struct ChildResult {
   std::string output;
   bool interrupted = false;

@@ -1,6 +1,7 @@
-/// The meshes that figures show, as files: bodies of the protocol's test pairs, the same with noise or in other vertex orders, meshes
-/// that were brought along, and what each system makes of them, by the program's own commands. A file's name says what it was made
-/// from, weights and given meshes by a hash of their contents, so that what is there needs not be made again.
+/// The meshes that figures show, as files: bodies of the protocol's test pairs, the same with noise or in other vertex
+/// orders, meshes that were brought along, and what each system makes of them, by the program's own commands. A file's
+/// name says what it was made from, weights and given meshes by a hash of their contents, so that what is there needs
+/// not be made again.
 #pragma once
 
 #include <npt/body/body_model.hpp>
@@ -111,8 +112,8 @@ class MeshStore {
   std::vector<Pending> pending_;
 };
 
-/// Labels that a network trained on the family is not shown, so that figure 14 can show them: four that all species share, or as many
-/// as there are; none if the species share fewer than two.
+/// Labels that a network trained on the family is not shown, so that figure 14 can show them: four that all species
+/// share, or as many as there are; none if the species share fewer than two.
 std::vector<std::string> held_out_labels(const std::string& family);
 
 /// The arguments of `npt train` that say what to train on for figure 14.

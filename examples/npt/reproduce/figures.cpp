@@ -51,7 +51,8 @@ std::string caption_of(const MeshFile& mesh) {
 
 std::string numbered(std::string what, std::size_t i) { return what.append(" ").append(std::to_string(i)); }
 
-/// Rows of pairs: identity, pose, the systems' results, truth. Errors stand in a last column for one system, or below each row for all.
+/// Rows of pairs: identity, pose, the systems' results, truth. Errors stand in a last column for one system, or below
+/// each row for all.
 enum class Errors { last_column, row_below };
 
 Plate comparison(MeshStore& store, PairSet set, std::initializer_list<std::size_t> pairs,

@@ -1,5 +1,6 @@
-/// The paper's figures 6 to 20 as PNG grids: which meshes stand where. Meshes are made by figure_meshes.hpp, pictures by `npt render`, whose
-/// command is kept beside each picture: a figure that was drawn by the same command from the same meshes is not drawn again.
+/// The paper's figures 6 to 20 as PNG grids: which meshes stand where. Meshes are made by figure_meshes.hpp, pictures
+/// by `npt render`, whose command is kept beside each picture: a figure that was drawn by the same command from the
+/// same meshes is not drawn again.
 #pragma once
 
 #include <reproduce/figure_meshes.hpp>

@@ -1,5 +1,5 @@
-/// The processes that train together. A build with -DNPT_WITH_MPI=ON has them from MPI (group_mpi.cpp); in any other a process is
-/// always alone (group_alone.cpp).
+/// The processes that train together. A build with -DNPT_WITH_MPI=ON has them from MPI (group_mpi.cpp); in any other a
+/// process is always alone (group_alone.cpp).
 #pragma once
 
 #include <npt/train/group.hpp>

@@ -35,8 +35,8 @@ std::vector<LogRow> read_log(const std::filesystem::path& path);
 
 class Log {
  public:
-  /// A new file; or, for a training that goes on at `resumed_step`, the old one without the rows after that step, which are
-  /// going to be written again. Errors    npt::Error for a file that can't be written or is no log
+  /// A new file; or, for a training that goes on at `resumed_step`, the old one without the rows after that step, which
+  /// are going to be written again. Errors    npt::Error for a file that can't be written or is no log
   Log(std::filesystem::path path, std::optional<std::uint64_t> resumed_step);
 
   /// Once this returns, the row is with the operating system.

@@ -1,5 +1,5 @@
-/// xtensor in and out: transfer(identity, pose) on any xtensor expressions of shape [V, 3] returns an xt::xtensor<float, 2>, as
-/// an engine does. Meshes with faces are MeshTensors.
+/// xtensor in and out: transfer(identity, pose) on any xtensor expressions of shape [V, 3] returns an
+/// xt::xtensor<float, 2>, as an engine does. Meshes with faces are MeshTensors.
 /// Row-major containers and views of contiguous memory of the engine's scalar are borrowed; everything else (lazy
 /// expressions, other scalars, column-major or strided views) is evaluated once.
 #pragma once

@@ -80,7 +80,8 @@ class Random {
   std::array<std::uint32_t, 4> block_{};
 };
 
-/// A uniformly random order of 0 .. n-1 (Fisher-Yates), into memory that is used again. order[new position] = old position.
+/// A uniformly random order of 0 .. n-1 (Fisher-Yates), into memory that is used again. order[new position] = old
+/// position.
 inline void random_permutation(std::uint32_t n, Random& random, std::vector<std::uint32_t>& order) {
   order.resize(n);
   for (std::uint32_t i = 0; i < n; ++i) order[i] = i;

@@ -86,8 +86,8 @@ void set_attributes(const std::vector<NamedParameter>& parameters, std::span<T> 
     if (p.attribute) buffer[static_cast<std::size_t>(p.offset)] = static_cast<T>(p.initial);
 }
 
-/// Seeded random weights, into a buffer laid out as Model::buffer(): N(0, 1 / Cin) for weights and N(0, 0.1^2) for biases,
-/// each tensor from a stream of its own. Good for tests and timing; training has its own initialisations.
+/// Seeded random weights, into a buffer laid out as Model::buffer(): N(0, 1 / Cin) for weights and N(0, 0.1^2) for
+/// biases, each tensor from a stream of its own. Good for tests and timing; training has its own initialisations.
 template <class T>
 void randomise_values(const std::vector<NamedParameter>& parameters, std::span<T> buffer, std::uint64_t seed) {
   std::uint64_t stream = 0;

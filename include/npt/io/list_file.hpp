@@ -1,5 +1,6 @@
-/// Text files that list other files, some on a line: "identity pose output". Names are relative to the list, so that a folder
-/// with its list can be moved. Quotes around names with blanks; # begins a comment; empty lines count for nothing.
+/// Text files that list other files, some on a line: "identity pose output". Names are relative to the list, so that a
+/// folder with its list can be moved. Quotes around names with blanks; # begins a comment; empty lines count for
+/// nothing.
 #pragma once
 
 #include <npt/config.hpp>

@@ -80,9 +80,9 @@ struct DrawScratch {
   std::vector<std::uint32_t> chosen;  ///< [V]
 };
 
-/// `count` points on the triangles, into memory that is used again. Exactly the vertices, in their order, when count is their
-/// number. Points instead of a surface (no triangles, or none with an area): vertices, without repeats when count is less
-/// than their number, otherwise all and random repeats.
+/// `count` points on the triangles, into memory that is used again. Exactly the vertices, in their order, when count is
+/// their number. Points instead of a surface (no triangles, or none with an area): vertices, without repeats when count
+/// is less than their number, otherwise all and random repeats.
 /// Errors    npt::Error for no vertices
 inline void draw_points(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
                         Random random, DrawScratch& scratch, std::vector<SurfacePoint>& points) {
@@ -104,8 +104,8 @@ inline void draw_points(std::span<const float> xyz, std::span<const Triangle> tr
     const auto found = std::upper_bound(areas.data(), areas.data() + areas.size() - 1, target);
     // The square root makes the density uniform over the triangle (Osada et al., "Shape Distributions", 2002, eq. 1).
     const double r = std::sqrt(random.uniform()), s = random.uniform();
-    // Weights of 24 bits make products with coordinates exact in double: whether the compiler fuses them with the sum, which
-    // it does differently from place to place, then changes no bit of a point.
+    // Weights of 24 bits make products with coordinates exact in double: whether the compiler fuses them with the sum,
+    // which it does differently from place to place, then changes no bit of a point.
     const auto rounded = [](double weight) { return double{static_cast<float>(weight)}; };
     point = {triangles[static_cast<std::size_t>(found - areas.data())],
              {rounded(1 - r), rounded(r * (1 - s)), rounded(r * s)}};

@@ -21,7 +21,8 @@
 
 namespace npt::inline NPT_ABI {
 
-/// Network types as a type. A host that needs few of them names its own list: PoseTransfer::open<NetworkList<...>>(...).
+/// Network types as a type. A host that needs few of them names its own list:
+/// PoseTransfer::open<NetworkList<...>>(...).
 template <class... Nets>
 struct NetworkList {
   /// Calls f.template operator()<Net>() for each.
@@ -51,7 +52,8 @@ using NetworksOfBottleneck =
 
 }  // namespace internal
 
-/// Every network that npt ships weights for or trains: five bottlenecks, both unit orders, both features, the ablations.
+/// Every network that npt ships weights for or trains: five bottlenecks, both unit orders, both features, the
+/// ablations.
 using AllNetworks =
     typename internal::JoinedLists<internal::NetworksOfBottleneck<1024>, internal::NetworksOfBottleneck<512>,
                                    internal::NetworksOfBottleneck<256>, internal::NetworksOfBottleneck<128>,
@@ -109,7 +111,8 @@ inline std::string variant_name(const Metadata& variant) {
 
 namespace internal {
 
-/// What a file says of one key of its variant: its metadata, the caller's assumption, or for the bottleneck the encoder's shape.
+/// What a file says of one key of its variant: its metadata, the caller's assumption, or for the bottleneck the
+/// encoder's shape.
 inline std::string file_variant(const SafetensorsFile& file, const Metadata& assume, const std::string& key) {
   if (const std::string* stored = file.find_metadata(key)) return *stored;
   if (const auto assumed = assume.find(key); assumed != assume.end()) return assumed->second;

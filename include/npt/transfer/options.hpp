@@ -23,8 +23,8 @@ struct TransferOptions {
   /// The result is the mean over so many random pairings. Costs as many runs of the network. Where the network pairs no
   /// vertices (the pooled feature) there is nothing to choose, and it runs once.
   int pairings = 1;
-  /// Also transfers the mirror images (x to -x, about the mesh's centre), and averages: the mirror image of a transfer is a
-  /// transfer of the mirror images. For subjects about as symmetric as the training's. Twice the runs.
+  /// Also transfers the mirror images (x to -x, about the mesh's centre), and averages: the mirror image of a transfer
+  /// is a transfer of the mirror images. For subjects about as symmetric as the training's. Twice the runs.
   bool mirror = false;
   /// Gives results the identity's surface detail: npt::detail_refinement; nullptr: nothing is refined.
   MakeRefinement refinement = nullptr;
@@ -39,10 +39,11 @@ struct TransferOptions {
   bool resample = true;
   /// Of every random choice: pairings and drawn points.
   std::uint64_t seed = 0;
-  /// Metres in one unit of the meshes' coordinates. None: told from each mesh's extent (transfer/unit.hpp). Without effect
-  /// where the weights ask for no unit, or meshes are scaled to a sphere.
+  /// Metres in one unit of the meshes' coordinates. None: told from each mesh's extent (transfer/unit.hpp). Without
+  /// effect where the weights ask for no unit, or meshes are scaled to a sphere.
   std::optional<double> unit{};
-  /// None: the file's (metadata normalisation); a file that doesn't say is taken for one of the authors' code, which centres.
+  /// None: the file's (metadata normalisation); a file that doesn't say is taken for one of the authors' code, which
+  /// centres.
   std::optional<Normalisation> normalisation{};
   /// Values for metadata that the file lacks: order, feature, output_scale.
   Metadata assume{};

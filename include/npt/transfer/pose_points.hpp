@@ -1,6 +1,6 @@
-/// Which points of a pose mesh the network is given, and in which order: every random choice of a transfer. Frames of a sequence
-/// must share them: points that are drawn anew for every frame, or an order that is derived from each frame's coordinates,
-/// make the result flicker.
+/// Which points of a pose mesh the network is given, and in which order: every random choice of a transfer. Frames of a
+/// sequence must share them: points that are drawn anew for every frame, or an order that is derived from each frame's
+/// coordinates, make the result flicker.
 #pragma once
 
 #include <npt/config.hpp>
@@ -22,8 +22,8 @@
 
 namespace npt::inline NPT_ABI {
 
-/// The points of one pairing on meshes of one vertex count: the vertices as they come, the vertices in an order, or points
-/// of the surface.
+/// The points of one pairing on meshes of one vertex count: the vertices as they come, the vertices in an order, or
+/// points of the surface.
 struct PosePoints {
   std::size_t vertices = 0;           ///< V of the pose mesh
   std::vector<std::uint32_t> order;   ///< [V] or empty
@@ -41,8 +41,8 @@ struct ChoiceScratch {
   DrawScratch draw;
 };
 
-/// Chooses the points of pairing number `pairing` on a pose mesh. `count`: vertices of the identity, where the network pairs
-/// vertices; 0: it pairs none, and is given all vertices.
+/// Chooses the points of pairing number `pairing` on a pose mesh. `count`: vertices of the identity, where the network
+/// pairs vertices; 0: it pairs none, and is given all vertices.
 /// Errors    npt::Error for another count without options.resample
 inline void choose_points(const MeshView& pose, std::size_t count, const TransferOptions& options,
                           std::uint64_t pairing, ChoiceScratch& scratch, PosePoints& chosen) {
@@ -69,7 +69,8 @@ inline void choose_points(const MeshView& pose, std::size_t count, const Transfe
   } else if (!options.invariant) {
     draw_points(xyz, pose.triangles, count, random, scratch.draw, chosen.surface);
   } else {
-    // Drawn in the canonical order, so that the points don't depend on the vertices' numbers even where there are no faces.
+    // Drawn in the canonical order, so that the points don't depend on the vertices' numbers even where there are no
+    // faces.
     const std::vector<std::uint32_t>& order = scratch.canonical;
     scratch.place.resize(order.size());
     scratch.ordered.resize(xyz.size());

@@ -1,5 +1,5 @@
-/// The frames of sequences, one after another: points are chosen on a sequence's first frame and kept for all that follow. A mesh
-/// with other faces or another vertex count is the first frame of another sequence.
+/// The frames of sequences, one after another: points are chosen on a sequence's first frame and kept for all that
+/// follow. A mesh with other faces or another vertex count is the first frame of another sequence.
 #pragma once
 
 #include <npt/config.hpp>

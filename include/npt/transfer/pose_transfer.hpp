@@ -3,9 +3,9 @@
 ///   const auto transfer = npt::PoseTransfer::open("human.safetensors");
 ///   npt::Mesh posed = transfer(identity, pose);
 ///
-/// Meshes come in any vertex order, any number of vertices, any place, and in metres, centimetres or millimetres. The identity
-/// says where the result lies: its centre, scale and unit are taken out before the network and put back after it. The pose
-/// mesh is normalised by itself (Wang et al., CVPR 2020, section 4.1).
+/// Meshes come in any vertex order, any number of vertices, any place, and in metres, centimetres or millimetres. The
+/// identity says where the result lies: its centre, scale and unit are taken out before the network and put back after
+/// it. The pose mesh is normalised by itself (Wang et al., CVPR 2020, section 4.1).
 #pragma once
 
 #include <npt/config.hpp>
@@ -50,17 +50,17 @@ struct TransferJob {
 /// A network with its weights, and all that stands between meshes and it.
 ///
 /// Threads   all members are const and may be called by any number of threads at a time
-/// Memory    a call whose shapes were seen before allocates nothing, where it writes into memory of the caller's; only preparing
-///           an identity for refinement does, as a call with an unprepared identity must then
+/// Memory    a call whose shapes were seen before allocates nothing, where it writes into memory of the caller's; only
+///           preparing an identity for refinement does, as a call with an unprepared identity must then
 /// Numerics  the same bits for any number of threads, for batches, and for prepared meshes. NaN in gives NaN out
-/// Errors    npt::Error for empty meshes, meshes in one point, triangles of vertices that aren't there, results of another size,
-///           unequal vertex counts where the network pairs vertices and options.resample is off, an extent that is no person's in
-///           any unit (transfer/unit.hpp), and things prepared by another transfer
+/// Errors    npt::Error for empty meshes, meshes in one point, triangles of vertices that aren't there, results of
+///           another size, unequal vertex counts where the network pairs vertices and options.resample is off, an
+///           extent that is no person's in any unit (transfer/unit.hpp), and things prepared by another transfer
 template <class Exec = DefaultExecutor>
 class BasicPoseTransfer {
  public:
-  /// Opens weights (.safetensors) of any network of the list. What the file says of itself is followed: network, normalisation,
-  /// unit, radius of the refinement. `threads` 0: as many as the process may use.
+  /// Opens weights (.safetensors) of any network of the list. What the file says of itself is followed: network,
+  /// normalisation, unit, radius of the refinement. `threads` 0: as many as the process may use.
   /// Errors    npt::Error that names the file, what it says of itself and what the list has; options out of range
   template <class Networks = AllNetworks>
   static BasicPoseTransfer open(const std::filesystem::path& weights, const TransferOptions& options = {},
@@ -117,14 +117,15 @@ class BasicPoseTransfer {
     return result;
   }
 
-  /// Writes the identity's new positions [V, 3], in its order, units and place. `result` may be the identity's own memory.
+  /// Writes the identity's new positions [V, 3], in its order, units and place. `result` may be the identity's own
+  /// memory.
   void operator()(const MeshView& identity, const MeshView& pose, std::span<float> result) const {
     const TransferJob job{identity, pose, result};
     run({&job, 1});
   }
 
-  /// The new positions as a tensor of the host's kind ([V, 3] in, [V, 3] out; <npt/adapt/xtensor.hpp>). Faces, which refinement
-  /// and other vertex counts want, go in by MeshView.
+  /// The new positions as a tensor of the host's kind ([V, 3] in, [V, 3] out; <npt/adapt/xtensor.hpp>). Faces, which
+  /// refinement and other vertex counts want, go in by MeshView.
   template <HostTensor I, HostTensor P>
   auto operator()(const I& identity, const P& pose) const {
     const auto identity_points = TensorAdapter<I>::template read<float>(identity);
@@ -135,8 +136,8 @@ class BasicPoseTransfer {
     return result;
   }
 
-  /// A batch through shared sweeps of the network, which is what small meshes need. An identity or a pose that occurs in several
-  /// successive jobs, the same memory, is prepared once.
+  /// A batch through shared sweeps of the network, which is what small meshes need. An identity or a pose that occurs
+  /// in several successive jobs, the same memory, is prepared once.
   void run(std::span<const TransferJob> jobs) const {
     const auto lease = pool_.lease();
     while (!jobs.empty()) jobs = jobs.subspan(run_some(*lease, jobs));
@@ -157,8 +158,8 @@ class BasicPoseTransfer {
     prepare_identity(identity, prepared, lease->choice);
   }
 
-  /// Chooses the points that stand for every frame of a sequence, on its first frame. `identity_vertices`: of the identities that
-  /// take the poses; it doesn't matter where the network pairs no vertices.
+  /// Chooses the points that stand for every frame of a sequence, on its first frame. `identity_vertices`: of the
+  /// identities that take the poses; it doesn't matter where the network pairs no vertices.
   PoseChoice choose_points(const MeshView& first_frame, std::size_t identity_vertices) const {
     PoseChoice choice;
     choose_points(first_frame, identity_vertices, choice);
@@ -237,7 +238,8 @@ class BasicPoseTransfer {
   /// The engine beneath, for experts: its coordinates are the network's own.
   const engine::Core<float, Exec>& engine() const noexcept { return engine_; }
 
-  /// Metres in one unit of a mesh: as given in the options, or told from its extent; 1 where the weights ask for no unit.
+  /// Metres in one unit of a mesh: as given in the options, or told from its extent; 1 where the weights ask for no
+  /// unit.
   double unit_of(const MeshView& mesh) const {
     if (!in_metres_) return 1;
     return options_.unit ? *options_.unit : npt::unit_of(mesh);
@@ -254,7 +256,8 @@ class BasicPoseTransfer {
   }
 
  private:
-  /// Vertices that a batch carries through the network together, over all of its runs: its inputs and results wait in memory.
+  /// Vertices that a batch carries through the network together, over all of its runs: its inputs and results wait in
+  /// memory.
   static constexpr std::size_t batch_vertices = 65536;
 
   /// The memory of one call.
@@ -348,7 +351,8 @@ class BasicPoseTransfer {
     prepared.transform_ = transform_of(identity, prepared.unit_);
     prepared.coordinates_.resize(identity.xyz.size());
     prepared.place_.clear();
-    // Coincident vertices, as along seams, take the result of one of them: paired with different points they would part.
+    // Coincident vertices, as along seams, take the result of one of them: paired with different points they would
+    // part.
     const bool by_place = paired_ && options_.pairing == Pairing::random;
     if (options_.invariant || by_place) canonical_order(identity.xyz, scratch.keys, scratch.canonical);
     if (by_place || options_.invariant)
@@ -466,7 +470,8 @@ class BasicPoseTransfer {
     const auto runs = static_cast<double>(run_count());
     for (std::size_t v = 0; v < identity.vertices_; ++v) {
       const std::size_t from = identity.place_.empty() ? v : identity.place_[v];
-      // In double to the end: rounded to float in between, g++ 12 at -O3 leaves that rounding out in a loop's last vertices.
+      // In double to the end: rounded to float in between, g++ 12 at -O3 leaves that rounding out in a loop's last
+      // vertices.
       const Vec3d mean{sum[3 * from] / runs, sum[3 * from + 1] / runs, sum[3 * from + 2] / runs};
       const Vec3f position = identity.transform_.apply_inverse(mean).as<float>();
       result[3 * v] = position.x;

@@ -25,7 +25,8 @@ namespace npt::inline NPT_ABI {
 template <class Exec>
 class BasicPoseTransfer;
 
-/// An identity mesh as the network sees it, and the way back. Made by PoseTransfer::prepare_identity, for that transfer.
+/// An identity mesh as the network sees it, and the way back. Made by PoseTransfer::prepare_identity, for that
+/// transfer.
 class PreparedIdentity {
  public:
   /// V, of the mesh and of results; 0: nothing prepared yet.
@@ -46,8 +47,8 @@ class PreparedIdentity {
   std::unique_ptr<const Refinement> refinement_;
 };
 
-/// The choice of points for the frames of a sequence: made on its first frame, and kept, so that nothing flickers. Made by
-/// PoseTransfer::choose_points.
+/// The choice of points for the frames of a sequence: made on its first frame, and kept, so that nothing flickers. Made
+/// by PoseTransfer::choose_points.
 class PoseChoice {
  public:
   /// V of the meshes that it is for; 0: nothing chosen yet.
@@ -79,7 +80,8 @@ class PreparedPose {
 namespace internal {
 
 /// Everything about a mesh that a transfer can't take.
-/// Errors    npt::Error for no vertices, all vertices in one point (NaN counts as different), and triangles of other vertices
+/// Errors    npt::Error for no vertices, all vertices in one point (NaN counts as different), and triangles of other
+///           vertices
 inline void expect_transferable(const MeshView& mesh) {
   const std::string_view name = mesh.name;
   expect_points(mesh.xyz, name);
