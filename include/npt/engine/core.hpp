@@ -4,6 +4,7 @@
 
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
+#include <npt/core/pool.hpp>
 #include <npt/core/tensor_adapter.hpp>
 #include <npt/engine/forward.hpp>
 #include <npt/engine/packed_program.hpp>
@@ -14,10 +15,8 @@
 
 #include <cstddef>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace npt::inline NPT_ABI {
 
@@ -33,8 +32,7 @@ class Core {
        Exec executor)
       : packed_(std::make_unique<PackedProgram<T>>(program, parameters, precision)),
         transforms_(transforms),
-        executor_(std::move(executor)),
-        pool_(std::make_unique<Pool>()) {}
+        executor_(std::move(executor)) {}
 
   Precision precision() const { return packed_->precision(); }
   const Exec& executor() const { return executor_; }
@@ -64,8 +62,8 @@ class Core {
 
   /// A batch of transfers through shared sweeps. A pose span that occurs in several pairs is encoded once.
   void run(std::span<const TransferPair<T>> pairs) const {
-    const Lease lease(*pool_);
-    run(*lease.workspace, pairs);
+    const auto lease = pool_.lease();
+    run(*lease, pairs);
   }
   void run(Workspace<T>& workspace, std::span<const TransferPair<T>> pairs) const {
     for (std::size_t i = 0; i < pairs.size(); ++i) check_pair(pairs[i], i, pairs.size(), packed_->program().paired);
@@ -79,8 +77,8 @@ class Core {
   /// Encodes a pose mesh once, for many identities.
   void encode(std::span<const T> pose, PoseCode<T>& code) const {
     check_coordinates(pose.size(), "pose");
-    const Lease lease(*pool_);
-    WorkspaceStorage<T>& memory = lease.workspace->storage_;
+    const auto lease = pool_.lease();
+    WorkspaceStorage<T>& memory = lease->storage_;
     memory.pose.clear();
     memory.pose.add({.coordinates = pose, .result = {}});
     code.vertices_ = 0;  // should anything be thrown
@@ -103,8 +101,8 @@ class Core {
     if (code.program_ != packed_->id())
       throw Error({.file = "pose", .found = "a code that another engine made", .expected = "one made by this engine"});
     check_pairing(packed_->program().paired, static_cast<std::size_t>(code.vertices_), identity.size() / 3);
-    const Lease lease(*pool_);
-    WorkspaceStorage<T>& memory = lease.workspace->storage_;
+    const auto lease = pool_.lease();
+    WorkspaceStorage<T>& memory = lease->storage_;
     memory.identity.clear();
     memory.identity.add({.coordinates = identity, .result = result});
     forward(memory).decode(code.storage_, executor_);
@@ -114,35 +112,6 @@ class Core {
   /// Vertices that a batch carries through its sweeps together. More would only grow the feature maps past the caches;
   /// fewer leave threads idle at barriers.
   static constexpr std::size_t batch_vertices = 16384;
-
-  struct Pool {
-    std::mutex mutex;
-    std::vector<std::unique_ptr<Workspace<T>>>
-        free;  ///< with room for all that were made, so that giving back can't fail
-    std::size_t made = 0;
-  };
-  /// A workspace for the duration of a call.
-  struct Lease {
-    explicit Lease(Pool& from) : pool(from) {
-      const std::lock_guard lock(pool.mutex);
-      if (!pool.free.empty()) {
-        workspace = std::move(pool.free.back());
-        pool.free.pop_back();
-      } else {
-        pool.free.reserve(pool.made + 1);
-        workspace = std::make_unique<Workspace<T>>();
-        ++pool.made;
-      }
-    }
-    ~Lease() {
-      const std::lock_guard lock(pool.mutex);
-      pool.free.push_back(std::move(workspace));
-    }
-    Lease(const Lease&) = delete;
-    Lease& operator=(const Lease&) = delete;
-    Pool& pool;
-    std::unique_ptr<Workspace<T>> workspace;
-  };
 
   Forward<T> forward(WorkspaceStorage<T>& memory) const { return Forward<T>(*packed_, transforms_, memory); }
 
@@ -179,7 +148,7 @@ class Core {
   std::unique_ptr<PackedProgram<T>> packed_;
   RowTransforms<T> transforms_;
   Exec executor_;
-  std::unique_ptr<Pool> pool_;
+  Pool<Workspace<T>> pool_;
 };
 
 }  // namespace engine
