@@ -1,6 +1,7 @@
 /// npt evaluate: how far a network's results are from the truth, on the paper's protocol, fresh pairs of a body, a
 /// family of meshes, or files. Pairs take the way of `npt transfer`.
 #include "arguments.hpp"
+#include "evaluation_report.hpp"
 #include "interrupt.hpp"
 #include "open_transfer.hpp"
 #include "progress.hpp"
@@ -136,47 +137,6 @@ std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArgumen
   return evaluations;
 }
 
-void print_table(const std::vector<npt::Evaluation>& evaluations, std::size_t worst) {
-  std::printf("%-18s %6s %11s %15s %9s %11s %10s\n", "", "pairs", "PMD x 1e-4", "per coordinate", "root mm",
-              "edge error", "in place");
-  for (const npt::Evaluation& e : evaluations)
-    std::printf("%-18s %6zu %11.3f %15.3f %9.2f %11.4f %10.3f\n", e.name.c_str(), e.pairs.size(), 1e4 * e.pmd(),
-                1e4 * e.per_coordinate(), e.root_mm(), e.edge_error(), 1e4 * e.pmd_in_place());
-  for (const npt::Evaluation& e : evaluations) {
-    if (worst == 0) continue;
-    std::printf("worst of %s\n", e.name.c_str());
-    for (const std::size_t i : e.worst(worst)) {
-      const npt::PairErrors& p = e.pairs[i];
-      std::printf("  %-22s %11.3f %15.3f %9.2f %11.4f %10.3f\n", p.name.c_str(), 1e4 * p.pmd, 1e4 * p.per_coordinate(),
-                  p.root_mm(), p.edge_error, 1e4 * p.pmd_in_place);
-    }
-  }
-}
-
-template <class Errors>
-program::Report report_of(const std::string& name, const Errors& errors, double pmd, double edge_error,
-                          double in_place) {
-  return {{"name", name},
-          {"pmd", pmd},
-          {"pmd_per_coordinate", errors.per_coordinate()},
-          {"root_mm", errors.root_mm()},
-          {"edge_error", edge_error},
-          {"pmd_in_place", in_place}};
-}
-
-program::Report report_of(const npt::Evaluation& e, std::size_t worst) {
-  program::Report report = report_of(e.name, e, e.pmd(), e.edge_error(), e.pmd_in_place());
-  report["pairs"] = e.pairs.size();
-  if (worst == 0) return report;
-  program::Report list = program::Report::array();
-  for (const std::size_t i : e.worst(worst)) {
-    const npt::PairErrors& p = e.pairs[i];
-    list.push_back(report_of(p.name, p, p.pmd, p.edge_error, p.pmd_in_place));
-  }
-  report["worst"] = std::move(list);
-  return report;
-}
-
 /// Sequences instead of pairs: errors and jitter, result and truth.
 void run_sequences(Options o) {
   const npt::SequenceSet set =
@@ -225,13 +185,13 @@ void run(Options o) {
   const std::vector<npt::Evaluation> evaluations = evaluate(data, o.transfer, network);
   if (o.json) {
     program::Report report{{"network", network}, {"data", data.name}, {"noise", o.noise}};
-    for (const npt::Evaluation& e : evaluations) report["sets"].push_back(report_of(e, o.worst));
+    for (const npt::Evaluation& e : evaluations) report["sets"].push_back(program::report_of(e, o.worst));
     report["seconds"] = watch.seconds();
     std::cout << report.dump(-1, ' ', false, program::Report::error_handler_t::replace) << '\n';
     return;
   }
   std::printf("%s on %s\n", network.c_str(), data.name.c_str());
-  print_table(evaluations, o.worst);
+  program::print_table(evaluations, o.worst);
   std::printf("%.1f s\n", watch.seconds());
   std::fflush(stdout);
 }

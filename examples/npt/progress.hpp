@@ -2,6 +2,8 @@
 /// standard error is no terminal.
 #pragma once
 
+#include "status_line.hpp"
+
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -26,27 +28,17 @@ class Progress {
  public:
   /// `what` in the plural: "pairs", "meshes".
   Progress(std::string what, std::size_t total, bool shown = isatty(STDERR_FILENO) != 0)
-      : what_(std::move(what)), total_(total), shown_(shown && total > 1) {
+      : what_(std::move(what)), total_(total), line_(shown && total > 1) {
     draw();
   }
-  ~Progress() { clear(); }
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
 
   void advance() {
     ++done_;
-    // Ten times a second: a terminal costs more than many a small piece of work.
-    if (std::chrono::steady_clock::now() - drawn_ >= std::chrono::milliseconds(100) || done_ == total_) draw();
+    if (line_.due() || done_ == total_) draw();
   }
 
   /// Takes the line away, so that a message can be printed; the next advance() brings it back.
-  void clear() {
-    if (!shown_ || width_ == 0) return;
-    std::fprintf(stderr, "\r%*s\r", static_cast<int>(width_), "");
-    std::fflush(stderr);
-    width_ = 0;
-    drawn_ = {};
-  }
+  void clear() { line_.clear(); }
 
   /// The line for `done` pieces after `seconds`.
   std::string line(std::size_t done, double seconds) const {
@@ -62,19 +54,14 @@ class Progress {
 
  private:
   void draw() {
-    if (!shown_) return;
-    drawn_ = std::chrono::steady_clock::now();
-    const std::string text = line(done_, std::chrono::duration<double>(drawn_ - start_).count());
-    const std::size_t padding = width_ > text.size() ? width_ - text.size() : 0;
-    std::fprintf(stderr, "\r%s%*s", text.c_str(), static_cast<int>(padding), "");
-    std::fflush(stderr);
-    width_ = text.size();
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
+    line_.show(line(done_, passed.count()));
   }
 
   std::string what_;
-  std::size_t total_, done_ = 0, width_ = 0;
-  bool shown_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), drawn_{};
+  std::size_t total_, done_ = 0;
+  StatusLine line_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace program
