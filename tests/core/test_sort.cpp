@@ -6,14 +6,13 @@
 #include <vector>
 
 TEST_CASE("keys of two numbers are sorted by the first, then by the second, each once") {
-  namespace internal = npt::internal;
   std::vector<std::uint64_t> keys;
   for (const std::uint32_t first : {7U, 0xFFFFFFFFU, 0U, 7U})
-    for (const std::uint32_t second : {3U, 0U, 0xFFFFFFFFU}) keys.push_back(internal::pair_key(first, second));
-  internal::sort_keys_once(keys);
+    for (const std::uint32_t second : {3U, 0U, 0xFFFFFFFFU}) keys.push_back(npt::pair_key(first, second));
+  npt::sort_keys_once(keys);
   REQUIRE(keys.size() == 9);
   for (std::size_t i = 0; i < 9; ++i) {
-    CHECK(internal::first_of_key(keys[i]) == (i < 3 ? 0U : i < 6 ? 7U : 0xFFFFFFFFU));
-    CHECK(internal::second_of_key(keys[i]) == (i % 3 == 0 ? 0U : i % 3 == 1 ? 3U : 0xFFFFFFFFU));
+    CHECK(npt::first_of_key(keys[i]) == (i < 3 ? 0U : i < 6 ? 7U : 0xFFFFFFFFU));
+    CHECK(npt::second_of_key(keys[i]) == (i % 3 == 0 ? 0U : i % 3 == 1 ? 3U : 0xFFFFFFFFU));
   }
 }

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/core/view.hpp>
+#include <npt/core/as_span.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -11,14 +11,14 @@
 #include <span>
 #include <vector>
 
-namespace npt::inline NPT_ABI::internal {
+namespace npt::inline NPT_ABI {
 
 /// Ascending.
 inline void sort_keys(std::span<std::uint64_t> keys) { std::sort(keys.data(), keys.data() + keys.size()); }
 
 /// Ascending, each once.
 inline void sort_keys_once(std::vector<std::uint64_t>& keys) {
-  sort_keys(view(keys));
+  sort_keys(as_span(keys));
   const std::uint64_t* const end = std::unique(keys.data(), keys.data() + keys.size());
   keys.resize(static_cast<std::size_t>(end - keys.data()));
 }
@@ -30,4 +30,4 @@ constexpr std::uint64_t pair_key(std::uint32_t first, std::uint32_t second) {
 constexpr std::uint32_t first_of_key(std::uint64_t key) { return static_cast<std::uint32_t>(key >> 32); }
 constexpr std::uint32_t second_of_key(std::uint64_t key) { return static_cast<std::uint32_t>(key); }
 
-}  // namespace npt::inline NPT_ABI::internal
+}  // namespace npt::inline NPT_ABI

@@ -8,9 +8,9 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/as_span.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/sort.hpp>
-#include <npt/core/view.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/file_tensor.hpp>
 #include <npt/io/json.hpp>
@@ -120,7 +120,7 @@ class SafetensorsFile {
       const std::uint64_t place = 2 * std::uint64_t{begin_of(tensor)} + (tensor.bytes.empty() ? 0 : 1);
       keys.push_back(place << number_bits | keys.size());
     }
-    internal::sort_keys(internal::view(keys));
+    sort_keys(as_span(keys));
     tensors_.reserve(entries.size());
     for (const std::uint64_t key : keys)
       tensors_.push_back(std::move(unordered[static_cast<std::size_t>(key % (1U << number_bits))]));

@@ -7,8 +7,8 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/as_span.hpp>
 #include <npt/core/random.hpp>
-#include <npt/core/view.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
@@ -96,7 +96,7 @@ inline void draw_points(std::span<const float> xyz, std::span<const Triangle> tr
   std::vector<double>& areas = scratch.areas;
   internal::cumulative_areas(xyz, triangles, areas);
   if (areas.empty() || !(areas.back() > 0)) {
-    internal::draw_vertices(vertices, random, scratch.chosen, internal::view(points));
+    internal::draw_vertices(vertices, random, scratch.chosen, as_span(points));
     return;
   }
   for (SurfacePoint& point : points) {
@@ -124,11 +124,11 @@ inline std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::sp
 /// The positions of points that are drawn with a seed. [count]
 inline std::vector<Vec3f> resample(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
                                    std::uint64_t seed) {
-  return positions_of(internal::view(draw_points(xyz, triangles, count, Random(seed))), xyz);
+  return positions_of(as_span(draw_points(xyz, triangles, count, Random(seed))), xyz);
 }
 
 inline std::vector<Vec3f> resample(const Mesh& mesh, std::size_t count, std::uint64_t seed) {
-  return resample(mesh.coordinates(), internal::view(triangulate(mesh)), count, seed);
+  return resample(mesh.coordinates(), as_span(triangulate(mesh)), count, seed);
 }
 
 }  // namespace npt::inline NPT_ABI

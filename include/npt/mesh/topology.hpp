@@ -23,11 +23,11 @@ using Edge = std::array<std::uint32_t, 2>;
 inline std::vector<Edge> unique_edges(std::span<const Edge> edges) {
   std::vector<std::uint64_t> keys;
   keys.reserve(edges.size());
-  for (const auto& [a, b] : edges) keys.push_back(internal::pair_key(a, b));
-  internal::sort_keys_once(keys);
+  for (const auto& [a, b] : edges) keys.push_back(pair_key(a, b));
+  sort_keys_once(keys);
   std::vector<Edge> sorted;
   sorted.reserve(keys.size());
-  for (const std::uint64_t key : keys) sorted.push_back({internal::first_of_key(key), internal::second_of_key(key)});
+  for (const std::uint64_t key : keys) sorted.push_back({first_of_key(key), second_of_key(key)});
   return sorted;
 }
 
@@ -43,7 +43,7 @@ inline std::vector<Edge> unique_edges(const Mesh& mesh) {
       if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
     }
   }
-  return unique_edges(internal::view(edges));
+  return unique_edges(as_span(edges));
 }
 
 /// The undirected edges {a, b}, a < b, of triangles, each once, ascending. A side from a vertex to itself is none.
@@ -55,7 +55,7 @@ inline std::vector<Edge> unique_edges(std::span<const Triangle> triangles) {
       const std::uint32_t a = t[i], b = t[(i + 1) % 3];
       if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
     }
-  return unique_edges(internal::view(edges));
+  return unique_edges(as_span(edges));
 }
 
 /// [V] The least vertex that each vertex hangs together with by triangles.

@@ -4,10 +4,10 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/as_span.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
 #include <npt/core/sort.hpp>
-#include <npt/core/view.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <algorithm>
@@ -73,9 +73,9 @@ inline void canonical_order(std::span<const float> xyz, std::vector<std::uint64_
                             std::vector<std::uint32_t>& order) {
   keys.resize(xyz.size() / 3);
   for (std::size_t v = 0; v < keys.size(); ++v) keys[v] = v;
-  internal::sort_by_place(xyz, internal::view(keys), 0);
+  internal::sort_by_place(xyz, as_span(keys), 0);
   order.resize(keys.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = internal::second_of_key(keys[i]);
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = second_of_key(keys[i]);
 }
 
 /// The vertices in lexicographic order of (x, y, z), -0 equal to 0. A permutation of the vertices changes only which of
@@ -121,7 +121,7 @@ inline std::vector<std::uint32_t> coincident_representatives(std::span<const flo
 }
 
 inline std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz) {
-  return coincident_representatives(xyz, internal::view(canonical_order(xyz)));
+  return coincident_representatives(xyz, as_span(canonical_order(xyz)));
 }
 
 }  // namespace npt::inline NPT_ABI

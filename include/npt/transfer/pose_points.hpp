@@ -4,9 +4,9 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/as_span.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
-#include <npt/core/view.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/resample.hpp>
@@ -83,8 +83,7 @@ inline void choose_points(const MeshView& pose, std::size_t count, const Transfe
     for (std::size_t t = 0; t < pose.triangles.size(); ++t)
       for (std::size_t corner = 0; corner < 3; ++corner)
         scratch.triangles[t][corner] = scratch.place[pose.triangles[t][corner]];
-    draw_points(internal::view(scratch.ordered), internal::view(scratch.triangles), count, random, scratch.draw,
-                chosen.surface);
+    draw_points(as_span(scratch.ordered), as_span(scratch.triangles), count, random, scratch.draw, chosen.surface);
     for (SurfacePoint& point : chosen.surface)
       for (std::uint32_t& corner : point.corners) corner = order[corner];
   }

@@ -10,10 +10,10 @@
 
 #include <npt/config.hpp>
 #include <npt/core/aligned.hpp>
+#include <npt/core/as_span.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/pool.hpp>
 #include <npt/core/tensor_adapter.hpp>
-#include <npt/core/view.hpp>
 #include <npt/engine/core.hpp>
 #include <npt/engine/engine.hpp>
 #include <npt/engine/model.hpp>
@@ -150,7 +150,7 @@ class BasicPoseTransfer {
     return prepared;
   }
   PreparedIdentity prepare_identity(const Mesh& identity, std::string_view name = "identity") const {
-    return prepare_identity(MeshView{identity.coordinates(), internal::view(triangles_of(identity)), name});
+    return prepare_identity(MeshView{identity.coordinates(), as_span(triangles_of(identity)), name});
   }
   /// Prepares an identity into memory that is used again.
   void prepare_identity(const MeshView& identity, PreparedIdentity& prepared) const {
@@ -179,7 +179,7 @@ class BasicPoseTransfer {
     return prepared;
   }
   PreparedPose prepare_pose(const Mesh& pose, std::size_t identity_vertices, std::string_view name = "pose") const {
-    return prepare_pose(MeshView{pose.coordinates(), internal::view(triangulate(pose)), name}, identity_vertices);
+    return prepare_pose(MeshView{pose.coordinates(), as_span(triangulate(pose)), name}, identity_vertices);
   }
   /// Encodes a pose into memory that is used again.
   void prepare_pose(const MeshView& pose, std::size_t identity_vertices, PreparedPose& prepared) const {
@@ -216,7 +216,7 @@ class BasicPoseTransfer {
     lease->sum.assign(result.size(), 0.0);
     lease->results.resize(result.size());
     for (std::size_t r = 0; r < run_count(); ++r) {
-      const std::span<float> own = internal::view(lease->results);
+      const std::span<float> own = as_span(lease->results);
       engine_.decode(pose.codes_[r], input_of(identity, r), own);
       add(own, mirrors(r), lease->sum);
     }
@@ -290,7 +290,7 @@ class BasicPoseTransfer {
   /// Whether run number r is of the mirror images.
   bool mirrors(std::size_t r) const noexcept { return r >= pairing_count(); }
   std::span<const float> input_of(const PreparedIdentity& identity, std::size_t r) const {
-    return internal::view(mirrors(r) ? identity.mirrored_ : identity.coordinates_);
+    return as_span(mirrors(r) ? identity.mirrored_ : identity.coordinates_);
   }
 
   static void check_result(std::size_t found, std::size_t expected) {
@@ -356,20 +356,19 @@ class BasicPoseTransfer {
     const bool by_place = paired_ && options_.pairing == Pairing::random;
     if (options_.invariant || by_place) canonical_order(identity.xyz, scratch.keys, scratch.canonical);
     if (by_place || options_.invariant)
-      coincident_representatives(identity.xyz, internal::view(scratch.canonical), prepared.place_);
+      coincident_representatives(identity.xyz, as_span(scratch.canonical), prepared.place_);
     if (!options_.invariant) {
-      prepared.transform_.apply(identity.xyz, internal::view(prepared.coordinates_));
+      prepared.transform_.apply(identity.xyz, as_span(prepared.coordinates_));
     } else {
       scratch.place.resize(scratch.canonical.size());
       for (std::size_t i = 0; i < scratch.canonical.size(); ++i) {
         const std::size_t v = scratch.canonical[i];
         scratch.place[v] = static_cast<std::uint32_t>(i);
-        prepared.transform_.apply(identity.xyz.subspan(3 * v, 3),
-                                  internal::view(prepared.coordinates_).subspan(3 * i, 3));
+        prepared.transform_.apply(identity.xyz.subspan(3 * v, 3), as_span(prepared.coordinates_).subspan(3 * i, 3));
       }
       for (std::uint32_t& place : prepared.place_) place = scratch.place[place];
     }
-    if (options_.mirror) internal::mirror(internal::view(prepared.coordinates_), prepared.mirrored_);
+    if (options_.mirror) internal::mirror(as_span(prepared.coordinates_), prepared.mirrored_);
     prepared.refinement_ =
         options_.refinement == nullptr ? nullptr : options_.refinement(identity, *options_.refine_radius);
     prepared.vertices_ = identity.vertex_count();
@@ -387,7 +386,7 @@ class BasicPoseTransfer {
   void pose_input(const MeshView& pose, const NormalisingTransform& transform, const PoseChoice& choice, std::size_t r,
                   std::vector<float>& points) const {
     place_points(pose, choice.pairings_[r % pairing_count()], points);
-    transform.apply(internal::view(std::as_const(points)), internal::view(points));
+    transform.apply(as_span(std::as_const(points)), as_span(points));
     if (mirrors(r))
       for (std::size_t i = 0; i < points.size(); i += 3) points[i] = -points[i];
   }
@@ -439,7 +438,7 @@ class BasicPoseTransfer {
     for (std::size_t j = 0; j < count; ++j) {
       scratch.sum.assign(jobs[j].result.size(), 0.0);
       for (std::size_t r = 0; r < run_count(); ++r)
-        add(internal::view(std::as_const(scratch.outputs[j * run_count() + r])), mirrors(r), scratch.sum);
+        add(as_span(std::as_const(scratch.outputs[j * run_count() + r])), mirrors(r), scratch.sum);
       finish(scratch.identities[scratch.identity_of[j]], scratch.sum, jobs[j].result);
     }
     return count;
@@ -453,11 +452,11 @@ class BasicPoseTransfer {
       for (std::size_t r = 0; r < run_count(); ++r) {
         std::vector<float>& output = scratch.outputs[j * run_count() + r];
         output.resize(jobs[j].result.size());
-        scratch.pairs.push_back({.pose = internal::view(std::as_const(scratch.inputs[scratch.first_input[j] + r])),
+        scratch.pairs.push_back({.pose = as_span(std::as_const(scratch.inputs[scratch.first_input[j] + r])),
                                  .identity = input_of(scratch.identities[scratch.identity_of[j]], r),
-                                 .result = internal::view(output)});
+                                 .result = as_span(output)});
       }
-    engine_.run(internal::view(std::as_const(scratch.pairs)));
+    engine_.run(as_span(std::as_const(scratch.pairs)));
   }
 
   /// Adds the result of a run to the sum of all.

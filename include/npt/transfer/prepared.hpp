@@ -2,8 +2,8 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/as_span.hpp>
 #include <npt/core/error.hpp>
-#include <npt/core/view.hpp>
 #include <npt/engine/workspace.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/normalise.hpp>

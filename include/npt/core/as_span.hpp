@@ -8,15 +8,15 @@
 #include <span>
 #include <vector>
 
-namespace npt::inline NPT_ABI::internal {
+namespace npt::inline NPT_ABI {
 
 template <class T>
-constexpr std::span<const T> view(const std::vector<T>& values) noexcept {
+constexpr std::span<const T> as_span(const std::vector<T>& values) noexcept {
   return {values.data(), values.size()};
 }
 template <class T>
-constexpr std::span<T> view(std::vector<T>& values) noexcept {
+constexpr std::span<T> as_span(std::vector<T>& values) noexcept {
   return {values.data(), values.size()};
 }
 
-}  // namespace npt::inline NPT_ABI::internal
+}  // namespace npt::inline NPT_ABI
