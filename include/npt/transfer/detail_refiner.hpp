@@ -50,7 +50,7 @@
 namespace npt::inline NPT_ABI {
 
 struct DetailOptions {
-  /// As a share of the root of the mesh's area (1.3 m for a person, however posed).
+  /// Detail below it comes from the mesh: a share of the root of the mesh's area (1.3 m for a person, however posed).
   double radius = default_refine_radius;
   int iterations = 4;
   /// Hold pieces together that lie on each other, as hair on a head; see piece_links.hpp.

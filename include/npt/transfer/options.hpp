@@ -23,8 +23,9 @@ struct TransferOptions {
   /// The result is the mean over so many random pairings. Costs as many runs of the network. Where the network pairs no
   /// vertices (the pooled feature) there is nothing to choose, and it runs once.
   int pairings = 1;
-  /// Also transfers the mirror images (x to -x, about the mesh's centre), and averages: the mirror image of a transfer
-  /// is a transfer of the mirror images. For subjects about as symmetric as the training's. Twice the runs.
+  /// The result is the mean with the transfer of the mirror images (x to -x, about the mesh's centre): the mirror image
+  /// of a transfer is a transfer of the mirror images. For subjects about as symmetric as the training's. Twice the
+  /// runs.
   bool mirror = false;
   /// Gives results the identity's surface detail: npt::detail_refinement; nullptr: nothing is refined.
   MakeRefinement refinement = nullptr;
@@ -37,7 +38,7 @@ struct TransferOptions {
   /// Where the network pairs vertices and the counts differ: draw as many points from the pose mesh's surface as the
   /// identity has vertices. False: an Error instead.
   bool resample = true;
-  /// Of every random choice: pairings and drawn points.
+  /// The seed of every random choice: pairings and drawn points.
   std::uint64_t seed = 0;
   /// Metres in one unit of the meshes' coordinates. None: told from each mesh's extent (transfer/unit.hpp). Without
   /// effect where the weights ask for no unit, or meshes are scaled to a sphere.

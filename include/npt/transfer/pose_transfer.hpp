@@ -28,6 +28,7 @@
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/pose_points.hpp>
 #include <npt/transfer/prepared.hpp>
+#include <npt/transfer/settings.hpp>
 #include <npt/weights/weights_file.hpp>
 
 #include <cstddef>
@@ -100,11 +101,11 @@ class BasicPoseTransfer {
   BasicPoseTransfer(const NetworkType<Exec>& type, std::span<const float> values, const Metadata& metadata,
                     const std::string& name, const TransferOptions& options, Exec executor)
       : engine_(type.pack(values, std::move(executor), options.precision)),
-        options_(options),
+        options_(complete_options(options, metadata, name)),
         variant_(type.variant),
-        paired_(type.program->paired) {
-    apply_metadata(metadata, name);
-    check_options();
+        paired_(type.program->paired),
+        in_metres_(names_metres(metadata) && *options_.normalisation != Normalisation::sphere) {
+    check_options(options_, paired_);
   }
 
   /// The identity mesh in the pose mesh's pose: its faces, order, units and place; normals are renewed if it has any.
@@ -231,7 +232,7 @@ class BasicPoseTransfer {
 
   /// Whether the network meets the vertices of pose and identity one by one, so that pairings matter.
   bool pairs_vertices() const noexcept { return paired_; }
-  /// As opened, with what the weights' file says filled in.
+  /// The options that it was opened with, and what the weights' file says for those that were left open.
   const TransferOptions& options() const noexcept { return options_; }
   /// What the weights' file calls the network's variant.
   const Metadata& variant() const noexcept { return variant_; }
@@ -298,42 +299,6 @@ class BasicPoseTransfer {
       throw Error({.file = "result",
                    .found = std::to_string(found) + " numbers",
                    .expected = std::to_string(expected) + ", three for each of the identity's vertices"});
-  }
-
-  void apply_metadata(const Metadata& metadata, const std::string& name) {
-    const auto value = [&metadata](const char* key) -> const std::string* {
-      const auto found = metadata.find(key);
-      return found == metadata.end() ? nullptr : &found->second;
-    };
-    if (!options_.normalisation) {
-      const std::string* stored = value("normalisation");
-      options_.normalisation =
-          stored == nullptr ? Normalisation::centre : parse_normalisation(*stored, name + ": metadata normalisation");
-    }
-    const std::string* unit = value("unit");
-    in_metres_ = unit != nullptr && *unit == "metre" && *options_.normalisation != Normalisation::sphere;
-    if (const std::string* radius = value("refine_radius"); radius != nullptr && !options_.refine_radius) {
-      const double number = metadata_number(*radius, name, "refine_radius");
-      if (!(number > 0) || !(number <= 10))
-        throw Error({.file = name,
-                     .place = "metadata refine_radius",
-                     .found = "'" + *radius + "'",
-                     .expected = "a number above 0, at most 10"});
-      options_.refine_radius = number;
-    }
-    if (!options_.refine_radius) options_.refine_radius = default_refine_radius;
-  }
-
-  void check_options() const {
-    if (options_.pairings < 1)
-      throw Error({.file = "pairings", .found = std::to_string(options_.pairings), .expected = "at least 1"});
-    if (paired_ && options_.pairing == Pairing::as_given && options_.pairings > 1)
-      throw Error({.file = "pairings",
-                   .found = std::to_string(options_.pairings) + " with vertices paired as given",
-                   .expected = "1: only random pairings differ"});
-    if (options_.unit && (!(*options_.unit > 0) || !(*options_.unit <= 1e6)))
-      throw Error(
-          {.file = "unit", .found = std::to_string(*options_.unit), .expected = "metres, above 0, at most 1e6"});
   }
 
   /// From a mesh's coordinates to the network's, the unit included.
@@ -484,7 +449,7 @@ class BasicPoseTransfer {
   TransferOptions options_;
   Metadata variant_;
   bool paired_;
-  bool in_metres_ = false;  ///< the weights were trained in metres and the normalisation keeps scales
+  bool in_metres_;  ///< the weights were trained in metres and the normalisation keeps scales
   Pool<Scratch> pool_;
 };
 
