@@ -14,3 +14,8 @@ function(npt_target_options target)
     target_compile_options(${target} PRIVATE -march=native)
   endif()
 endfunction()
+
+# npt_cold(TARGET): for units whose time doesn't matter. g++ 12 takes 3/4 of the time that it takes at -O3.
+function(npt_cold target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O2>)
+endfunction()

@@ -8,9 +8,6 @@
 #include <map>
 #include <span>
 
-template const std::vector<npt::NetworkType<npt::TbbExecutor>>&
-npt::network_types<npt::AllNetworks, npt::TbbExecutor>();
-
 namespace program {
 
 namespace {

@@ -11,9 +11,6 @@
 #include <string>
 #include <vector>
 
-extern template const std::vector<npt::NetworkType<npt::TbbExecutor>>&
-npt::network_types<npt::AllNetworks, npt::TbbExecutor>();
-
 namespace program {
 
 using PoseTransfer = npt::BasicPoseTransfer<npt::TbbExecutor>;

@@ -102,4 +102,9 @@ Engine(const Model<Net, T>&) -> Engine<Net, T, DefaultExecutor>;
 template <class Net, class T, Executor Exec>
 Engine(const Model<Net, T>&, Exec, Precision = Precision::automatic) -> Engine<Net, T, Exec>;
 
+#ifdef NPT_PREBUILT
+extern template class engine::Core<float, DefaultExecutor>;
+extern template class engine::Core<double, DefaultExecutor>;
+#endif
+
 }  // namespace npt::inline NPT_ABI

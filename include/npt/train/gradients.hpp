@@ -13,11 +13,11 @@
 
 #include <npt/config.hpp>
 #include <npt/core/parameter.hpp>
-#include <npt/tape/gradient_core.hpp>
 #include <npt/engine/model.hpp>
-#include <npt/tape/chain_loops.hpp>
-#include <npt/tape/lower.hpp>
 #include <npt/parallel/default_executor.hpp>
+#include <npt/tape/chain_loops.hpp>
+#include <npt/tape/gradient_core.hpp>
+#include <npt/tape/lower.hpp>
 
 #include <cstddef>
 #include <utility>
@@ -33,8 +33,13 @@ class Gradients : public tape::GradientCore<T, Exec> {
   explicit Gradients(int threads = 0) : Gradients(Exec(threads)) {}
   explicit Gradients(Exec executor)
       : tape::GradientCore<T, Exec>(tape::tape_of<Net>,
-                                      static_cast<std::size_t>(parameter_buffer_size(graph::bound_network<Net>)),
-                                      tape::chain_loops<T, Net>, std::move(executor)) {}
+                                    static_cast<std::size_t>(parameter_buffer_size(graph::bound_network<Net>)),
+                                    tape::chain_loops<T, Net>, std::move(executor)) {}
 };
+
+#ifdef NPT_PREBUILT
+extern template class tape::GradientCore<float, DefaultExecutor>;
+extern template class tape::GradientCore<double, DefaultExecutor>;
+#endif
 
 }  // namespace npt::inline NPT_ABI

@@ -456,4 +456,9 @@ class BasicPoseTransfer {
 /// The door as most hosts use it: on oneTBB, or serial without.
 using PoseTransfer = BasicPoseTransfer<>;
 
+#ifdef NPT_PREBUILT
+extern template const std::vector<NetworkType<DefaultExecutor>>& network_types<AllNetworks, DefaultExecutor>();
+extern template class BasicPoseTransfer<DefaultExecutor>;
+#endif
+
 }  // namespace npt::inline NPT_ABI

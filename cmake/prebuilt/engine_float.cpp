@@ -1,0 +1,3 @@
+#include <npt/engine/engine.hpp>
+
+template class npt::engine::Core<float, npt::DefaultExecutor>;

@@ -1,0 +1,5 @@
+#include <npt/transfer/pose_transfer.hpp>
+
+template const std::vector<npt::NetworkType<npt::DefaultExecutor>>&
+npt::network_types<npt::AllNetworks, npt::DefaultExecutor>();
+template class npt::BasicPoseTransfer<npt::DefaultExecutor>;
