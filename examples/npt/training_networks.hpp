@@ -4,7 +4,7 @@
 
 #include "networks.hpp"
 
-#include <npt/tape/gradient_core.hpp>
+#include <npt/train/gradients.hpp>
 
 namespace program {
 
