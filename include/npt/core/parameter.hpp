@@ -11,8 +11,10 @@
 
 #include <npt/config.hpp>
 
+#include <cstddef>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -59,24 +61,48 @@ struct NamedParameter {
 };
 
 namespace internal {
+
+/// Collects parameters under the names of the layers around them. Not inlined: networks call this hundreds of times, once.
+class ParameterCollector {
+ public:
+  /// Names what comes next until leave(), which takes what enter() returned.
+  NPT_NOINLINE std::size_t enter(const char* name) {
+    const std::size_t outer = prefix_.size();
+    if (outer != 0) prefix_ += '.';
+    prefix_ += name;
+    return outer;
+  }
+  NPT_NOINLINE void leave(std::size_t outer) { prefix_.resize(outer); }
+  NPT_NOINLINE void add(const Parameter& parameter) { list_.push_back({prefix_, parameter}); }
+
+  std::vector<NamedParameter> take() { return std::move(list_); }
+
+ private:
+  std::string prefix_;
+  std::vector<NamedParameter> list_;
+};
+
 template <class Layer>
-void list_parameters(const Layer& layer, const std::string& prefix, std::vector<NamedParameter>& list) {
+void list_parameters(const Layer& layer, ParameterCollector& collector) {
   if constexpr (std::is_same_v<Layer, Parameter>) {
-    list.push_back({prefix, layer});
+    collector.add(layer);
   } else {
-    Layer::visit(layer, [&](const char* name, const auto& part) {
-      list_parameters(part, prefix.empty() ? std::string(name) : prefix + "." + name, list);
+    Layer::visit(layer, [&collector](const char* name, const auto& part) {
+      const std::size_t outer = collector.enter(name);
+      list_parameters(part, collector);
+      collector.leave(outer);
     });
   }
 }
+
 }  // namespace internal
 
 /// All parameters of a layer or network in declaration order. What works on this list compiles once for all networks.
 template <class Layer>
 std::vector<NamedParameter> list_parameters(const Layer& layer) {
-  std::vector<NamedParameter> list;
-  internal::list_parameters(layer, {}, list);
-  return list;
+  internal::ParameterCollector collector;
+  internal::list_parameters(layer, collector);
+  return collector.take();
 }
 
 /// Elements between tensors' starts are multiples of this: each tensor begins on a 64-byte boundary in fp32 and in

@@ -16,11 +16,62 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <string>
+#include <type_traits>
 #include <utility>
 
 namespace npt::inline NPT_ABI {
 
 namespace engine {
+
+/// A network's program and the loops of its chains.
+template <class T>
+struct CompiledProgram {
+  const graph::Program* program = nullptr;
+  RowTransforms<T> transforms;
+};
+
+/// All that an engine needs to know of its network's type.
+template <class T>
+struct CompiledNetwork {
+  CompiledProgram<T> plain;
+  CompiledProgram<T> pairs;  ///< for products of pairs of bfloat16 values in AVX-512 registers, where they are compiled
+};
+
+template <class T>
+inline constexpr bool pairs_compiled = std::is_same_v<T, float>&& simd::has_bf16;
+
+/// Whether engines of this build on this machine multiply in a precision.
+template <class T>
+bool supports(Precision precision) {
+  switch (precision) {
+    case Precision::native:
+    case Precision::automatic:
+      return true;
+    case Precision::bf16:
+      return pairs_compiled<T>;
+    case Precision::bf16x2:
+    case Precision::bf16x3:
+      return std::is_same_v<T, float> && simd::has_matrix_registers();
+  }
+  return false;
+}
+
+/// What runs in a precision.
+/// Errors  npt::Error where this build or machine can't multiply in it
+template <class T>
+const CompiledProgram<T>& program_for(const CompiledNetwork<T>& network, Precision precision) {
+  if (!supports<T>(precision))
+    throw Error(
+        {.file = "precision",
+         .found = std::string(name_of(precision)) + " in an engine compiled for " NPT_ISA_NAME,
+         .expected =
+             precision == Precision::bf16
+                 ? "a float engine compiled with AVX512_BF16, or the native precision"
+                 : "a float engine compiled with AMX, a processor and a system that have it, or another precision"});
+  const bool pairs = pairs_compiled<T> && precision == Precision::bf16 && !simd::has_matrix_registers();
+  return pairs ? network.pairs : network.plain;
+}
 
 /// The calls of Engine (engine/engine.hpp), which says what they promise.
 template <class T, class Exec>
@@ -28,8 +79,13 @@ class Core {
  public:
   using Scalar = T;
 
-  Core(const graph::Program& program, std::span<const T> parameters, Precision precision, RowTransforms<T> transforms,
-       Exec executor)
+  // Constructors are called once a network: not inlined, which would cost compile time for each.
+  NPT_NOINLINE Core(const CompiledNetwork<T>& network, std::span<const T> parameters, Precision precision,
+                    Exec executor)
+      : Core(*program_for(network, precision).program, parameters, resolve<T>(precision, *network.plain.program),
+             program_for(network, precision).transforms, std::move(executor)) {}
+  NPT_NOINLINE Core(const graph::Program& program, std::span<const T> parameters, Precision precision,
+                    RowTransforms<T> transforms, Exec executor)
       : packed_(std::make_unique<PackedProgram<T>>(program, parameters, precision)),
         transforms_(transforms),
         executor_(std::move(executor)) {}

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/engine/core.hpp>
 #include <npt/engine/model.hpp>
 #include <npt/engine/row_transforms.hpp>
@@ -11,8 +10,6 @@
 #include <npt/parallel/executor.hpp>
 
 #include <span>
-#include <string>
-#include <type_traits>
 #include <utility>
 
 namespace npt::inline NPT_ABI {
@@ -43,8 +40,7 @@ class Engine : public engine::Core<T, Exec> {
       : Engine(model.buffer(), std::move(executor), precision) {}
   /// `values`: laid out as Model::buffer().
   Engine(std::span<const T> values, Exec executor, Precision precision = Precision::automatic)
-      : engine::Core<T, Exec>(program_for(precision), values, engine::resolve<T>(precision, program()),
-                              transforms_for(precision), std::move(executor)) {}
+      : engine::Core<T, Exec>(compiled, values, precision, std::move(executor)) {}
 
   /// The program that runs: the network's, lowered.
   static constexpr const graph::Program& program() { return graph::program_of<Net>; }
@@ -52,47 +48,19 @@ class Engine : public engine::Core<T, Exec> {
   static constexpr bool pairs_vertices() { return graph::program_of<Net>.paired; }
   /// Whether this build on this machine can multiply in a precision. bf16 needs a float engine compiled for
   /// AVX512_BF16, the others one compiled for AMX, and a system that lets it be used.
-  static bool supports(Precision precision) {
-    switch (precision) {
-      case Precision::native:
-      case Precision::automatic:
-        return true;
-      case Precision::bf16:
-        return pairs_compiled;
-      case Precision::bf16x2:
-      case Precision::bf16x3:
-        return std::is_same_v<T, float> && simd::has_matrix_registers();
-    }
-    return false;
-  }
+  static bool supports(Precision precision) { return engine::supports<T>(precision); }
 
  private:
-  static constexpr bool pairs_compiled = std::is_same_v<T, float> && simd::has_bf16;
-  /// Whether products run on pairs of bfloat16 values in AVX-512 registers.
-  static bool on_pairs(Precision precision) { return precision == Precision::bf16 && !simd::has_matrix_registers(); }
-
-  static const graph::Program& program_for(Precision precision) {
-    if (!supports(precision))
-      throw Error(
-          {.file = "precision",
-           .found = std::string(name_of(precision)) + " in an engine compiled for " NPT_ISA_NAME,
-           .expected =
-               precision == Precision::bf16
-                   ? "a float engine compiled with AVX512_BF16, or the native precision"
-                   : "a float engine compiled with AMX, a processor and a system that have it, or another precision"});
-    if constexpr (pairs_compiled) {
+  static constexpr engine::CompiledNetwork<T> compiled = [] {
+    constexpr std::span<const kernel::RowTransform<T>> plain = engine::row_transforms<T, Net>;
+    engine::CompiledNetwork<T> network{.plain = {&graph::program_of<Net>, {plain, plain}}, .pairs = {}};
+    if constexpr (engine::pairs_compiled<T>) {
       static_assert(graph::bf16_program_of<Net>.signature_count == graph::program_of<Net>.signature_count);
-      if (on_pairs(precision)) return graph::bf16_program_of<Net>;
+      network.pairs = {&graph::bf16_program_of<Net>,
+                       {engine::row_transforms<T, Net, kernel::Product::bf16_pairs>, plain}};
     }
-    return graph::program_of<Net>;
-  }
-
-  static engine::RowTransforms<T> transforms_for([[maybe_unused]] Precision precision) {
-    constexpr auto& plain = engine::row_transforms<T, Net>;
-    if constexpr (pairs_compiled)
-      if (on_pairs(precision)) return {engine::row_transforms<T, Net, kernel::Product::bf16_pairs>, plain};
-    return {plain, plain};
-  }
+    return network;
+  }();
 };
 
 template <class Net, class T>

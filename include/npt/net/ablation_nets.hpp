@@ -44,8 +44,7 @@ struct PlainNet {
   static constexpr int W = Bottleneck + 3;
 
   static std::map<std::string, std::string> variant() {
-    return {
-        {"net", name}, {"order", Order::name}, {"feature", Feature::name}, {"bottleneck", std::to_string(Bottleneck)}};
+    return internal::variant_entries(Order::name, Feature::name, Bottleneck, name);
   }
 
   Conv1x1<3, 64> e1;
@@ -90,8 +89,7 @@ struct ConcatNet {
   static constexpr int W = Bottleneck + 3;
 
   static std::map<std::string, std::string> variant() {
-    return {
-        {"net", name}, {"order", Order::name}, {"feature", Feature::name}, {"bottleneck", std::to_string(Bottleneck)}};
+    return internal::variant_entries(Order::name, Feature::name, Bottleneck, name);
   }
 
   Conv1x1<3, 64> e1;

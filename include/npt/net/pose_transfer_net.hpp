@@ -38,6 +38,19 @@ struct Pooled {
   static constexpr auto apply(auto feature) { return feature | max_pool; }
 };
 
+namespace internal {
+
+/// Entries of its weights' metadata that name a variant; `net`: of the ablations. Not inlined: called once a network.
+NPT_NOINLINE inline std::map<std::string, std::string> variant_entries(const char* order, const char* feature,
+                                                                       int bottleneck, const char* net = nullptr) {
+  std::map<std::string, std::string> entries{
+      {"order", order}, {"feature", feature}, {"bottleneck", std::to_string(bottleneck)}};
+  if (net != nullptr) entries["net"] = net;
+  return entries;
+}
+
+}  // namespace internal
+
 template <int Bottleneck = 1024, class UnitOrder = ConvRelu, class PoseFeature = PerVertex>
 struct PoseTransferNet {
   static constexpr int bottleneck = Bottleneck;
@@ -47,7 +60,7 @@ struct PoseTransferNet {
 
   /// Entries of its weights' metadata.
   static std::map<std::string, std::string> variant() {
-    return {{"order", Order::name}, {"feature", Feature::name}, {"bottleneck", std::to_string(Bottleneck)}};
+    return internal::variant_entries(Order::name, Feature::name, Bottleneck);
   }
 
   Conv1x1<3, 64> e1;
