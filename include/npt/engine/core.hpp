@@ -79,7 +79,8 @@ class Core {
  public:
   using Scalar = T;
 
-  // Constructors are called once a network: not inlined, which would cost compile time for each.
+  // Long members are not inlined: each unit with an engine would compile all that they call, also where they are
+  // instantiated elsewhere (NPT_PREBUILT).
   NPT_NOINLINE Core(const CompiledNetwork<T>& network, std::span<const T> parameters, Precision precision,
                     Exec executor)
       : Core(*program_for(network, precision).program, parameters, resolve<T>(precision, *network.plain.program),
@@ -121,7 +122,7 @@ class Core {
     const auto lease = pool_.lease();
     run(*lease, pairs);
   }
-  void run(Workspace<T>& workspace, std::span<const TransferPair<T>> pairs) const {
+  NPT_NOINLINE void run(Workspace<T>& workspace, std::span<const TransferPair<T>> pairs) const {
     for (std::size_t i = 0; i < pairs.size(); ++i) check_pair(pairs[i], i, pairs.size(), packed_->program().paired);
     while (!pairs.empty()) {
       const std::size_t count = batch_size(pairs);
@@ -131,7 +132,7 @@ class Core {
   }
 
   /// Encodes a pose mesh once, for many identities.
-  void encode(std::span<const T> pose, PoseCode<T>& code) const {
+  NPT_NOINLINE void encode(std::span<const T> pose, PoseCode<T>& code) const {
     check_coordinates(pose.size(), "pose");
     const auto lease = pool_.lease();
     WorkspaceStorage<T>& memory = lease->storage_;
@@ -150,7 +151,7 @@ class Core {
 
   /// Gives an encoded pose to an identity. Errors: npt::Error for a code of another engine, even one with the same
   /// weights.
-  void decode(const PoseCode<T>& code, std::span<const T> identity, std::span<T> result) const {
+  NPT_NOINLINE void decode(const PoseCode<T>& code, std::span<const T> identity, std::span<T> result) const {
     check_coordinates(identity.size(), "identity");
     check_result(identity.size(), result.size());
     if (code.vertices_ == 0) throw Error({.file = "pose", .found = "an empty code", .expected = "one made by encode"});

@@ -23,6 +23,7 @@
 
 namespace npt::inline NPT_ABI::tape {
 
+/// Its long members are not inlined: where they are instantiated elsewhere (NPT_PREBUILT), what they call would be compiled again.
 template <class T, class Exec>
 class GradientCore {
  public:
@@ -45,7 +46,7 @@ class GradientCore {
   Precision precision() const { return precision_; }
   /// What products are computed in, from the next load() on. Everything else, sums and stored values too, stays T.
   /// Errors  npt::Error where this build or machine has no matrix registers for bfloat16
-  void set_precision(Precision precision) {
+  NPT_NOINLINE void set_precision(Precision precision) {
     precision = engine::resolve<T>(precision, *tape_);
     if (precision != Precision::native && !(std::is_same_v<T, float> && simd::has_matrix_registers()))
       throw Error({.file = "precision",
@@ -57,7 +58,7 @@ class GradientCore {
   }
 
   /// Takes new weights: after every step of the optimiser.
-  void load(std::span<const T> parameters) {
+  NPT_NOINLINE void load(std::span<const T> parameters) {
     expect("parameters", parameters.size(), parameter_count_);
     Memory<T>& memory = *memory_;
     memory.parameters.grow_to(parameter_count_);
@@ -76,7 +77,7 @@ class GradientCore {
 
   /// A batch through the network. Results are written, and what the gradient needs is kept. The pairs' meshes may be
   /// gone afterwards.
-  void forward(std::span<const TransferPair<T>> pairs) {
+  NPT_NOINLINE void forward(std::span<const TransferPair<T>> pairs) {
     if (memory_->weights.empty())
       throw Error({.file = "gradients", .found = "no weights", .expected = "a call of load() before"});
     if (pairs.empty()) throw Error({.file = "batch", .found = "no pairs", .expected = "at least one"});
@@ -96,7 +97,7 @@ class GradientCore {
     backward({.result = result_gradient, .parameters = parameter_gradient, .pose = {}, .identity = {}});
   }
   /// Leaves the gradients of the meshes too, where they are asked for.
-  void backward(const BatchGradients<T>& gradients) {
+  NPT_NOINLINE void backward(const BatchGradients<T>& gradients) {
     const auto& pairs = memory_->identity.meshes;
     expect("parameter gradient", gradients.parameters.size(), parameter_count_);
     expect("result gradients", gradients.result.size(), pairs.size());
