@@ -18,7 +18,7 @@ namespace tape = npt::tape;
 
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+std::size_t as_size(int i) { return static_cast<std::size_t>(i); }
 
 /// Groups of vertices as tiles, and what plain loops say of them.
 template <class T>
@@ -27,20 +27,20 @@ struct Operands {
     npt::Random random(seed);
     for (const int vertices : groups) {
       // Rows behind the last one may be read.
-      tiles.emplace_back(kernel::tile_size(rows) + at(kernel::panel_width<T>) * kernel::panel_width<T>);
+      tiles.emplace_back(kernel::tile_size(rows) + as_size(kernel::panel_width<T>) * kernel::panel_width<T>);
       values.emplace_back();
       for (int r = 0; r < rows; ++r)
         for (int v = 0; v < kernel::group_width; ++v) {
           // The first operand is a gradient, which is zero where there is no vertex; the other may hold anything
           // finite.
           const T x = v < vertices ? static_cast<T>(random.uniform(-1, 1)) : T(0);
-          tiles.back()[kernel::panel_stride<T>(rows) * at(v / kernel::panel_width<T>) +
-                       at(r * kernel::panel_width<T> + v % kernel::panel_width<T>)] = x;
+          tiles.back()[kernel::panel_stride<T>(rows) * as_size(v / kernel::panel_width<T>) +
+                       as_size(r * kernel::panel_width<T> + v % kernel::panel_width<T>)] = x;
           values.back().push_back(static_cast<double>(x));
         }
     }
   }
-  double at(std::size_t group, int r, int v) const { return values[group][at(r * kernel::group_width + v)]; }
+  double at(std::size_t group, int r, int v) const { return values[group][as_size(r * kernel::group_width + v)]; }
   int rows;
   std::vector<int> groups;
   std::vector<npt::AlignedBuffer<T>> tiles;
