@@ -62,7 +62,8 @@ struct NamedParameter {
 
 namespace internal {
 
-/// Collects parameters under the names of the layers around them. Not inlined: networks call this hundreds of times, once.
+/// Collects parameters under the names of the layers around them. Not inlined: networks call this hundreds of times,
+/// once.
 class ParameterCollector {
  public:
   /// Names what comes next until leave(), which takes what enter() returned.
