@@ -38,6 +38,28 @@ double reconstruction_loss(std::span<const T> prediction, std::span<const T> tru
   return scale * sum;
 }
 
+/// The mean over the vertices of the distance to the truth, sqrt(|d|^2 + rounding^2): robust where some vertices have no
+/// right answer, since its least is at the median instead of the mean. `rounding`, in the network's units, is where it
+/// turns quadratic.
+template <class T>
+double distance_loss(std::span<const T> prediction, std::span<const T> truth, double rounding, double weight,
+                     std::span<T> gradient) {
+  NPT_ASSERT(prediction.size() == truth.size() && prediction.size() == gradient.size());
+  const double scale = 3.0 / static_cast<double>(prediction.size());
+  double sum = 0;
+  for (std::size_t i = 0; i + 2 < prediction.size(); i += 3) {
+    double d[3], square = rounding * rounding;
+    for (std::size_t k = 0; k < 3; ++k) {
+      d[k] = static_cast<double>(prediction[i + k]) - static_cast<double>(truth[i + k]);
+      square += d[k] * d[k];
+    }
+    const double distance = std::sqrt(square);
+    sum += distance;
+    for (std::size_t k = 0; k < 3; ++k) gradient[i + k] += static_cast<T>(weight * scale * d[k] / distance);
+  }
+  return scale * sum;
+}
+
 namespace internal {
 
 template <class T>

@@ -52,6 +52,7 @@ namespace npt::inline NPT_ABI {
 enum class EdgeLoss { none, length, relative };
 
 struct LossOptions {
+  double distance = 0;  ///< above 0: the mean distance in place of the squares, turning quadratic there; network units
   LossScaling scaling = LossScaling::mean;  ///< of the reconstruction and of the edge lengths
   EdgeLoss edge = EdgeLoss::none;           ///< takes effect on whole meshes only: a subset of vertices has no edges
   double edge_weight = paper_edge_weight;
@@ -309,10 +310,15 @@ class Trainer {
       std::vector<float>& gradient = gradients_of_results_[k];
       gradient.assign(results_[k].size(), 0.0F);
       Losses& sum = losses_[k];
-      sum.reconstruction = reconstruction_loss<float>(results_[k], sample.truth, o.scaling, weight, gradient);
-      const double coordinates = static_cast<double>(results_[k].size());
-      sum.pmd =
-          sum.reconstruction * (o.scaling == LossScaling::mean ? 3 : 3 / coordinates) / (sample.scale * sample.scale);
+      if (o.distance > 0) {
+        sum.reconstruction = distance_loss<float>(results_[k], sample.truth, o.distance, weight, gradient);
+        sum.pmd = sum.reconstruction * sum.reconstruction / (sample.scale * sample.scale);
+      } else {
+        sum.reconstruction = reconstruction_loss<float>(results_[k], sample.truth, o.scaling, weight, gradient);
+        const double coordinates = static_cast<double>(results_[k].size());
+        sum.pmd =
+            sum.reconstruction * (o.scaling == LossScaling::mean ? 3 : 3 / coordinates) / (sample.scale * sample.scale);
+      }
       if (o.edge == EdgeLoss::length)
         sum.edge = edge_length_loss<float>(results_[k], sample.edges, o.scaling, weight * o.edge_weight, gradient);
       if (o.edge == EdgeLoss::relative)

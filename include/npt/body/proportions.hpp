@@ -1,0 +1,191 @@
+/// Proportions: a body whose limbs, head and trunk are longer, thicker or larger than people's, as characters are.
+/// Each is one more linear shape direction: part j is stretched by A_j = I + sum_k p_k B_jk in the rest pose, its joint
+/// carried along by the parts before it, v' = sum_j w_vj (c_j' + A_j (v - c_j)), which is linear in p.
+/// Shapes    p: [body_proportion_count], after the body's own shape parameters; 0 everywhere is the body as it was
+/// Units     p_k is a relative change: 0.5 makes the part half as long (or thick) again
+#pragma once
+
+#include <npt/body/body_model.hpp>
+#include <npt/body/body_tables.hpp>
+#include <npt/body/skeleton.hpp>
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/core/matrix3.hpp>
+#include <npt/core/random.hpp>
+#include <npt/core/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// What can change. Lengths are along the bone, girths across it; both sides change alike.
+enum class BodyProportion : std::size_t {
+  size,
+  trunk_length,
+  trunk_width,
+  trunk_depth,
+  shoulder_width,
+  hip_girth,
+  neck_length,
+  head_size,
+  upper_arm_length,
+  forearm_length,
+  arm_girth,
+  hand_size,
+  thigh_length,
+  shin_length,
+  leg_girth,
+  foot_size
+};
+
+inline constexpr std::size_t body_proportion_count = 16;
+
+using Proportions = std::array<double, body_proportion_count>;
+
+/// The spread of each among people beyond what a body's own shape directions tell, for a fit's prior.
+inline constexpr Proportions human_proportion_deviations{0.10, 0.06, 0.08, 0.08, 0.08, 0.08, 0.10, 0.08,
+                                                         0.06, 0.06, 0.12, 0.10, 0.06, 0.06, 0.12, 0.12};
+
+namespace body::internal {
+
+/// The matrices B_jk of a joint: how the part that it moves grows with each proportion. `along`: unit, of its bone.
+inline void add_part_growth(std::size_t joint, Vec3d along, std::array<Matrix3, body_proportion_count>& growth) {
+  using enum SmplJoint;
+  using P = BodyProportion;
+  const auto at = [&growth](P p) -> Matrix3& { return growth[static_cast<std::size_t>(p)]; };
+  const auto axis = [](Vec3d u) { return outer(u, u); };
+  const Matrix3 all = Matrix3::identity();
+  const Matrix3 length = axis(along), girth = all - length;
+  at(P::size) = all;
+  const auto is = [joint](auto... joints) { return ((joint == joint_index(joints)) || ...); };
+  if (is(pelvis, spine1, spine2, spine3)) {
+    at(P::trunk_length) = axis({0, 1, 0});
+    at(P::trunk_width) = axis({1, 0, 0});
+    at(P::trunk_depth) = axis({0, 0, 1});
+  }
+  if (is(pelvis)) at(P::hip_girth) = axis({1, 0, 0}) + axis({0, 0, 1});
+  if (is(left_collar, right_collar)) at(P::shoulder_width) = axis({1, 0, 0});
+  if (is(neck)) at(P::neck_length) = axis({0, 1, 0});
+  if (is(head)) at(P::head_size) = all;
+  if (is(left_shoulder, right_shoulder)) at(P::upper_arm_length) = length, at(P::arm_girth) = girth;
+  if (is(left_elbow, right_elbow)) at(P::forearm_length) = length, at(P::arm_girth) = girth;
+  if (is(left_wrist, right_wrist, left_hand, right_hand)) at(P::hand_size) = all;
+  if (is(left_hip, right_hip)) at(P::thigh_length) = length, at(P::leg_girth) = girth;
+  if (is(left_knee, right_knee)) at(P::shin_length) = length, at(P::leg_girth) = girth;
+  if (is(left_ankle, right_ankle, left_foot, right_foot)) at(P::foot_size) = all;
+}
+
+/// [J] for SMPL's skeleton: B_jk of every joint, for joints at these places in the rest pose.
+inline std::vector<std::array<Matrix3, body_proportion_count>> part_growth(const std::vector<Vec3d>& joints) {
+  std::vector<std::array<Matrix3, body_proportion_count>> growth(joints.size());
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    Vec3d along{0, 1, 0};
+    for (std::size_t child = j + 1; child < joints.size(); ++child)
+      if (smpl_parents[child] == static_cast<int>(j)) {
+        along = normalised(joints[child] - joints[j]);
+        break;
+      }
+    add_part_growth(j, along, growth[j]);
+  }
+  return growth;
+}
+
+}  // namespace body::internal
+
+inline constexpr Proportions unit_proportions{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+
+/// The body with body_proportion_count more shape directions. `unit`: the relative change at a shape parameter of 1;
+/// with human_proportion_deviations all shape parameters are in standard deviations.
+/// Errors  npt::Error for a body without SMPL's joints
+inline BodyModel with_proportions(const BodyModel& body, const Proportions& unit = unit_proportions) {
+  if (body.joint_count() != smpl_joint_count)
+    throw Error({.file = "body",
+                 .found = std::to_string(body.joint_count()) + " joints",
+                 .expected = "SMPL's " + std::to_string(smpl_joint_count) + ", for proportions"});
+  BodyTables tables = body.tables();
+  const std::vector<Vec3d> joints = body.joints({});
+  const auto growth = body::internal::part_growth(joints);
+  const std::size_t vertices = body.vertex_count(), old = body.shape_count(), now = old + body_proportion_count;
+  // How far each joint is carried by the parts before it.
+  std::vector<std::array<Vec3d, body_proportion_count>> carried(joints.size());
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    if (tables.parents[j] < 0) {
+      carried[j][static_cast<std::size_t>(BodyProportion::size)] = joints[j];
+      continue;
+    }
+    const auto parent = static_cast<std::size_t>(tables.parents[j]);
+    for (std::size_t k = 0; k < body_proportion_count; ++k)
+      carried[j][k] = carried[parent][k] + growth[parent][k] * (joints[j] - joints[parent]);
+  }
+  std::vector<float> directions(vertices * 3 * now);
+  for (std::size_t v = 0; v < vertices; ++v) {
+    const Vec3d at = Vec3f{tables.v_template[3 * v], tables.v_template[3 * v + 1], tables.v_template[3 * v + 2]}
+                         .as<double>();
+    std::array<Vec3d, body_proportion_count> moved{};
+    for (std::size_t i = tables.weights.start[v]; i < tables.weights.start[v + 1]; ++i) {
+      const std::size_t j = tables.weights.column[i];
+      const double w = static_cast<double>(tables.weights.value[i]);
+      for (std::size_t k = 0; k < body_proportion_count; ++k)
+        moved[k] += (carried[j][k] + growth[j][k] * (at - joints[j])) * w;
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      float* row = directions.data() + (3 * v + axis) * now;
+      for (std::size_t b = 0; b < old; ++b) row[b] = tables.shapedirs[(3 * v + axis) * old + b];
+      for (std::size_t k = 0; k < body_proportion_count; ++k) {
+        const Vec3f m = (moved[k] * unit[k]).as<float>();
+        row[old + k] = axis == 0 ? m.x : axis == 1 ? m.y : m.z;
+      }
+    }
+  }
+  tables.shapedirs = std::move(directions);
+  return BodyModel(std::move(tables), "body with proportions");
+}
+
+/// Standard deviations of all shape parameters of with_proportions(body): 1 for the body's own, people's for the rest.
+/// `wild` multiplies the latter.
+inline std::vector<double> shape_deviations(std::size_t own_shapes, double wild = 1) {
+  std::vector<double> deviations(own_shapes, 1.0);
+  for (const double d : human_proportion_deviations) deviations.push_back(wild * d);
+  return deviations;
+}
+
+/// Proportions of characters: three bodies in ten nearly as they are, the others with a head of 0.85 to 2.3 times the
+/// size, legs of 0.55 to 1.2 times the length, girths of 0.75 to 1.8, and more; each log-uniform. Always takes
+/// 1 + body_proportion_count draws.
+inline Proportions sample_proportions(Random& random) {
+  struct Range {
+    double low, high;
+  };
+  static constexpr std::array<Range, body_proportion_count> ranges{{{0.85, 1.15},
+                                                                    {0.75, 1.25},
+                                                                    {0.80, 1.60},
+                                                                    {0.80, 1.70},
+                                                                    {0.75, 1.35},
+                                                                    {0.80, 1.40},
+                                                                    {0.50, 1.20},
+                                                                    {0.85, 2.30},
+                                                                    {0.60, 1.20},
+                                                                    {0.60, 1.20},
+                                                                    {0.75, 1.80},
+                                                                    {0.80, 1.80},
+                                                                    {0.50, 1.20},
+                                                                    {0.50, 1.20},
+                                                                    {0.75, 1.80},
+                                                                    {0.80, 1.80}}};
+  Proportions p;
+  const double kind = random.uniform();
+  // The other seven in ten: half way to the ranges' ends for three, all the way for four.
+  const double amount = kind < 0.3 ? 0.2 : kind < 0.6 ? 0.5 : 1.0;
+  for (std::size_t k = 0; k < p.size(); ++k)
+    p[k] = std::exp(amount * random.uniform(std::log(ranges[k].low), std::log(ranges[k].high))) - 1;
+  return p;
+}
+
+}  // namespace npt::inline NPT_ABI

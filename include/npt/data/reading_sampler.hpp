@@ -1,0 +1,436 @@
+/// Samples for a network that reads meshes: points of a posed surface with their normals, and for each the place on the
+/// resting template where it belongs (its canonical coordinates).
+/// A sample is a body of random shape and proportions in a random pose, turned anywhere about the vertical axis (some
+/// lie or stand on their hands), dressed, shod, with hair, pieces missing, noise; its points are drawn by area.
+/// Shapes    Sample::pose: points [n, 3], centred on their mean, with a root mean square distance of reading_radius;
+///           Sample::identity: normals [n, 3], unit or zero; Sample::truth: half the canonical coordinates, [n, 3], so
+///           that they fit into tanh; Sample::scale: 0.5, network units in a metre of canonical coordinates
+/// Numerics  float; a sample depends on (seed, step, index) only
+#pragma once
+
+#include <npt/body/body_model.hpp>
+#include <npt/body/kinematics.hpp>
+#include <npt/body/pose_sampler.hpp>
+#include <npt/body/proportions.hpp>
+#include <npt/body/skeleton.hpp>
+#include <npt/config.hpp>
+#include <npt/core/matrix3.hpp>
+#include <npt/core/random.hpp>
+#include <npt/core/vec3.hpp>
+#include <npt/data/draws.hpp>
+#include <npt/data/sample.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <numbers>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// Root mean square distance of the points that a reading network sees from their mean.
+inline constexpr double reading_radius = 0.45;
+
+/// A body's surface as candidate points that can be posed one by one: denser on the head, hands and feet, which grow most.
+class SurfaceCloud {
+ public:
+  static constexpr std::size_t candidates = 24000;
+  static constexpr std::size_t most_joints = 6;
+
+  struct Point {
+    Vec3f rest, along, across;  ///< of the mean shape; two edges of the triangle that it lies on
+    Vec3f canonical;
+    float area = 1;  ///< that it stands for in the resting surface, relative to a point of the trunk
+    std::array<std::uint8_t, most_joints> joint{};
+    std::array<float, most_joints> weight{};
+  };
+
+  /// canonical: [V, 3], where each vertex of the body belongs on the template
+  SurfaceCloud(std::shared_ptr<const BodyModel> body, std::span<const float> canonical) : body_(std::move(body)) {
+    NPT_ASSERT(body_->joint_count() == smpl_joint_count && canonical.size() == 3 * body_->vertex_count());
+    joints_ = body_->joints({});
+    growth_ = body::internal::part_growth(joints_);
+    scatter(canonical);
+  }
+
+  const BodyModel& body() const noexcept { return *body_; }
+  std::span<const Point> points() const noexcept { return points_; }
+  std::span<const Vec3d> joints() const noexcept { return joints_; }
+  /// [S, 3] the shape directions of a point.
+  std::span<const float> directions(std::size_t point) const {
+    return std::span(directions_).subspan(3 * point * body_->shape_count(), 3 * body_->shape_count());
+  }
+  const std::vector<std::array<Matrix3, body_proportion_count>>& growth() const noexcept { return growth_; }
+
+ private:
+  /// Candidates for each unit of area, relative to the trunk.
+  double density(const Triangle& f) const {
+    const BodyTables& t = body_->tables();
+    double sum = 0;
+    for (const std::uint32_t v : f)
+      for (std::size_t k = t.weights.start[v]; k < t.weights.start[v + 1]; ++k) {
+        using enum SmplJoint;
+        const auto is = [joint = t.weights.column[k]](auto... joints) { return ((joint == joint_index(joints)) || ...); };
+        const double more = is(head) ? 4 : is(left_wrist, right_wrist, left_hand, right_hand) ? 2
+                            : is(left_ankle, right_ankle, left_foot, right_foot) ? 2 : 1;
+        sum += more * static_cast<double>(t.weights.value[k]) / 3;
+      }
+    return sum;
+  }
+
+  void scatter(std::span<const float> canonical) {
+    const BodyTables& t = body_->tables();
+    const std::size_t shapes = body_->shape_count();
+    const auto at = [](std::span<const float> xyz, std::uint32_t v) {
+      return Vec3f{xyz[3 * std::size_t{v}], xyz[3 * std::size_t{v} + 1], xyz[3 * std::size_t{v} + 2]};
+    };
+    std::vector<double> up_to;
+    double area = 0;
+    for (const Triangle& f : t.triangles) {
+      const Vec3f a = at(t.v_template, f[0]);
+      area += density(f) * static_cast<double>(length(cross(at(t.v_template, f[1]) - a, at(t.v_template, f[2]) - a)));
+      up_to.push_back(area);
+    }
+    Random random(20260101);
+    for (std::size_t i = 0; i < candidates; ++i) {
+      const double goal = area * (static_cast<double>(i) + random.uniform()) / static_cast<double>(candidates);
+      const auto where = std::lower_bound(up_to.begin(), up_to.end(), goal);
+      const Triangle& f = t.triangles[std::min<std::size_t>(static_cast<std::size_t>(where - up_to.begin()),
+                                                            t.triangles.size() - 1)];
+      float u = static_cast<float>(random.uniform()), v = static_cast<float>(random.uniform());
+      if (u + v > 1) u = 1 - u, v = 1 - v;
+      const std::array<float, 3> share{1 - u - v, u, v};
+      Point p;
+      p.area = static_cast<float>(1 / density(f));
+      const Vec3f a = at(t.v_template, f[0]), b = at(t.v_template, f[1]), c = at(t.v_template, f[2]);
+      p.rest = a * share[0] + b * share[1] + c * share[2];
+      p.along = normalised(b - a);
+      p.across = normalised(cross(cross(b - a, c - a), b - a));
+      p.canonical = at(canonical, f[0]) * share[0] + at(canonical, f[1]) * share[1] + at(canonical, f[2]) * share[2];
+      std::array<float, smpl_joint_count> weights{};
+      for (std::size_t corner = 0; corner < 3; ++corner)
+        for (std::size_t k = t.weights.start[f[corner]]; k < t.weights.start[f[corner] + 1]; ++k)
+          weights[t.weights.column[k]] += share[corner] * t.weights.value[k];
+      float sum = 0;
+      for (std::size_t k = 0; k < most_joints; ++k) {
+        const auto heaviest = std::ranges::max_element(weights);
+        p.joint[k] = static_cast<std::uint8_t>(heaviest - weights.begin());
+        p.weight[k] = *heaviest;
+        sum += *heaviest;
+        *heaviest = 0;
+      }
+      for (float& w : p.weight) w /= sum;
+      points_.push_back(p);
+      for (std::size_t s = 0; s < shapes; ++s)
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          float d = 0;
+          for (std::size_t corner = 0; corner < 3; ++corner)
+            d += share[corner] * t.shapedirs[(3 * std::size_t{f[corner]} + axis) * shapes + s];
+          directions_.push_back(d);
+        }
+    }
+  }
+
+  std::shared_ptr<const BodyModel> body_;
+  std::vector<Vec3d> joints_;
+  std::vector<std::array<Matrix3, body_proportion_count>> growth_;
+  std::vector<Point> points_;
+  std::vector<float> directions_;  ///< [points, S, 3]
+};
+
+struct ReadingSampleOptions {
+  std::uint64_t seed = 0;
+  std::size_t points = 512;
+  double natural = 0.6;   ///< share of poses that `natural_pose` draws; the others are uniform in wide ranges
+  double fallen = 0.15;   ///< share that points anywhere
+  double dressed = 0.45;  ///< share with clothes
+  double plain = 0.15;    ///< share of bare bodies of human proportions without any of the below
+};
+
+class ReadingSampler final : public SampleSource {
+ public:
+  /// Draws the angles [24, 3] of a natural pose.
+  using NaturalPose = std::function<std::array<float, 3 * smpl_joint_count>(Random&)>;
+
+  ReadingSampler(std::vector<std::shared_ptr<const SurfaceCloud>> bodies, NaturalPose natural_pose,
+                 const ReadingSampleOptions& options, data::Purpose purpose = data::Purpose::training)
+      : bodies_(std::move(bodies)), natural_pose_(std::move(natural_pose)), options_(options), purpose_(purpose) {
+    NPT_ASSERT(!bodies_.empty() && options.points > 0);
+  }
+
+  std::size_t max_vertices() const override { return options_.points; }
+  std::size_t max_pose_vertices() const override { return options_.points; }
+  bool equal_counts() const override { return true; }
+
+  void fill(std::uint64_t step, std::uint64_t index, Sample& s) const override {
+    const auto random = [&](data::Part part) { return data::random_for(purpose_, options_.seed, step, index, part); };
+    Random choice = random(data::Part::choice), shape = random(data::Part::identity_shape),
+           angles = random(data::Part::pose), order = random(data::Part::identity_order),
+           more = random(data::Part::augmentation), noise = random(data::Part::noise);
+    const SurfaceCloud& cloud = *bodies_[choice.below(static_cast<std::uint32_t>(bodies_.size()))];
+    const bool plain = choice.uniform() < options_.plain;
+    const Skin skin = skin_of(cloud, shape, angles, plain);
+    const Dress dress = plain ? Dress{} : dress_of(more);
+    const std::size_t n = options_.points;
+    thread_local Scratch scratch;
+    draw_points(cloud, skin, dress, order, n, scratch);
+    s.pose.resize(3 * n), s.identity.resize(3 * n), s.truth.resize(3 * n);
+    const Matrix3 turn = turn_of(more);
+    const double sigma = more.uniform() < 0.5 ? 0 : 0.012 * more.uniform();
+    const bool blind = more.uniform() < 0.08;          // no normals
+    const float side = more.uniform() < 0.03 ? -1.0F : 1.0F;  // inside out
+    Vec3d mean;
+    for (std::size_t i = 0; i < n; ++i) {
+      const Posed& p = scratch.chosen[i];
+      Vec3d at = turn * p.at.as<double>();
+      if (sigma > 0) at += Vec3d{noise.normal(), noise.normal(), noise.normal()} * sigma;
+      const Vec3f normal = blind ? Vec3f{} : (turn * p.normal.as<double>()).as<float>() * side;
+      put(s.pose, i, at.as<float>()), put(s.identity, i, normal);
+      put(s.truth, i, cloud.points()[p.point].canonical * 0.5F);
+      mean += at / static_cast<double>(n);
+    }
+    double square = 0;
+    for (std::size_t i = 0; i < 3 * n; ++i) {
+      s.pose[i] -= static_cast<float>(i % 3 == 0 ? mean.x : i % 3 == 1 ? mean.y : mean.z);
+      square += static_cast<double>(s.pose[i]) * static_cast<double>(s.pose[i]) / static_cast<double>(n);
+    }
+    const float scale = static_cast<float>(reading_radius / std::sqrt(square));
+    for (float& x : s.pose) x *= scale;
+    s.edges.clear(), s.triangles.clear();
+    s.scale = 0.5;
+  }
+
+ private:
+  /// x -> linear x + shift, in float: a part's stretch and motion.
+  struct Affine {
+    std::array<float, 9> linear{};
+    Vec3f shift;
+  };
+  struct Skin {
+    std::array<Affine, smpl_joint_count> parts;
+    std::vector<float> betas;
+  };
+  struct Posed {
+    Vec3f at, normal;
+    float key = 0;  ///< points with the greatest ones are taken
+    std::uint32_t point = 0;
+  };
+  struct Scratch {
+    std::vector<Posed> posed;
+    std::vector<Posed> chosen;
+  };
+  /// What hangs on the body, as offsets along its normals, in metres; waves make them uneven.
+  struct Dress {
+    bool any = false;
+    float puff = 0;                 ///< everywhere
+    float trunk = 0, legs = 0, arms = 0;  ///< loose clothes, where above 0
+    float skirt = 0;                ///< how far the legs' clothes are spread apart, at the knees
+    float hair = 0, hair_back = 0;
+    float shoes = 0, heel = 0;
+    bool no_hands = false, no_feet = false, no_head = false;
+    std::array<Vec3f, 2> hole{};    ///< centres in canonical coordinates
+    float hole_radius = 0;
+    Vec3f wave;
+    float phase = 0, wave_size = 0;
+  };
+
+  static void put(std::vector<float>& to, std::size_t i, Vec3f p) {
+    to[3 * i] = p.x, to[3 * i + 1] = p.y, to[3 * i + 2] = p.z;
+  }
+
+  Skin skin_of(const SurfaceCloud& cloud, Random& shape, Random& angles, bool plain) const {
+    Skin skin;
+    skin.betas = sample_shape(shape, cloud.body().shape_count());
+    Proportions proportions = sample_proportions(shape);
+    if (plain) proportions.fill(0);
+    std::array<float, 3 * smpl_joint_count> pose = pose_of(angles);
+    std::array<Vec3d, smpl_joint_count> rest, grown;
+    std::array<Matrix3, smpl_joint_count> stretch;
+    std::array<RigidMotion, smpl_joint_count> motion;
+    const std::vector<Vec3d> joints = cloud.body().joints(skin.betas);
+    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+      rest[j] = joints[j];
+      stretch[j] = Matrix3::identity();
+      for (std::size_t k = 0; k < body_proportion_count; ++k) {
+        const Matrix3& g = cloud.growth()[j][k];
+        if (!(g == Matrix3{})) stretch[j] += g * proportions[k];
+      }
+      const Matrix3 r = rotation_matrix({static_cast<double>(pose[3 * j]), static_cast<double>(pose[3 * j + 1]),
+                                         static_cast<double>(pose[3 * j + 2])});
+      if (j == 0) {
+        grown[0] = rest[0];
+        motion[0] = {r, grown[0] - r * grown[0]};
+      } else {
+        const auto parent = static_cast<std::size_t>(smpl_parents[j]);
+        grown[j] = grown[parent] + stretch[parent] * (rest[j] - rest[parent]);
+        motion[j] = motion[parent] * RigidMotion{r, grown[j] - r * grown[j]};
+      }
+      // The stretch about the joint, then the motion.
+      const Matrix3 linear = motion[j].rotation * stretch[j];
+      const Vec3d shift = motion[j](grown[j] - stretch[j] * rest[j]);
+      Affine& a = skin.parts[j];
+      for (std::size_t row = 0; row < 3; ++row) {
+        const Vec3f values = linear.rows[row].as<float>();
+        a.linear[3 * row] = values.x, a.linear[3 * row + 1] = values.y, a.linear[3 * row + 2] = values.z;
+      }
+      a.shift = shift.as<float>();
+    }
+    return skin;
+  }
+
+  std::array<float, 3 * smpl_joint_count> pose_of(Random& random) const {
+    if (random.uniform() < options_.natural) return natural_pose_(random);
+    std::array<float, 3 * smpl_joint_count> pose =
+        sample_pose(random, random.uniform() < 0.75 ? PoseDistribution::wide : PoseDistribution::paper);
+    const float amount = static_cast<float>(std::min(1.0, 1.3 * random.uniform()));
+    for (std::size_t i = 3; i < pose.size(); ++i) pose[i] *= amount;
+    return pose;
+  }
+
+  Dress dress_of(Random& r) const {
+    const auto uniform = [&r](double low, double high) { return static_cast<float>(r.uniform(low, high)); };
+    Dress d;
+    d.any = true;
+    d.puff = uniform(0, 1) < 0.5F ? uniform(-0.005, 0.03) : 0;
+    if (r.uniform() < options_.dressed) {
+      if (r.uniform() < 0.8) d.trunk = uniform(0.005, 0.07);
+      if (r.uniform() < 0.6) d.legs = uniform(0.005, 0.06);
+      if (r.uniform() < 0.5) d.arms = uniform(0.005, 0.05);
+      if (r.uniform() < 0.2) d.skirt = uniform(0.1, 1);
+    }
+    if (r.uniform() < 0.4) d.hair = uniform(0.01, 0.12), d.hair_back = uniform(0, 0.15);
+    if (r.uniform() < 0.4) d.shoes = uniform(0.005, 0.03), d.heel = uniform(0, 0.06);
+    d.no_hands = r.uniform() < 0.06;
+    d.no_feet = r.uniform() < 0.03;
+    d.no_head = r.uniform() < 0.02;
+    if (r.uniform() < 0.15) {
+      for (Vec3f& h : d.hole) h = {uniform(-0.8, 0.8), uniform(-0.9, 0.7), uniform(-0.15, 0.15)};
+      d.hole_radius = uniform(0.05, 0.2);
+    }
+    d.wave = {uniform(-25, 25), uniform(-25, 25), uniform(-25, 25)};
+    d.phase = uniform(0, 6.3);
+    d.wave_size = uniform(0, 0.5);
+    return d;
+  }
+
+  /// Most stand upright, some lean, some point anywhere.
+  Matrix3 turn_of(Random& r) const {
+    const Matrix3 yaw = rotation_matrix({0, r.uniform(-std::numbers::pi, std::numbers::pi), 0});
+    if (r.uniform() >= options_.fallen) return rotation_matrix({0.12 * r.normal(), 0, 0.12 * r.normal()}) * yaw;
+    Vec3d axis{r.normal(), r.normal(), r.normal()};
+    return rotation_matrix(normalised(axis) * r.uniform(0, std::numbers::pi)) * yaw;
+  }
+
+  /// Poses candidates, more than are needed, and takes n of them by the area that each stands for now: the n greatest
+  /// of log(u) / area (Efraimidis and Spirakis, 2006).
+  void draw_points(const SurfaceCloud& cloud, const Skin& skin, const Dress& dress, Random& random, std::size_t n,
+                   Scratch& scratch) const {
+    const std::size_t tries = std::min(5 * n / 2, SurfaceCloud::candidates);
+    const auto count = static_cast<std::uint32_t>(cloud.points().size());
+    scratch.posed.clear();
+    for (int round = 0; scratch.posed.size() < n; ++round)
+      for (std::size_t i = 0; i < tries; ++i) {
+        const std::uint32_t k = random.below(count);
+        const double u = 1 - random.uniform();
+        Posed p;
+        p.point = k;
+        float area = 0;
+        if (!place(cloud, k, skin, dress, p, area) && round < 20) continue;
+        p.key = static_cast<float>(std::log(u)) / std::max(area, 1e-6F);
+        scratch.posed.push_back(p);
+      }
+    const auto middle = scratch.posed.begin() + static_cast<std::ptrdiff_t>(n);
+    if (middle != scratch.posed.end())
+      std::nth_element(scratch.posed.begin(), middle, scratch.posed.end(),
+                       [](const Posed& a, const Posed& b) { return a.key > b.key; });
+    scratch.chosen.assign(scratch.posed.begin(), middle);
+  }
+
+  static Vec3f apply(const std::array<float, 9>& m, Vec3f v) {
+    return {m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z,
+            m[6] * v.x + m[7] * v.y + m[8] * v.z};
+  }
+
+  /// Whether the point is there at all.
+  static bool place(const SurfaceCloud& cloud, std::uint32_t k, const Skin& skin, const Dress& dress, Posed& out,
+                    float& area) {
+    const SurfaceCloud::Point& p = cloud.points()[k];
+    const auto weight_of = [&p](auto... joints) {
+      float sum = 0;
+      for (std::size_t i = 0; i < SurfaceCloud::most_joints; ++i)
+        if (((p.joint[i] == joint_index(joints)) || ...)) sum += p.weight[i];
+      return sum;
+    };
+    Vec3f at = p.rest;
+    const std::span<const float> directions = cloud.directions(k);
+    for (std::size_t s = 0; s < skin.betas.size(); ++s) {
+      const float b = skin.betas[s];
+      at += Vec3f{directions[3 * s], directions[3 * s + 1], directions[3 * s + 2]} * b;
+    }
+    float swollen = 1;
+    if (dress.any && !clothe(p, weight_of, dress, at, swollen)) return false;
+    std::array<float, 9> linear{};
+    Vec3f shift;
+    for (std::size_t i = 0; i < SurfaceCloud::most_joints; ++i) {
+      const float w = p.weight[i];
+      if (w == 0) break;
+      const Affine& a = skin.parts[p.joint[i]];
+      for (std::size_t e = 0; e < 9; ++e) linear[e] += w * a.linear[e];
+      shift += a.shift * w;
+    }
+    out.at = apply(linear, at) + shift;
+    const Vec3f normal = cross(apply(linear, p.along), apply(linear, p.across));
+    area = length(normal) * p.area * swollen;
+    out.normal = normalised(normal);
+    return true;
+  }
+
+  /// Moves a resting point outwards to where its clothes, hair or shoes are; false: nothing is there.
+  /// swollen: by how much the surface is larger there.
+  static bool clothe(const SurfaceCloud::Point& p, const auto& weight_of, const Dress& d, Vec3f& at, float& swollen) {
+    using enum SmplJoint;
+    if (d.hole_radius > 0)
+      for (const Vec3f h : d.hole)
+        if (length(p.canonical - h) < d.hole_radius) return false;
+    const float hands = weight_of(left_wrist, right_wrist, left_hand, right_hand),
+                feet = weight_of(left_ankle, right_ankle, left_foot, right_foot), skull = weight_of(head);
+    if (d.no_hands && hands > 0.5F) return false;
+    if (d.no_feet && feet > 0.5F) return false;
+    if (d.no_head && skull > 0.5F) return false;
+    const Vec3f normal = normalised(cross(p.along, p.across));
+    const float trunk = weight_of(pelvis, spine1, spine2, spine3, left_collar, right_collar),
+                thighs = weight_of(left_hip, right_hip, left_knee, right_knee),
+                arms = weight_of(left_shoulder, right_shoulder, left_elbow, right_elbow);
+    const float wave = 1 + d.wave_size * std::sin(dot(d.wave, p.canonical) + d.phase);
+    const float out = d.puff + (d.trunk * trunk + d.legs * thighs + d.arms * arms) * wave + d.shoes * feet;
+    at += normal * out;
+    if (d.skirt > 0 && thighs > 0) {
+      // A skirt: round about both legs, wider the lower.
+      const float depth = std::clamp(-(p.canonical.y + 0.05F) / 0.45F, 0.0F, 1.0F);
+      const float wide = d.skirt * 0.12F * depth * thighs;
+      const Vec3f away = normalised(Vec3f{p.canonical.x, 0, p.canonical.z});
+      at += away * wide;
+    }
+    if (skull > 0.5F && d.hair > 0 && (normal.y > 0.1F || normal.z < -0.1F)) {
+      const float amount = (skull - 0.5F) * 2;
+      at += normal * (d.hair * amount * wave);
+      swollen += 16 * d.hair * amount;  // a head's radius is about 0.12 m
+      at.z -= d.hair_back * amount * std::max(0.0F, -normal.z);
+    }
+    if (feet > 0 && normal.y < -0.3F) at.y -= d.heel * feet;
+    return true;
+  }
+
+  std::vector<std::shared_ptr<const SurfaceCloud>> bodies_;
+  NaturalPose natural_pose_;
+  ReadingSampleOptions options_;
+  data::Purpose purpose_;
+};
+
+}  // namespace npt::inline NPT_ABI
