@@ -12,12 +12,6 @@
 using npt::Vec3d;
 namespace anatomy = npt::anatomy;
 
-TEST_CASE("numbers are made of digits, the first the most significant") {
-  CHECK(anatomy::numbers_of("00+-0z", 2) == std::vector<std::uint32_t>{0, 62 * 64 + 63, 61});
-  CHECK(anatomy::numbers_of("100A", 4) == std::vector<std::uint32_t>{64 * 64 * 64 + 10});
-  CHECK(anatomy::numbers_of("", 2).empty());
-}
-
 TEST_CASE("the data holds whole vertices and triangles, and no other characters than digits") {
   const std::string_view positions = anatomy::half_positions, triangles = anatomy::half_triangles;
   CHECK(positions.size() % 12 == 0);

@@ -1,8 +1,10 @@
-/// Random poses and shapes: as the paper's data set draws them, and poses of wider ranges, for use outside of it.
+/// Random poses and shapes: as the paper's data set draws them, and, for use outside of it, poses of wider ranges and
+/// natural ones.
 /// Numerics  a draw depends on the generator's seed, stream and position only: use one stream for each mesh of a set
 /// Source    Wang et al., "Neural Pose Transfer by Spatially Adaptive Instance Normalization", CVPR 2020, Table 6
 #pragma once
 
+#include <npt/body/natural_poses.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/core/random.hpp>
@@ -86,13 +88,15 @@ inline constexpr std::array<JointRange, smpl_joint_count> paper_pose_ranges = bo
 inline constexpr std::array<JointRange, smpl_joint_count> wide_pose_ranges = body::internal::make_wide_pose_ranges();
 
 enum class PoseDistribution {
-  paper,  ///< uniform in Table 6
-  wide    ///< uniform in wide_pose_ranges
+  paper,   ///< uniform in Table 6
+  wide,    ///< uniform in wide_pose_ranges
+  natural  ///< from the prior of natural poses, in any direction about the vertical
 };
 
-/// [24, 3] axis angles in radians, each uniform in its range. Always takes 72 draws.
+/// [24, 3] axis angles in radians. As many numbers are drawn for each pose of a distribution.
 inline std::array<float, 3 * smpl_joint_count> sample_pose(Random& random,
                                                            PoseDistribution distribution = PoseDistribution::paper) {
+  if (distribution == PoseDistribution::natural) return natural_poses().sample(random);
   const auto& ranges = distribution == PoseDistribution::paper ? paper_pose_ranges : wide_pose_ranges;
   std::array<float, 3 * smpl_joint_count> pose{};
   for (std::size_t i = 0; i < pose.size(); ++i) {

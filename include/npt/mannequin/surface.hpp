@@ -4,6 +4,7 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/digits.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/mannequin/surface_data.hpp>
 #include <npt/mesh/triangles.hpp>
@@ -11,7 +12,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <string_view>
 #include <vector>
 
 namespace npt::inline NPT_ABI::anatomy {
@@ -30,21 +30,7 @@ struct TriangleSheet {
   std::vector<Triangle> triangles;
 };
 
-/// The digits 0 to 63: 0-9, A-Z, a-z, + and -.
-constexpr std::uint32_t digit_of(char c) {
-  if (c >= 'a') return static_cast<std::uint32_t>(c - 'a' + 36);
-  if (c >= 'A') return static_cast<std::uint32_t>(c - 'A' + 10);
-  if (c >= '0') return static_cast<std::uint32_t>(c - '0');
-  return c == '+' ? 62 : 63;
-}
-
-/// Numbers of `width` digits each, the most significant first.
-inline std::vector<std::uint32_t> numbers_of(std::string_view text, std::size_t width) {
-  std::vector<std::uint32_t> numbers(text.size() / width);
-  for (std::size_t i = 0; i < numbers.size() * width; ++i)
-    numbers[i / width] = numbers[i / width] << 6 | digit_of(text[i]);
-  return numbers;
-}
+using digits::numbers_of;
 
 /// The half at x >= 0 as surface_data.hpp holds it.
 inline TriangleSheet left_half() {
