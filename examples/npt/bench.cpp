@@ -1,10 +1,12 @@
 /// npt bench: verifies the engine on fresh random input, then times it beside the processor's peak.
 #include "bench_train.hpp"
+#include "bench_transfer.hpp"
 #include "networks.hpp"
 #include "precision_option.hpp"
 #include "report.hpp"
 #include "subcommand.hpp"
 
+#include <bench/apart.hpp>
 #include <bench/peak.hpp>
 
 #include <npt/core/error.hpp>
@@ -21,10 +23,6 @@
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 namespace bench_command {
 
@@ -97,26 +95,6 @@ std::vector<T> random_points(int vertices, std::uint64_t seed, std::uint64_t str
   return points;
 }
 
-/// Largest resident set, in MB, of a child process that runs `work`. To be called before this process has started
-/// threads.
-double child_memory(const std::function<void()>& work) {
-  std::cout.flush();
-  const pid_t child = fork();
-  if (child < 0) return 0;
-  if (child == 0) {
-    try {
-      work();
-    } catch (...) {
-      _exit(1);
-    }
-    _exit(0);
-  }
-  int status = 0;
-  rusage usage{};
-  if (wait4(child, &status, 0, &usage) != child || status != 0) return 0;
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
-
 /// Of the unit that multiplies, divided by the products that a precision takes for one; for `auto`, which promises
 /// fp32's error, of fp32's unit.
 double peak_of(const Options& o) {
@@ -144,11 +122,13 @@ void bench_forward(const program::NetworkType& network, const Options& o, std::u
   const std::vector<float> pose = random_points<float>(o.vertices, seed, 1001);
   const std::vector<float> identity = random_points<float>(o.vertices, seed, 1002);
   Result result{.name = "forward, " + npt::variant_name(network.variant), .products = {}, .seconds = {}, .peaks = {}};
-  result.memory_mb = child_memory([&] {
+  const bench::Apart apart = bench::run_apart([&]() -> std::vector<double> {
     const auto engine = program::random_engine(network, seed, o.threads, precision);
     std::vector<float> out(identity.size());
     engine(pose, identity, out);
+    return {};
   });
+  result.memory_mb = apart.done ? apart.memory_mb : 0;
 
   const auto engine = program::random_engine(network, seed, o.threads, precision);
   result.products = program::products_text(engine.precision());
@@ -291,6 +271,7 @@ void add(CLI::App& command) {
     bench_gemm(*o, seed_of(*o));
   });
   program::add_bench_train(command);
+  program::add_bench_transfer(command);
 }
 
 const program::Subcommand registered("bench", "Measure the engine beside the processor's peak", add);

@@ -4,6 +4,7 @@
 #include "evaluation_report.hpp"
 #include "interrupt.hpp"
 #include "open_transfer.hpp"
+#include "pose_option.hpp"
 #include "progress.hpp"
 #include "report.hpp"
 #include "sequence_evaluation.hpp"
@@ -12,6 +13,7 @@
 #include "transfer_arguments.hpp"
 
 #include <npt/body/body_file.hpp>
+#include <npt/body/proportions.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/data/family.hpp>
@@ -42,7 +44,7 @@ namespace fs = std::filesystem;
 struct Options {
   program::TransferArguments transfer;
   std::optional<fs::path> body, list, family;
-  bool protocol = false, json = false;
+  bool protocol = false, json = false, proportions = false;
   std::size_t pairs = 0, first = 0, worst = 0;
   std::string shapes = "normal", poses = "paper", held_out;
   double noise = 0;
@@ -70,11 +72,16 @@ Data body_data(const Options& o) {
   const std::string name = body_name(o);
   if (o.pairs == 0) return {"the paper's protocol on " + name, npt::protocol_sets(body, distribution)};
   const std::uint64_t seed = o.transfer.options.seed;
-  const bool wide = o.poses == "wide";
-  const auto poses = wide ? npt::PoseDistribution::wide : npt::PoseDistribution::paper;
-  return {(wide ? "fresh pairs in wide poses of " : "fresh pairs of ") + name + ", seed " + std::to_string(seed),
-          {npt::body_pairs(body, npt::fresh_pairs(o.pairs, seed, body->shape_count(), distribution, poses),
-                           "fresh pairs", seed)}};
+  const auto poses = program::pose_distribution(o.poses);
+  const std::string of = (o.poses == "paper" ? "fresh pairs" : "fresh pairs in " + o.poses + " poses") +
+                         (o.proportions ? " and random proportions of " : " of ");
+  const std::size_t shapes = body->shape_count();
+  npt::EvaluationSet set =
+      o.proportions
+          ? npt::body_pairs(std::make_shared<const npt::BodyModel>(npt::with_proportions(*body)),
+                            npt::fresh_character_pairs(o.pairs, seed, shapes, distribution, poses), "fresh pairs", seed)
+          : npt::body_pairs(body, npt::fresh_pairs(o.pairs, seed, shapes, distribution, poses), "fresh pairs", seed);
+  return {of + name + ", seed " + std::to_string(seed), {std::move(set)}};
 }
 
 Data load_data(const Options& o) {
@@ -203,9 +210,10 @@ void add(CLI::App& command) {
       command.add_option("--body", o->body, "Body in SMPL's layout (.safetensors); without: the built-in mannequin");
   CLI::Option* protocol =
       command.add_flag("--protocol", o->protocol, "The paper's 72 seen and 72 unseen poses (the default)");
-  command.add_option("--pairs", o->pairs, "Fresh pairs of the body instead, so many; of --family: at most so many")
-      ->check(CLI::Range(1, 1000000))
-      ->excludes(protocol);
+  CLI::Option* pairs =
+      command.add_option("--pairs", o->pairs, "Fresh pairs of the body instead, so many; of --family: at most so many")
+          ->check(CLI::Range(1, 1000000))
+          ->excludes(protocol);
   CLI::Option* list =
       command.add_option("--list", o->list, "File with lines of: identity pose truth; names relative to it")
           ->excludes(protocol)
@@ -244,9 +252,15 @@ void add(CLI::App& command) {
       ->capture_default_str();
   command
       .add_option("--poses", o->poses,
-                  "Of --pairs: the paper's ranges (Table 6), or wide ones: running, sitting, reaching")
-      ->check(CLI::IsMember({"paper", "wide"}))
+                  "Of --pairs: the paper's ranges (Table 6), wide ones (running, sitting, reaching), or natural poses, "
+                  "drawn from the prior that npt ships and turned in any direction")
+      ->check(CLI::IsMember({"paper", "wide", "natural"}))
       ->capture_default_str();
+  command
+      .add_flag("--proportions", o->proportions,
+                "Of --pairs: every mesh with proportions of its own, as characters have (heads, limbs, girths)")
+      ->needs(pairs)
+      ->excludes("--family");
   command
       .add_option("--seed", o->transfer.options.seed, "Of fresh pairs, noise, pairings, drawn points, random weights")
       ->check(program::whole_number())

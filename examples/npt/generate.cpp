@@ -1,12 +1,14 @@
 /// npt generate: meshes of a body in random or given shapes and poses.
 #include "arguments.hpp"
 #include "interrupt.hpp"
+#include "pose_option.hpp"
 #include "progress.hpp"
 #include "subcommand.hpp"
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/pose_sampler.hpp>
+#include <npt/body/proportions.hpp>
 #include <npt/core/random.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>
@@ -35,10 +37,17 @@ struct Options {
   std::uint32_t count = 1;
   std::string shape = "random", pose = "random";
   std::optional<std::string> format;
-  bool shuffle = false, same_shape = false, same_pose = false;
+  bool shuffle = false, same_shape = false, same_pose = false, proportions = false;
 };
 
-bool is_random(const std::string& pose) { return pose == "random" || pose == "wide"; }
+bool is_random(const std::string& pose) { return pose == "random" || pose == "wide" || pose == "natural"; }
+
+/// Of the body without proportions; the library asks for SMPL's joints where they are wanted.
+npt::BodyModel body_of(const Options& o) {
+  const auto body =
+      o.body ? std::make_shared<const npt::BodyModel>(npt::load_body(*o.body)) : npt::borrowed(npt::mannequin());
+  return o.proportions ? npt::with_proportions(*body) : *body;
+}
 
 /// Independent streams of one seed: mesh i draws its shape, pose and vertex order from streams of its own, so that it
 /// is the same mesh whatever else is made.
@@ -50,14 +59,16 @@ npt::Random random_for(std::uint64_t seed, std::uint64_t mesh, Draw draw) {
 class Generator {
  public:
   explicit Generator(const Options& options)
-      : options_(options), body_(options.body ? npt::load_body(*options.body) : npt::mannequin()) {
+      : options_(options),
+        body_(body_of(options)),
+        own_shapes_(body_.shape_count() - (options.proportions ? npt::body_proportion_count : 0)) {
     if (options_.shape != "random" && options_.shape != "zero") {
       given_shape_ = program::parse_numbers(options_.shape, "--shape");
-      if (given_shape_.size() > body_.shape_count())
+      if (given_shape_.size() > own_shapes_)
         throw npt::Error({"--shape",
                           {},
                           std::to_string(given_shape_.size()) + " numbers",
-                          "random, zero, or at most " + std::to_string(body_.shape_count()) + " numbers"});
+                          "random, zero, or at most " + std::to_string(own_shapes_) + " numbers"});
     }
     if (!is_random(options_.pose) && options_.pose != "rest") read_pose();
     if (is_random(options_.pose) && body_.joint_count() != npt::smpl_joint_count)
@@ -89,21 +100,24 @@ class Generator {
                         std::to_string(3 * body_.joint_count()) + ", an axis angle in radians for each joint"});
   }
   std::vector<float> shape(std::uint64_t seed, std::uint64_t index) const {
-    if (options_.shape != "random") return given_shape_;
     npt::Random random = random_for(seed, index, Draw::shape);
-    return npt::sample_shape(random, body_.shape_count());
+    std::vector<float> betas = options_.shape == "random" ? npt::sample_shape(random, own_shapes_) : given_shape_;
+    if (!options_.proportions) return betas;
+    betas.resize(own_shapes_);
+    for (const double p : npt::sample_proportions(random)) betas.push_back(static_cast<float>(p));
+    return betas;
   }
   /// Empty: the rest pose.
   std::vector<float> pose(std::uint64_t seed, std::uint64_t index) const {
     if (!is_random(options_.pose)) return given_pose_;
     npt::Random random = random_for(seed, index, Draw::pose);
-    const auto ranges = options_.pose == "wide" ? npt::PoseDistribution::wide : npt::PoseDistribution::paper;
-    const auto angles = npt::sample_pose(random, ranges);
+    const auto angles = npt::sample_pose(random, program::pose_distribution(options_.pose));
     return {angles.begin(), angles.end()};
   }
 
   const Options& options_;
   npt::BodyModel body_;
+  std::size_t own_shapes_;  ///< shape parameters without proportions
   std::vector<float> given_shape_, given_pose_;
 };
 
@@ -161,9 +175,11 @@ void add(CLI::App& command) {
   command.add_option("--shape", o->shape, "random, zero, or numbers \"b0,b1,...\"")->capture_default_str();
   command
       .add_option("--pose", o->pose,
-                  "random (Table 6 of the paper), wide (random in wider ranges), rest, or a file with an axis angle "
-                  "for each joint")
+                  "random (Table 6 of the paper), wide (random in wider ranges), natural (from the prior that npt "
+                  "ships, in any direction), rest, or a file with an axis angle for each joint")
       ->capture_default_str();
+  command.add_flag("--proportions", o->proportions,
+                   "Each shape with random proportions, as characters have (heads, limbs, girths)");
   command.add_option("--seed", o->seed, "Of all that is random")->check(program::whole_number())->capture_default_str();
   command.add_option("--shape-seed", o->shape_seed, "Of the shapes and the vertex orders, instead of --seed")
       ->check(program::whole_number());

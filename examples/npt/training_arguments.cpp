@@ -132,8 +132,15 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
       ->capture_default_str()
       ->group("Data");
   command
+      .add_option("--natural-poses", a.natural_poses,
+                  "Part of a body's meshes in natural poses, from the prior that npt ships, in any direction")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->group("Data");
+  command
       .add_flag("--protocol", a.protocol, "The paper's 16 identities in 400 poses instead of fresh ones at every step")
       ->excludes("--wide-poses")
+      ->excludes("--natural-poses")
       ->group("Data");
   command.add_flag("--mix-bodies", a.mix_bodies, "Identity and pose mesh may come from different bodies")
       ->group("Data");

@@ -29,7 +29,7 @@ struct TrainingArguments {
   double blend = 0;
   bool mirror = false;
   std::string shapes = "normal";
-  double wide_poses = 0;
+  double wide_poses = 0, natural_poses = 0;
   bool protocol = false, mix_bodies = false;
   double yaw = 0, noise = 0;
   std::string scale_range = "1,1";

@@ -57,6 +57,7 @@ npt::BodySamplerOptions sampler_options(const TrainingArguments& a, const StageA
   options.noise = a.noise;
   options.shapes = a.shapes == "normal" ? npt::ShapeDistribution::normal : npt::ShapeDistribution::uniform;
   options.wide_poses = a.wide_poses;
+  options.natural_poses = a.natural_poses;
   options.protocol = a.protocol;
   options.mix_bodies = a.mix_bodies;
   return options;
@@ -113,9 +114,11 @@ void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired)
 }
 
 void use_family(TrainingCourse& course, const TrainingArguments& a, bool paired) {
-  if (a.protocol || a.mix_bodies || a.wide_poses > 0 || a.shapes != "normal")
-    throw npt::Error(
-        {"--family", {}, "with an option for bodies", "no --protocol, --mix-bodies, --wide-poses or --shapes"});
+  if (a.protocol || a.mix_bodies || a.wide_poses > 0 || a.natural_poses > 0 || a.shapes != "normal")
+    throw npt::Error({"--family",
+                      {},
+                      "with an option for bodies",
+                      "no --protocol, --mix-bodies, --wide-poses, --natural-poses or --shapes"});
   const auto family = std::make_shared<const npt::Family>(npt::load_family(*a.family));
   for (const npt::Species& species : family->species)
     course.trained_on += (course.trained_on.empty() ? "" : ", ") + species.name;

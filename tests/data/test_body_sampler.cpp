@@ -295,6 +295,26 @@ TEST_CASE("a part of the meshes is in wide poses, and none unless asked for") {
   }
 }
 
+TEST_CASE("parts of the meshes are in wide and in natural poses") {
+  const auto body = npt::borrowed(npt::mannequin());
+  npt::BodySamplerOptions options;
+  options.wide_poses = 0.25;
+  const npt::BodySampler wide(body, options);
+  options.natural_poses = 0.5;
+  const npt::BodySampler mixed(body, options);
+  int natural = 0, same = 0;
+  for (std::uint64_t i = 0; i < 400; ++i) {
+    const npt::PoseParameters pose = mixed.choose(3, i).pair.identity_pose;
+    // Only natural poses turn about the vertical.
+    natural += std::abs(pose[1]) > 0.4F ? 1 : 0;
+    same += pose == wide.choose(3, i).pair.identity_pose ? 1 : 0;
+  }
+  CHECK(natural > 140);
+  CHECK(natural < 200);
+  CHECK(same > 160);  // wide ones stay wide, and half of the others the paper's
+  CHECK(same < 240);
+}
+
 TEST_CASE("a mixture draws bodies by weight, and pairs them across only when told") {
   const auto two = std::make_shared<const npt::BodyModel>(stick_figure(1));
   const auto three = std::make_shared<const npt::BodyModel>(stick_figure(2));
@@ -381,6 +401,8 @@ TEST_CASE("samplers refuse what can't be sampled") {
   refused([](Options& o) { o.scale_high = 0.5; }, "largest scale");
   refused([](Options& o) { o.noise = -1; }, "noise");
   refused([](Options& o) { o.wide_poses = 1.5; }, "wide_poses");
+  refused([](Options& o) { o.natural_poses = -0.5; }, "natural_poses");
+  refused([](Options& o) { o.wide_poses = o.natural_poses = 0.6; }, "wide_poses and natural_poses: found 1.2");
   CHECK_THROWS_AS(npt::BodySampler(std::vector<npt::WeightedBody>{}), npt::Error);
   CHECK_THROWS_AS(npt::BodySampler(std::vector<npt::WeightedBody>{{body, 0}}), npt::Error);
   CHECK_THROWS_AS(npt::BodySampler(std::shared_ptr<const npt::BodyModel>()), npt::Error);

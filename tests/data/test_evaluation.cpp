@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <npt/body/proportions.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/mannequin/mannequin.hpp>
@@ -81,7 +82,11 @@ TEST_CASE("a NaN in a result is an error that is NaN, and the worst of all") {
   CHECK(evaluation.worst(3) == std::vector<std::size_t>{1, 2, 3});
   CHECK(evaluation.worst(9).size() == 4);
   CHECK(std::isnan(evaluation.pmd()));
+  CHECK(std::isnan(evaluation.worst_pmd()));
+  CHECK(evaluation.median_pmd() == doctest::Approx(2.5));
   evaluation.pairs.erase(evaluation.pairs.begin() + 1);
+  CHECK(evaluation.median_pmd() == doctest::Approx(2));
+  CHECK(evaluation.worst_pmd() == doctest::Approx(3));
   CHECK(evaluation.pmd() == doctest::Approx(2));
   CHECK(evaluation.root_mm() == doctest::Approx(1000 * std::sqrt(2.0)));
 }
@@ -135,6 +140,40 @@ TEST_CASE("pairs of a body are its posed meshes, shuffled independently, with ed
     for (std::size_t t = 0; t < pair.identity_triangles.size(); ++t)
       for (std::size_t k = 0; k < 3; ++k)
         REQUIRE(identity_places[pair.identity_triangles[t][k]] == body->triangles()[t][k]);
+  }
+}
+
+TEST_CASE("natural pairs: other shapes, other poses in any direction, the identity's shape in the pose as the truth") {
+  const auto pairs = npt::fresh_pairs(40, 4, 10, npt::ShapeDistribution::normal, npt::PoseDistribution::natural);
+  const auto paper = npt::fresh_pairs(40, 4, 10);
+  int turned = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    CHECK(pairs[i].identity_shape == paper[i].identity_shape);
+    CHECK(pairs[i].identity_shape != pairs[i].pose_shape);
+    CHECK(pairs[i].identity_pose != pairs[i].pose);
+    turned += std::abs(pairs[i].pose[1]) > 1 ? 1 : 0;
+  }
+  CHECK(turned > 10);
+  CHECK(pairs[3].pose ==
+        npt::fresh_pairs(4, 4, 10, npt::ShapeDistribution::normal, npt::PoseDistribution::natural)[3].pose);
+}
+
+TEST_CASE("character pairs have the same shapes and poses, and proportions behind them") {
+  const npt::BodyModel body = npt::with_proportions(npt::mannequin());
+  const std::size_t own = npt::mannequin().shape_count();
+  const auto plain = npt::fresh_pairs(3, 4, own), characters = npt::fresh_character_pairs(3, 4, own);
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    CHECK(characters[i].pose == plain[i].pose);
+    CHECK(characters[i].identity_pose == plain[i].identity_pose);
+    for (const auto& [with, without] : {std::pair{characters[i].identity_shape, plain[i].identity_shape},
+                                        std::pair{characters[i].pose_shape, plain[i].pose_shape}}) {
+      REQUIRE(with.size() == body.shape_count());
+      CHECK(std::equal(without.begin(), without.end(), with.begin()));
+      CHECK(std::any_of(with.begin() + static_cast<std::ptrdiff_t>(own), with.end(), [](float p) { return p != 0; }));
+    }
+    CHECK(!std::equal(characters[i].identity_shape.begin() + static_cast<std::ptrdiff_t>(own),
+                      characters[i].identity_shape.end(),
+                      characters[i].pose_shape.begin() + static_cast<std::ptrdiff_t>(own)));
   }
 }
 

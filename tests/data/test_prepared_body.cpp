@@ -42,10 +42,19 @@ TEST_CASE("extremes are the vertices on the sides of the turned box and the one 
   CHECK_FALSE(found.contains(6));
 }
 
+TEST_CASE("a mixture of poses gives each its part") {
+  const npt::data::PoseMixture mixture{.wide = 0.2, .natural = 0.5};
+  CHECK(mixture.at(0.1) == npt::PoseDistribution::wide);
+  CHECK(mixture.at(0.2) == npt::PoseDistribution::natural);
+  CHECK(mixture.at(0.6) == npt::PoseDistribution::natural);
+  CHECK(mixture.at(0.8) == npt::PoseDistribution::paper);
+  CHECK(npt::data::PoseMixture{}.at(0) == npt::PoseDistribution::paper);
+}
+
 TEST_CASE("extreme vertices are ascending and grow with the number of trials") {
   const npt::BodyModel body(stick_figure(2));
-  const auto few = npt::data::extreme_vertices(body, npt::ShapeDistribution::normal, 0, 0, 3);
-  const auto many = npt::data::extreme_vertices(body, npt::ShapeDistribution::normal, 0, 0, 20);
+  const auto few = npt::data::extreme_vertices(body, npt::ShapeDistribution::normal, 0, {}, 3);
+  const auto many = npt::data::extreme_vertices(body, npt::ShapeDistribution::normal, 0, {}, 20);
   CHECK(std::ranges::is_sorted(many));
   CHECK(std::ranges::includes(many, few));
   CHECK(few.size() >= 4);

@@ -181,6 +181,15 @@ test_generate() {
   expect 0 -- generate --out shuffled.ply --shape zero --pose rest --shuffle
   different rest.ply shuffled.ply
   expect 0 --out "closed" --out "components" -- info shuffled.ply
+  expect 0 -- generate --out natural.ply --pose natural --seed 5
+  different natural.ply one.ply
+  expect 0 -- generate --out again.ply --pose natural --seed 5
+  same natural.ply again.ply
+  expect 0 -- generate --out character.ply --proportions --pose natural --seed 5
+  different character.ply natural.ply
+  expect 0 -- generate --out character.ply --proportions --shape zero --pose rest
+  different character.ply rest.ply
+  expect 1 --err "--shape: found 11 numbers" -- generate --out x.ply --proportions --shape "1,1,1,1,1,1,1,1,1,1,1"
   expect 2 --err "--count" -- generate --out x --count 0
   expect 2 --err "--seed" -- generate --out x --seed -1
   expect 2 --err "--seed" -- generate --out x --seed 99999999999999999999999
@@ -472,6 +481,17 @@ test_evaluate() {
   [ "$(pmd_of)" != "$first" ] || fail "noise changes nothing"
   [ "$(wc -l < out.txt)" -eq 1 ] || fail "JSON of more than one line"
 
+  # Natural poses: another set of pairs, the same for the same seed; characters have the same poses.
+  expect 0 --out "fresh pairs in natural poses of mannequin, seed 5" --out '"pmd_median":' --out '"pmd_worst":' -- evaluate --pairs 2 --seed 5 --poses natural --json
+  local natural
+  natural=$(pmd_of)
+  [ "$natural" != "$first" ] || fail "natural poses are the paper's"
+  expect 0 -- evaluate --pairs 2 --seed 5 --poses natural --json --threads 1
+  [ "$(pmd_of)" = "$natural" ] || fail "natural poses differ for another number of threads"
+  expect 0 --out "natural poses and random proportions of mannequin" --out "median" --out "worst" -- evaluate --pairs 1 --poses natural --proportions
+  expect 2 --err "--proportions" -- evaluate --protocol --proportions
+  expect 2 --err "--poses" -- evaluate --pairs 1 --poses odd
+
   mkdir -p family/cat family/dog
   cp a.obj family/cat/sit.obj
   cp a.obj family/cat/run.obj
@@ -651,6 +671,9 @@ test_bench() {
   expect 0 --out '"share": ' --out '"gradient_error": ' -- bench train --json --bottleneck 64 --vertices 50 --batch 2 --repeats 1
   expect 0 --out "GFLOP/s" --out "backward" -- bench train --bottleneck 64 --vertices 50 --batch 2 --repeats 1 --feature pooled
   expect 0 --out '"share": ' -- bench forward --json --bottleneck 64 --vertices 50 --repeats 1
+  expect 0 --out '"peak_memory_mb":' --out '"vertices":27554' --out '"a further frame"' -- bench transfer --json --random-weights --repeats 1 --frames 1 --subdivisions 1
+  expect 0 --out "first result" --out "a further frame" --out "PMD x 1e-4" -- bench transfer --random-weights --repeats 1 --frames 2 --large-repeats 0 --seed 3
+  expect 2 --err "--subdivisions" -- bench transfer --subdivisions 9
   expect 1 --err "--vertices: found 99999" -- bench train --vertices 99999
   expect 2 --err "--bottleneck" -- bench train --bottleneck 3
   expect 2 --err "'-1' is not a whole number" -- bench forward --seed=-1

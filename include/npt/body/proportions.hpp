@@ -7,6 +7,7 @@
 
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
+#include <npt/body/pose_sampler.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
@@ -126,8 +127,8 @@ inline BodyModel with_proportions(const BodyModel& body, const Proportions& unit
   }
   std::vector<float> directions(vertices * 3 * now);
   for (std::size_t v = 0; v < vertices; ++v) {
-    const Vec3d at = Vec3f{tables.v_template[3 * v], tables.v_template[3 * v + 1], tables.v_template[3 * v + 2]}
-                         .as<double>();
+    const Vec3d at =
+        Vec3f{tables.v_template[3 * v], tables.v_template[3 * v + 1], tables.v_template[3 * v + 2]}.as<double>();
     std::array<Vec3d, body_proportion_count> moved{};
     for (std::size_t i = tables.weights.start[v]; i < tables.weights.start[v + 1]; ++i) {
       const std::size_t j = tables.weights.column[i];
@@ -186,6 +187,15 @@ inline Proportions sample_proportions(Random& random) {
   for (std::size_t k = 0; k < p.size(); ++k)
     p[k] = std::exp(amount * random.uniform(std::log(ranges[k].low), std::log(ranges[k].high))) - 1;
   return p;
+}
+
+/// Shape parameters of with_proportions(body): the body's own, `own_shapes` of them as sample_shape draws them, then
+/// random proportions.
+inline std::vector<float> sample_character(Random& random, std::size_t own_shapes,
+                                           ShapeDistribution distribution = ShapeDistribution::normal) {
+  std::vector<float> betas = sample_shape(random, own_shapes, distribution);
+  for (const double p : sample_proportions(random)) betas.push_back(static_cast<float>(p));
+  return betas;
 }
 
 }  // namespace npt::inline NPT_ABI

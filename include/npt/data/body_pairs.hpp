@@ -5,6 +5,7 @@
 
 #include <npt/body/body_model.hpp>
 #include <npt/body/pose_sampler.hpp>
+#include <npt/body/proportions.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
@@ -65,22 +66,41 @@ inline EvaluationSet body_pairs(std::shared_ptr<const BodyModel> body, std::vect
                       std::size_t i) { return data::body_evaluation_pair(*prepared, (*list)[i], seed, i); }};
 }
 
+namespace data {
+
+/// `shape(random)` draws the shape parameters of one mesh.
+template <class Shape>
+std::vector<BodyPair> draw_pairs(std::size_t count, std::uint64_t seed, PoseDistribution poses, const Shape& shape) {
+  if (count >= max_index)
+    throw Error(
+        {.file = "pairs", .found = std::to_string(count), .expected = "fewer than " + std::to_string(max_index)});
+  std::vector<BodyPair> pairs(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto random = [&](Part part) { return random_for(Purpose::evaluation, seed, 0, i, part); };
+    Random identity_shape = random(Part::identity_shape), identity_pose = random(Part::identity_pose);
+    Random pose_shape = random(Part::pose_shape), pose = random(Part::pose);
+    pairs[i] = {shape(identity_shape), sample_pose(identity_pose, poses), shape(pose_shape), sample_pose(pose, poses)};
+  }
+  return pairs;
+}
+
+}  // namespace data
+
 /// Parameters of `count` pairs from a seed. Training never draws the same, whatever its seed.
 inline std::vector<BodyPair> fresh_pairs(std::size_t count, std::uint64_t seed, std::size_t shape_count,
                                          ShapeDistribution distribution = ShapeDistribution::normal,
                                          PoseDistribution poses = PoseDistribution::paper) {
-  if (count >= data::max_index)
-    throw Error(
-        {.file = "pairs", .found = std::to_string(count), .expected = "fewer than " + std::to_string(data::max_index)});
-  std::vector<BodyPair> pairs(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto random = [&](data::Part part) { return data::random_for(data::Purpose::evaluation, seed, 0, i, part); };
-    Random identity_shape = random(data::Part::identity_shape), identity_pose = random(data::Part::identity_pose);
-    Random pose_shape = random(data::Part::pose_shape), pose = random(data::Part::pose);
-    pairs[i] = {sample_shape(identity_shape, shape_count, distribution), sample_pose(identity_pose, poses),
-                sample_shape(pose_shape, shape_count, distribution), sample_pose(pose, poses)};
-  }
-  return pairs;
+  return data::draw_pairs(count, seed, poses,
+                          [&](Random& random) { return sample_shape(random, shape_count, distribution); });
+}
+
+/// Parameters of `count` pairs of with_proportions(body), whose meshes have random proportions each. `own_shapes`: the
+/// body's own shape parameters, which are those of fresh_pairs.
+inline std::vector<BodyPair> fresh_character_pairs(std::size_t count, std::uint64_t seed, std::size_t own_shapes,
+                                                   ShapeDistribution distribution = ShapeDistribution::normal,
+                                                   PoseDistribution poses = PoseDistribution::paper) {
+  return data::draw_pairs(count, seed, poses,
+                          [&](Random& random) { return sample_character(random, own_shapes, distribution); });
 }
 
 /// The protocol's two sets on a body: "seen" and "unseen" poses.

@@ -39,18 +39,20 @@ struct WeightedBody {
 
 struct BodySamplerOptions : SampleOptions {
   ShapeDistribution shapes = ShapeDistribution::normal;
-  double wide_poses = 0;    ///< the part of meshes, of fresh ones, whose pose is drawn from wide_pose_ranges
-  bool protocol = false;    ///< the paper's training set (protocol.hpp) instead of fresh shapes and poses
-  bool mix_bodies = false;  ///< identity and pose mesh may come from different bodies of the mixture
-  bool own_frame = false;   ///< a subset is normalised by its own box instead of the whole mesh's
+  double wide_poses = 0;     ///< the part of meshes, of fresh ones, whose pose is drawn from wide_pose_ranges
+  double natural_poses = 0;  ///< the part of meshes, of fresh ones, whose pose is drawn from the prior of natural ones
+  bool protocol = false;     ///< the paper's training set (protocol.hpp) instead of fresh shapes and poses
+  bool mix_bodies = false;   ///< identity and pose mesh may come from different bodies of the mixture
+  bool own_frame = false;    ///< a subset is normalised by its own box instead of the whole mesh's
 };
 
 class BodySampler : public SampleSource {
  public:
   explicit BodySampler(const std::vector<WeightedBody>& bodies, BodySamplerOptions options = {}) : options_(options) {
     data::check_options(options_);
-    if (!(options_.wide_poses >= 0 && options_.wide_poses <= 1))
-      throw Error({.file = "wide_poses", .found = std::to_string(options_.wide_poses), .expected = "a part, 0 to 1"});
+    expect_part("wide_poses", options_.wide_poses);
+    expect_part("natural_poses", options_.natural_poses);
+    expect_part("wide_poses and natural_poses", options_.wide_poses + options_.natural_poses);
     if (bodies.empty()) throw Error({.file = "bodies", .found = "none", .expected = "at least one body"});
     double sum = 0;
     for (const WeightedBody& member : bodies) {
@@ -65,7 +67,8 @@ class BodySampler : public SampleSource {
       expect_vertices(options_.pose_vertices, body);
       if (options_.protocol) prepared.training.emplace_back(body.shape_count(), options_.shapes);
       if ((options_.vertices != 0 || options_.pose_vertices != 0) && !options_.own_frame)
-        prepared.extremes = data::extreme_vertices(body, options_.shapes, options_.yaw, options_.wide_poses);
+        prepared.extremes =
+            data::extreme_vertices(body, options_.shapes, options_.yaw, {options_.wide_poses, options_.natural_poses});
     }
   }
   explicit BodySampler(std::shared_ptr<const BodyModel> body, BodySamplerOptions options = {})
@@ -109,8 +112,8 @@ class BodySampler : public SampleSource {
     Random identity_pose = random(data::Part::identity_pose), pose_pose = random(data::Part::pose);
     choice.pair.identity_shape = sample_shape(identity_shape, identity.body.model->shape_count(), options_.shapes);
     const auto poses = [&] {
-      const bool wide = options_.wide_poses > 0 && pick.uniform() < options_.wide_poses;
-      return wide ? PoseDistribution::wide : PoseDistribution::paper;
+      if (options_.wide_poses + options_.natural_poses <= 0) return PoseDistribution::paper;
+      return data::PoseMixture{options_.wide_poses, options_.natural_poses}.at(pick.uniform());
     };
     choice.pair.identity_pose = sample_pose(identity_pose, poses());
     choice.pair.pose_shape = sample_shape(pose_shape, pose.body.model->shape_count(), options_.shapes);
@@ -169,6 +172,10 @@ class BodySampler : public SampleSource {
     std::size_t vertex_count() const { return body.model->vertex_count(); }
   };
 
+  static void expect_part(const char* name, double part) {
+    if (!(part >= 0 && part <= 1))
+      throw Error({.file = name, .found = std::to_string(part), .expected = "a part, 0 to 1"});
+  }
   static void expect_vertices(std::size_t vertices, const BodyModel& body) {
     if (vertices > body.vertex_count())
       throw Error({.file = "vertices of a sample",

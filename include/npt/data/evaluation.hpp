@@ -87,19 +87,28 @@ struct Evaluation {
   double per_coordinate() const { return pmd() / 3; }
   double root_mm() const { return root_pmd_mm(pmd()); }
 
+  /// The median of the pairs' PMD; of an even number of pairs the mean of the two in the middle. NaN counts as infinite.
+  double median_pmd() const {
+    const std::vector<std::size_t> order = worst(pairs.size());
+    if (order.empty()) return 0;
+    return (badness(order[(order.size() - 1) / 2]) + badness(order[order.size() / 2])) / 2;
+  }
+  /// The largest PMD of a pair.
+  double worst_pmd() const { return pairs.empty() ? 0 : pairs[worst(1).front()].pmd; }
+
   /// The numbers of the `count` pairs with the largest PMD, worst first; NaN is worst of all.
   std::vector<std::size_t> worst(std::size_t count) const {
     std::vector<std::size_t> order(pairs.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto badness = [this](std::size_t i) {
-      return std::isnan(pairs[i].pmd) ? std::numeric_limits<double>::infinity() : pairs[i].pmd;
-    };
     std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return badness(a) > badness(b); });
     order.resize(std::min(count, order.size()));
     return order;
   }
 
  private:
+  double badness(std::size_t i) const {
+    return std::isnan(pairs[i].pmd) ? std::numeric_limits<double>::infinity() : pairs[i].pmd;
+  }
   double mean(double PairErrors::*error) const {
     double sum = 0;
     for (const PairErrors& pair : pairs) sum += pair.*error;

@@ -25,6 +25,17 @@
 
 namespace npt::inline NPT_ABI::data {
 
+/// The parts of meshes in wide and in natural poses; the others are in the paper's.
+struct PoseMixture {
+  double wide = 0, natural = 0;
+
+  /// x: 0 to 1
+  PoseDistribution at(double x) const {
+    if (x < wide) return PoseDistribution::wide;
+    return x < wide + natural ? PoseDistribution::natural : PoseDistribution::paper;
+  }
+};
+
 /// Adds to `found` the vertices at the six sides of the bounding box, and the one farthest from its centre, of the mesh
 /// turned by `angle` about the y axis.
 inline void add_extremes(std::span<const float> xyz, double angle, std::set<std::uint32_t>& found) {
@@ -54,17 +65,16 @@ inline void add_extremes(std::span<const float> xyz, double angle, std::set<std:
 }
 
 /// The extreme vertices of `trials` random meshes of the body, ascending. `yaw`: they are also turned, by up to this
-/// many degrees either way. `wide`: the part of them in wide poses.
+/// many degrees either way. `poses`: the parts of them in wide and in natural ones.
 inline std::vector<std::uint32_t> extreme_vertices(const BodyModel& body, ShapeDistribution shapes, double yaw,
-                                                   double wide = 0, std::size_t trials = 200) {
+                                                   PoseMixture poses = {}, std::size_t trials = 200) {
   std::set<std::uint32_t> found;
   std::vector<float> xyz(3 * body.vertex_count());
   for (std::size_t i = 0; i < trials; ++i) {
     Random shape = random_for(Purpose::support, 0, 0, i, Part::identity_shape);
     Random pose = random_for(Purpose::support, 0, 0, i, Part::identity_pose);
     Random turn = random_for(Purpose::support, 0, 0, i, Part::augmentation);
-    const auto distribution =
-        static_cast<double>(i % 10) < 10 * wide ? PoseDistribution::wide : PoseDistribution::paper;
+    const PoseDistribution distribution = poses.at(static_cast<double>(i % 10) / 10);
     body.posed(sample_shape(shape, body.shape_count(), shapes), sample_pose(pose, distribution), xyz);
     add_extremes(xyz, turn.uniform(-yaw, yaw) * (std::numbers::pi / 180), found);
   }
