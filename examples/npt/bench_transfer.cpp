@@ -34,7 +34,7 @@ namespace bench_transfer_command {
 struct Options {
   program::TransferArguments transfer;
   std::optional<std::uint64_t> seed;
-  std::size_t repeats = 5, frames = 10, large_repeats = 1;
+  std::size_t repeats = 5, frames = 10, large_repeats = 3;
   int subdivisions = 3;
   bool json = false;
 };
