@@ -45,6 +45,10 @@ constexpr std::size_t joint_index(SmplJoint joint) { return static_cast<std::siz
 inline constexpr std::array<int, smpl_joint_count> smpl_parents{-1, 0, 0, 0,  1,  2,  3,  4,  5,  6,  7,  8,
                                                                 9,  9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21};
 
+/// The joint of the other side; joints of the middle are their own.
+inline constexpr std::array<std::size_t, smpl_joint_count> smpl_mirrored_joints{
+    0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20, 23, 22};
+
 inline constexpr std::array<std::string_view, smpl_joint_count> smpl_joint_names{
     "pelvis",     "l_hip",      "r_hip",   "spine1",  "l_knee",  "r_knee",   "spine2",   "l_ankle",
     "r_ankle",    "spine3",     "l_foot",  "r_foot",  "neck",    "l_collar", "r_collar", "head",

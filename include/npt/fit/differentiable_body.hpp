@@ -1,10 +1,11 @@
 /// A body's vertices as a function of its parameters, and the gradient of a function of the vertices with respect to
-/// the parameters: reverse mode through linear blend skinning, the kinematic tree and Rodrigues' formula.
+/// the parameters: reverse mode through linear blend skinning, the kinematic tree and Rodrigues' formula. For methods
+/// that want a point's derivatives one by one there are rows of the Jacobian, for any point of the surface.
 ///   parameters   x = [translation 3, axis angles 3 J, betas S], in one row: BodyModel's, and a translation of all
 ///                vertices
 /// Shapes    vertices, gradients: [n] for the n vertices that were named at construction
 /// Numerics  double; the forward pass agrees with BodyModel::posed() to float's rounding, gradients with finite
-///           differences
+///           differences. Rows of the Jacobian leave out the corrections for bent joints, which move less than 1 cm
 /// Source    Loper et al., "SMPL", 2015; the derivative of a rotation: Gallego and Yezzi, "A compact formula for the
 ///           derivative of a 3-D rotation in exponential coordinates", 2015
 #pragma once
@@ -51,6 +52,17 @@ inline Vec3d axis_angle_gradient(Vec3d axis_angle, const Matrix3& r, const Matri
   return {along({1, 0, 0}, axis_angle.x), along({0, 1, 0}, axis_angle.y), along({0, 0, 1}, axis_angle.z)};
 }
 
+/// How exp(axis_angle) turns in its own frame where the axis angle grows: exp(a + d) = exp(a) exp(J d), to first order.
+inline Matrix3 right_jacobian(Vec3d a) {
+  const double square = dot(a, a), angle = std::sqrt(square);
+  // The series' next terms are below 1e-10 there.
+  const bool small = angle < 1e-3;
+  const double first = small ? 0.5 - square / 24 : (1 - std::cos(angle)) / square;
+  const double second = small ? 1.0 / 6 - square / 120 : (angle - std::sin(angle)) / (square * angle);
+  const Matrix3 skew{{{{0, -a.z, a.y}, {a.z, 0, -a.x}, {-a.y, a.x, 0}}}};
+  return Matrix3::identity() - skew * first + skew * skew * second;
+}
+
 }  // namespace fit::internal
 
 class DifferentiableBody {
@@ -62,6 +74,15 @@ class DifferentiableBody {
     std::vector<RigidMotion> motions;  ///< [J] of the bones, without the translation
     std::vector<double> bend;          ///< [9 (J - 1)] R - I, or empty without posedirs
     std::vector<Vec3d> shaped;         ///< [n] vertices of the rest pose
+  };
+
+  /// What the rows of the Jacobian at one x have in common.
+  struct Derivatives {
+    std::vector<Matrix3> turns;   ///< [J] from a moment about a posed joint to the derivative by its axis angle
+    std::vector<Vec3d> places;    ///< [J] posed joints, without the translation
+    std::vector<Vec3d> slides;    ///< [J, S] how a bone shifts with the betas
+    std::vector<Vec3d> moments;   ///< [J] of row()
+    std::vector<double> weights;  ///< [J] of row()
   };
 
   /// The body with all its vertices.
@@ -144,6 +165,75 @@ class DifferentiableBody {
     return sum;
   }
 
+  /// Prepares rows at x. `state` is forward's for this x.
+  void derivatives(std::span<const double> x, const State& state, Derivatives& d) const {
+    const std::size_t joints = joint_count();
+    d.turns.resize(joints), d.places.resize(joints), d.slides.resize(joints * shapes_);
+    d.moments.resize(joints), d.weights.resize(joints);
+    std::vector<Vec3d> moved(joints * shapes_);  // how posed joints move with the betas
+    for (std::size_t j = 0; j < joints; ++j) {
+      const Matrix3& rotation = state.motions[j].rotation;
+      d.turns[j] = (rotation * fit::internal::right_jacobian(axis_angle(x, j))).transposed();
+      d.places[j] = state.motions[j](state.joints[j]);
+      for (std::size_t b = 0; b < shapes_; ++b) {
+        const Vec3d own = joint_direction(j, b);
+        Vec3d& move = moved[j * shapes_ + b];
+        move = own;
+        if (j > 0) {
+          const auto parent = static_cast<std::size_t>(parents_[j]);
+          move = moved[parent * shapes_ + b] + state.motions[parent].rotation * (own - joint_direction(parent, b));
+        }
+        d.slides[j * shapes_ + b] = move - rotation * own;
+      }
+    }
+  }
+
+  /// One row of the Jacobian: the derivatives of direction . p by all parameters, p the sum of the vertices `corners`
+  /// times `weights`, which sum to 1. row: [3 + 3 J + S]
+  /// Source    Sola et al., "A micro Lie theory for state estimation in robotics", 2018, section IV (rotations)
+  void row(const State& state, Derivatives& d, const std::array<std::uint32_t, 3>& corners,
+           const std::array<double, 3>& weights, Vec3d direction, std::span<double> row) const {
+    const std::size_t joints = joint_count();
+    std::fill(d.moments.begin(), d.moments.end(), Vec3d{});
+    std::fill(d.weights.begin(), d.weights.end(), 0.0);
+    const std::span<double> by_beta = row.subspan(3 + 3 * joints);
+    std::fill(by_beta.begin(), by_beta.end(), 0.0);
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (weights[c] == 0) continue;
+      const std::size_t i = corners[c];
+      Vec3d at_rest;
+      for (std::size_t s = skin_start_[i]; s < skin_start_[i + 1]; ++s) {
+        const std::size_t j = skin_joint_[s];
+        const double w = weights[c] * skin_weight_[s];
+        d.moments[j] += state.motions[j](state.shaped[i]) * w;
+        d.weights[j] += w;
+        at_rest += fit::internal::transposed_times(state.motions[j].rotation, direction) * w;
+      }
+      const float* shape = shapedirs_.data() + 3 * i * shapes_;
+      for (std::size_t b = 0; b < shapes_; ++b)
+        by_beta[b] += at_rest.x * static_cast<double>(shape[b]) + at_rest.y * static_cast<double>(shape[shapes_ + b]) +
+                      at_rest.z * static_cast<double>(shape[2 * shapes_ + b]);
+    }
+    for (std::size_t j = 0; j < joints; ++j)
+      if (d.weights[j] != 0)
+        for (std::size_t b = 0; b < shapes_; ++b)
+          by_beta[b] += d.weights[j] * dot(direction, d.slides[j * shapes_ + b]);
+    row[0] = direction.x, row[1] = direction.y, row[2] = direction.z;
+    // A joint moves what hangs on it: sums over its branch, children before parents.
+    for (std::size_t j = joints; j-- > 0;) {
+      Vec3d turn;
+      if (d.weights[j] != 0) {
+        turn = d.turns[j] * cross(d.moments[j] - d.places[j] * d.weights[j], direction);
+        if (j > 0) {
+          const auto parent = static_cast<std::size_t>(parents_[j]);
+          d.moments[parent] += d.moments[j];
+          d.weights[parent] += d.weights[j];
+        }
+      }
+      row[3 + 3 * j] = turn.x, row[4 + 3 * j] = turn.y, row[5 + 3 * j] = turn.z;
+    }
+  }
+
   /// Rest joints and bones for x; forward() calls it.
   void pose_bones(std::span<const double> x, State& state) const {
     state.joints.resize(joint_count());
@@ -180,6 +270,11 @@ class DifferentiableBody {
   std::span<const double> betas(std::span<const double> x) const { return x.subspan(3 + 3 * joint_count()); }
   static Vec3d axis_angle(std::span<const double> x, std::size_t j) {
     return {x[3 + 3 * j], x[4 + 3 * j], x[5 + 3 * j]};
+  }
+
+  /// How joint j of the rest pose moves with beta number b.
+  Vec3d joint_direction(std::size_t j, std::size_t b) const {
+    return {rest_joints_.direction(j, 0)[b], rest_joints_.direction(j, 1)[b], rest_joints_.direction(j, 2)[b]};
   }
 
   static Matrix3 loaded(const double* m) { return {{{{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}}}}; }

@@ -12,8 +12,10 @@
 #include <npt/config.hpp>
 #include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/linear/normal_equations.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -77,6 +79,26 @@ class PosePrior {
       add(hinge.joint, hinge.axis * (backwards - 2 * folded));
     }
     return value;
+  }
+
+  /// Half of the second derivatives at theta, which are positive, are added to `equations` from unknown `first` on.
+  void add_curvature(std::span<const double> theta, double weight, double hinge_weight, std::size_t first,
+                     NormalEquations& equations) const {
+    const auto add = [&](std::size_t joint, const Matrix3& k) {
+      const std::size_t at = first + 3 * joint;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::array<double, 3> row{k.rows[i].x, k.rows[i].y, k.rows[i].z};
+        for (std::size_t c = 0; c <= i; ++c) equations.add_to_matrix(at + i, at + c, row[c]);
+      }
+    };
+    for (std::size_t j = 0; j < stiffness_.size(); ++j) add(j, stiffness_[j] * weight);
+    for (const Hinge& hinge : hinges_) {
+      const double wrong =
+          dot(hinge.axis, Vec3d{theta[3 * hinge.joint], theta[3 * hinge.joint + 1], theta[3 * hinge.joint + 2]});
+      const double backwards = 0.5 * hinge_weight * std::exp(std::min(wrong, 5.0));
+      const double folded = -wrong > most_bend ? hinge_weight * 20 : 0;
+      add(hinge.joint, outer(hinge.axis, hinge.axis) * (backwards + folded));
+    }
   }
 
  private:

@@ -1,0 +1,120 @@
+#include <doctest/doctest.h>
+
+#include <fit/simulated_reading.hpp>
+
+#include <npt/core/error.hpp>
+#include <npt/fit/reading_fit.hpp>
+#include <npt/mannequin/mannequin.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <thread>
+#include <vector>
+
+namespace {
+
+using npt::Vec3d;
+
+const npt::ReadingFitter& fitter() {
+  static const npt::ReadingFitter shared(npt::borrowed(npt::mannequin()));
+  return shared;
+}
+
+struct Case {
+  simulated::Posed posed;
+  npt::FitSurface surface;
+  npt::Reading reading;
+};
+
+Case make(std::uint64_t seed, const simulated::Noise& noise = {}) {
+  npt::Random random(seed);
+  const simulated::Posed posed = simulated::draw(npt::mannequin(), {}, random);
+  const npt::FitSurface surface(posed.points, npt::mannequin().triangles());
+  return {posed, surface,
+          simulated::read(surface, posed.points, npt::mannequin().triangles(), simulated::mannequin_places(),
+                          npt::mannequin().tables().weights, 1000, noise, random)};
+}
+
+}  // namespace
+
+TEST_CASE("bodies that the model makes come back from noisy readings") {
+  double sum = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const Case c = make(seed, {.swap_one_arm = seed == 2, .swap_arms = seed == 3, .swap_legs = seed == 4});
+    const npt::ReadingFit fit = fitter().fit(c.surface, c.reading);
+    CAPTURE(seed);
+    const double error = simulated::error(npt::mannequin(), fit.body, c.posed.points);
+    CHECK(error < 0.015);
+    CHECK(fit.body.distance < 0.003);
+    CHECK(fit.trust() > 0.98);
+    CHECK(fit.facing == 1);
+    sum += error / 6;
+  }
+  CHECK(sum < 0.007);
+}
+
+TEST_CASE("of several readings the right one is taken") {
+  const Case c = make(7);
+  std::vector<npt::Reading> readings(3, c.reading);
+  for (npt::ReadPoint& p : readings[0]) p.place.x = -p.place.x;
+  npt::Random random(2);
+  for (npt::ReadPoint& p : readings[1])
+    p.place = readings[2][random.below(static_cast<std::uint32_t>(readings[2].size()))].place;
+  const npt::ReadingFit fit = fitter().fit(c.surface, readings);
+  CHECK(fit.reading == 2);
+  CHECK(simulated::error(npt::mannequin(), fit.body, c.posed.points) < 0.015);
+}
+
+TEST_CASE("triangles that turn inwards are told by the reading") {
+  Case c = make(8);
+  std::vector<npt::Triangle> turned(npt::mannequin().triangles().begin(), npt::mannequin().triangles().end());
+  for (npt::Triangle& t : turned) std::swap(t[0], t[1]);
+  const npt::FitSurface surface(c.posed.points, turned);
+  for (npt::ReadPoint& p : c.reading) p.normal = -p.normal;
+  const npt::ReadingFit fit = fitter().fit(surface, c.reading);
+  CHECK(fit.facing == -1);
+  CHECK(fit.body.distance < 0.003);
+}
+
+TEST_CASE("what isn't a body is trusted less") {
+  Case c = make(9);
+  // Half as wide again, and the arms cut off at places that the body has.
+  std::vector<Vec3d> points = c.posed.points;
+  for (Vec3d& p : points) p = {1.6 * p.x, 0.7 * p.y, 0.4 * p.z};
+  for (npt::ReadPoint& p : c.reading) p.point = {1.6 * p.point.x, 0.7 * p.point.y, 0.4 * p.point.z};
+  const npt::ReadingFit fit = fitter().fit(npt::FitSurface(points, npt::mannequin().triangles()), c.reading);
+  CHECK(fit.trust() < 0.97);
+  CHECK(fit.relative_distance > 0.005);
+}
+
+TEST_CASE("the next frame follows from the last one, with its shape") {
+  const Case c = make(10, {.place = 0.03, .part = 0.01, .wild = 0.05});
+  const npt::ReadingFit first = fitter().fit(c.surface, c.reading);
+  simulated::Posed next = c.posed;
+  for (std::size_t i = 3; i < 72; ++i) next.pose[i] += 0.05F * static_cast<float>(i % 3) - 0.05F;
+  next.points = simulated::points_of(npt::mannequin(), next.betas, next.pose);
+  const npt::FitSurface surface(next.points, npt::mannequin().triangles());
+  const npt::ReadingFit second = fitter().refit(surface, first);
+  CHECK(second.body.betas == first.body.betas);
+  CHECK(simulated::error(npt::mannequin(), second.body, next.points) < 0.015);
+  CHECK(second.body.distance < 0.005);
+}
+
+TEST_CASE("threads share a fitter and get the same bits") {
+  const Case c = make(11);
+  std::vector<npt::ReadingFit> fits(2);
+  std::thread other([&] { fits[1] = fitter().fit(c.surface, c.reading); });
+  fits[0] = fitter().fit(c.surface, c.reading);
+  other.join();
+  CHECK(fits[0].body.axis_angles == fits[1].body.axis_angles);
+  CHECK(fits[0].body.betas == fits[1].body.betas);
+  CHECK(fits[0].body.distance == fits[1].body.distance);
+}
+
+TEST_CASE("no reading, and no body, are errors") {
+  const Case c = make(12);
+  CHECK_THROWS_AS(fitter().fit(c.surface, std::span<const npt::Reading>()), npt::Error);
+  CHECK_THROWS_AS(fitter().fit(c.surface, npt::Reading()), npt::Error);
+  CHECK_THROWS_AS(npt::ReadingFitter(nullptr), npt::Error);
+}
