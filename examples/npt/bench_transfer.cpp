@@ -11,6 +11,7 @@
 #include <npt/core/error.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/evaluation.hpp>
+#include <npt/data/sequences.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/subdivide.hpp>
 #include <npt/mesh/triangles.hpp>
@@ -108,35 +109,21 @@ Row first_results(const Options& o, std::uint64_t seed, int subdivisions, std::s
 
 /// Frames of a movement between two natural poses, for one prepared identity. The first frame isn't counted.
 Row further_frames(const Options& o, std::uint64_t seed) {
-  const npt::BodyModel& body = npt::mannequin();
-  const npt::BodyPair ends =
-      npt::fresh_pairs(1, seed, body.shape_count(), npt::ShapeDistribution::normal, npt::PoseDistribution::natural)[0];
-  // Both ends look the same way: no movement turns about by half a circle in a few frames.
-  npt::PoseParameters from = ends.identity_pose, to = ends.pose;
-  std::copy_n(to.begin(), 3, from.begin());
-  npt::EvaluationPair frame{.name = "frame",
-                            .pose = std::vector<float>(3 * body.vertex_count()),
-                            .identity = std::vector<float>(3 * body.vertex_count()),
-                            .truth = std::vector<float>(3 * body.vertex_count()),
-                            .pose_triangles = {body.triangles().begin(), body.triangles().end()},
-                            .edges = {},
-                            .identity_triangles = {body.triangles().begin(), body.triangles().end()}};
-  body.posed(ends.identity_shape, ends.identity_pose, frame.identity);
+  // A twentieth of the way at most from frame to frame: a second at 20 frames.
+  const npt::SequenceSet set =
+      npt::body_sequences(npt::borrowed(npt::mannequin()), 1, std::max<std::size_t>(o.frames, 20) + 1, seed,
+                          npt::ShapeDistribution::normal, npt::PoseDistribution::natural);
+  npt::EvaluationPair frame = set.pair(0, 0);
   const program::PoseTransfer transfer = program::open_transfer(o.transfer);
   const npt::PreparedIdentity identity = transfer.prepare_identity(identity_of(frame));
   npt::PoseSequence sequence(transfer);
   npt::PreparedPose prepared;
   std::vector<float> result(frame.identity.size()), again(frame.identity.size());
-  Row row{.name = "a further frame", .vertices = body.vertex_count(), .seconds = {}};
+  Row row{.name = "a further frame", .vertices = result.size() / 3, .seconds = {}};
   for (std::size_t f = 0; f <= o.frames; ++f) {
-    npt::PoseParameters angles = from;
-    // A twentieth of the way at most from frame to frame: a second at 20 frames.
-    const float t = static_cast<float>(f) / static_cast<float>(std::max<std::size_t>(o.frames, 20));
-    for (std::size_t i = 0; i < angles.size(); ++i) angles[i] += t * (to[i] - from[i]);
-    body.posed(ends.pose_shape, angles, frame.pose);
-    body.posed(ends.identity_shape, angles, frame.truth);
+    if (f > 0) frame = set.pair(0, f);
     const double start = bench::seconds_now();
-    sequence.prepare(pose_of(frame), body.vertex_count(), prepared);
+    sequence.prepare(pose_of(frame), result.size() / 3, prepared);
     transfer(identity, prepared, result);
     const double seconds = bench::seconds_now() - start;
     if (f == 0) {

@@ -146,8 +146,8 @@ std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArgumen
 
 /// Sequences instead of pairs: errors and jitter, result and truth.
 void run_sequences(Options o) {
-  const npt::SequenceSet set =
-      npt::body_sequences(body_of(o), o.sequences, o.frames, o.transfer.options.seed, distribution_of(o));
+  const npt::SequenceSet set = npt::body_sequences(body_of(o), o.sequences, o.frames, o.transfer.options.seed,
+                                                   distribution_of(o), program::pose_distribution(o.poses));
   const program::PoseTransfer transfer = program::open_transfer(o.transfer);
   program::catch_interrupts();
   program::Progress progress("frames", set.count * set.frames);
@@ -159,7 +159,8 @@ void run_sequences(Options o) {
       });
   progress.clear();
   const program::SequenceMeans means = program::means_of(sequences);
-  const std::string data = std::to_string(set.count) + " sequences of " + body_name(o);
+  const std::string data = std::to_string(set.count) + " sequences " +
+                           (o.poses == "paper" ? "" : "in " + o.poses + " poses ") + "of " + body_name(o);
   if (o.json) {
     const program::Report report{{"network", transfer.description()},
                                  {"data", data},
@@ -252,7 +253,8 @@ void add(CLI::App& command) {
       ->capture_default_str();
   command
       .add_option("--poses", o->poses,
-                  "Of --pairs: the paper's ranges (Table 6), wide ones (running, sitting, reaching), or natural poses, "
+                  "Of --pairs and --sequences: the paper's ranges (Table 6), wide ones (running, sitting, reaching), "
+                  "or natural poses, "
                   "drawn from the prior that npt ships and turned in any direction")
       ->check(CLI::IsMember({"paper", "wide", "natural"}))
       ->capture_default_str();

@@ -87,3 +87,16 @@ TEST_CASE("sequences that can't be are refused") {
   CHECK_THROWS_AS(npt::body_sequences(walker(), 1, 2), npt::Error);
   CHECK_THROWS_AS(npt::body_sequences(nullptr, 1, 5), npt::Error);
 }
+
+TEST_CASE("sequences in natural poses are fresh, one mesh throughout, and the same for the same seed") {
+  const auto made = [](std::uint64_t seed) {
+    return npt::body_sequences(walker(), 2, 4, seed, npt::ShapeDistribution::normal, npt::PoseDistribution::natural);
+  };
+  const npt::SequenceSet set = made(5);
+  CHECK(set.pair(1, 3).pose == made(5).pair(1, 3).pose);
+  CHECK(set.pair(1, 3).pose != made(6).pair(1, 3).pose);
+  CHECK(set.pair(0, 0).pose != npt::body_sequences(walker(), 2, 4, 5).pair(0, 0).pose);
+  CHECK(set.pair(1, 0).pose != set.pair(1, 1).pose);
+  CHECK(set.pair(1, 0).identity == set.pair(1, 1).identity);
+  CHECK(set.pair(1, 0).pose_triangles == set.pair(1, 3).pose_triangles);
+}

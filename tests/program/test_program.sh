@@ -523,6 +523,7 @@ test_evaluate() {
   expect 0 --out "3 pairings" -- evaluate --list lists/list.txt --pairings 3 --feature per-vertex
   expect 0 --out '"jitter_mm":' --out '"true_jitter_mm":' -- evaluate --sequences 1 --frames 3 --json
   expect 0 --out "jitter mm" -- evaluate --sequences 1 --frames 3 --fresh-choices --invariant --feature per-vertex
+  expect 0 --out "1 sequences in natural poses of mannequin" -- evaluate --sequences 1 --frames 3 --poses natural
   expect 2 --err "--frames" -- evaluate --frames 5
   expect 2 --err "--frames" -- evaluate --sequences 1 --frames 2
   expect 2 --err "--refine-radius" -- evaluate --pairs 1 --refine-radius 0.1

@@ -5,6 +5,7 @@
 /// Units     those of the coordinates, a frame being the unit of time
 #pragma once
 
+#include <npt/body/pose_sampler.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/data/body_pairs.hpp>
@@ -71,28 +72,34 @@ struct SequenceSet {
   std::function<EvaluationPair(std::size_t sequence, std::size_t frame)> pair{};
 };
 
-/// Movements between unseen poses of the protocol, from pair s's pose to that of the pair after it, by new identities;
-/// joint angles change linearly. Vertices are shuffled as in body_pairs.
+/// Movements from pair s's pose to that of the pair after it, by new identities; joint angles change linearly. `poses`
+/// paper: between unseen poses of the protocol; others: between fresh ones of `seed`, and the root stays as it is, since
+/// natural poses look in any direction. Vertices are shuffled as in body_pairs.
 /// Errors  npt::Error for more sequences than the protocol has pairs, for fewer than 3 frames, and for a body without
 ///         SMPL's joints
 inline SequenceSet body_sequences(std::shared_ptr<const BodyModel> body, std::size_t count, std::size_t frames,
-                                  std::uint64_t seed = 0, ShapeDistribution distribution = ShapeDistribution::normal) {
+                                  std::uint64_t seed = 0, ShapeDistribution distribution = ShapeDistribution::normal,
+                                  PoseDistribution poses = PoseDistribution::paper) {
   if (count == 0 || count > protocol::pairs)
     throw Error(
         {.file = "sequences", .found = std::to_string(count), .expected = "1 to " + std::to_string(protocol::pairs)});
   if (frames < 3)
     throw Error({.file = "frames", .found = std::to_string(frames), .expected = "at least 3, to see a jitter"});
   auto prepared = std::make_shared<const data::PreparedBody>(std::move(body));
-  auto pairs =
-      std::make_shared<const std::vector<BodyPair>>(unseen_pose_pairs(prepared->model->shape_count(), distribution));
+  const std::size_t shapes = prepared->model->shape_count();
+  const bool protocol_poses = poses == PoseDistribution::paper;
+  auto pairs = std::make_shared<const std::vector<BodyPair>>(
+      protocol_poses ? unseen_pose_pairs(shapes, distribution)
+                     : fresh_pairs(protocol::pairs, seed, shapes, distribution, poses));
   return {.name = "sequences",
           .count = count,
           .frames = frames,
-          .pair = [prepared, pairs, frames, seed](std::size_t s, std::size_t f) {
+          .pair = [prepared, pairs, frames, seed, first = protocol_poses ? std::size_t{0} : std::size_t{3}](
+                      std::size_t s, std::size_t f) {
             BodyPair moment = (*pairs)[s];
             const PoseParameters& last = (*pairs)[(s + 1) % pairs->size()].pose;
             const float share = static_cast<float>(f) / static_cast<float>(frames - 1);
-            for (std::size_t k = 0; k < last.size(); ++k) moment.pose[k] += share * (last[k] - moment.pose[k]);
+            for (std::size_t k = first; k < last.size(); ++k) moment.pose[k] += share * (last[k] - moment.pose[k]);
             EvaluationPair pair = data::body_evaluation_pair(*prepared, moment, seed, s);
             pair.name = std::string("sequence ").append(std::to_string(s)).append(", frame ").append(std::to_string(f));
             return pair;
