@@ -611,6 +611,10 @@ test_train() {
   expect 0 --out "order:  relu_conv" --out "normalisation:  sphere" -- info edge.safetensors
   expect 0 -- train --out on.safetensors --start whole.safetensors --steps 1 --bottleneck 64 --batch 1 --vertices 20 --schedule constant \
     --rate 1e-30 --validation-pairs 0 --yaw 30 --noise 0.01 --scale-range 0.9,1.1 --protocol
+  expect 0 --out "2 steps" -- train --out natural.safetensors --bottleneck 64 --steps 2 --batch 2 --vertices 60 --natural-poses 0.5 \
+    --wide-poses 0.3 --validation-pairs 0
+  expect 1 --err "wide_poses and natural_poses: found 1.2" -- train --out x.safetensors --steps 2 --natural-poses 0.6 --wide-poses 0.6
+  expect 2 --err "--natural-poses" -- train --out x.safetensors --steps 2 --natural-poses 0.6 --protocol
   mkdir -p family/one family/two
   for label in stand jump; do
     "$npt" generate --out "family/one/$label.ply" --shape 1 --seed ${#label} > out.txt
