@@ -18,7 +18,7 @@ namespace kernel = npt::kernel;
 
 namespace {
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
+std::size_t to_size(int i) { return static_cast<std::size_t>(i); }
 
 template <class T>
 npt::AlignedBuffer<T> random_values(std::size_t count, std::uint64_t seed) {
@@ -32,15 +32,15 @@ npt::AlignedBuffer<T> random_values(std::size_t count, std::uint64_t seed) {
 /// written.
 template <class T>
 double product_error(int rows, int columns, int valid, kernel::ProductFormat format, bool as_matrix) {
-  const auto weights = random_values<T>(index(rows) * index(columns), 1), biases = random_values<T>(index(rows), 2),
-             operand = random_values<T>(kernel::tile_size(columns), 3);
-  const auto bias = [&](int row) { return biases[index(row)]; };
+  const auto weights = random_values<T>(to_size(rows) * to_size(columns), 1),
+             biases = random_values<T>(to_size(rows), 2), operand = random_values<T>(kernel::tile_size(columns), 3);
+  const auto bias = [&](int row) { return biases[to_size(row)]; };
   kernel::ProductWeights<T> packed;
   if (as_matrix)
-    packed.pack_matrix(rows, columns, format, weights.data(), index(columns), bias);
+    packed.pack_matrix(rows, columns, format, weights.data(), to_size(columns), bias);
   else
     packed.pack(
-        rows, columns, format, [&](int r, int c) { return weights[index(r) * index(columns) + index(c)]; }, bias);
+        rows, columns, format, [&](int r, int c) { return weights[to_size(r) * to_size(columns) + to_size(c)]; }, bias);
   npt::AlignedBuffer<kernel::Word> words(packed.operand_words(kernel::group_panels<T>));
   npt::AlignedBuffer<T> out(kernel::tile_size(rows));
   for (T& x : out.span()) x = std::numeric_limits<T>::quiet_NaN();
@@ -48,21 +48,21 @@ double product_error(int rows, int columns, int valid, kernel::ProductFormat for
   const kernel::GroupProduct<T> product(packed, operand.data(), valid, words.data());
   for (int b = 0; b < packed.block_count(); ++b)
     for (int p = 0; p < kernel::used_panels<T>(valid); ++p)
-      product.multiply_exactly(
-          b, p, packed.bias_at(packed.bias(), packed.first_row(b)),
-          out.data() + kernel::panel_stride<T>(rows) * index(p) + index(packed.first_row(b)) * kernel::panel_width<T>);
+      product.multiply_exactly(b, p, packed.bias_at(packed.bias(), packed.first_row(b)),
+                               out.data() + kernel::panel_stride<T>(rows) * to_size(p) +
+                                   to_size(packed.first_row(b)) * kernel::panel_width<T>);
   double worst = 0;
   for (int r = 0; r < rows; ++r) {
-    CHECK(packed.bias(r) == biases[index(r)]);
+    CHECK(packed.bias(r) == biases[to_size(r)]);
     for (int v = 0; v < valid; ++v) {
-      const std::size_t panel = index(v / kernel::panel_width<T>), lane = index(v % kernel::panel_width<T>);
+      const std::size_t panel = to_size(v / kernel::panel_width<T>), lane = to_size(v % kernel::panel_width<T>);
       const auto at = [&](const auto& tile, int channels, int c) {
         return static_cast<double>(
-            tile[kernel::panel_stride<T>(channels) * panel + index(c) * kernel::panel_width<T> + lane]);
+            tile[kernel::panel_stride<T>(channels) * panel + to_size(c) * kernel::panel_width<T> + lane]);
       };
-      double sum = static_cast<double>(biases[index(r)]);
+      double sum = static_cast<double>(biases[to_size(r)]);
       for (int c = 0; c < columns; ++c)
-        sum += static_cast<double>(weights[index(r) * index(columns) + index(c)]) * at(operand, columns, c);
+        sum += static_cast<double>(weights[to_size(r) * to_size(columns) + to_size(c)]) * at(operand, columns, c);
       const double error = std::abs(at(out, rows, r) - sum);
       if (!(error <= worst) && !std::isnan(worst)) worst = error;
     }
@@ -102,8 +102,8 @@ TEST_CASE("a group's product on matrix registers is what plain loops give" * sup
 TEST_CASE("a plain matrix product is what plain loops give, and its transpose is") {
   for (const int parts : {0, 3}) {  // the latter only where there are matrix registers
     const int m = 37, n = 45, k = 29;
-    const auto a = random_values<float>(index(m * k), 1), b = random_values<float>(index(k * n), 2);
-    std::vector<float> transposed(index(m * k)), c(index(m * n));
+    const auto a = random_values<float>(to_size(m * k), 1), b = random_values<float>(to_size(k * n), 2);
+    std::vector<float> transposed(to_size(m * k)), c(to_size(m * n));
     kernel::transpose_matrix(a.data(), m, k, transposed.data());
     kernel::MatrixProduct<float> product(parts);
     product(m, n, k, a.data(), transposed.data(), b.data(), c.data());
@@ -112,8 +112,8 @@ TEST_CASE("a plain matrix product is what plain loops give, and its transpose is
       for (int j = 0; j < n; ++j) {
         double sum = 0;
         for (int l = 0; l < k; ++l)
-          sum += static_cast<double>(a[index(i * k + l)]) * static_cast<double>(b[index(l * n + j)]);
-        worst = std::max(worst, std::abs(sum - static_cast<double>(c[index(i * n + j)])));
+          sum += static_cast<double>(a[to_size(i * k + l)]) * static_cast<double>(b[to_size(l * n + j)]);
+        worst = std::max(worst, std::abs(sum - static_cast<double>(c[to_size(i * n + j)])));
       }
     CHECK(worst < 1e-4);
   }

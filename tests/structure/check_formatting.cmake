@@ -14,7 +14,16 @@ foreach(folder IN ITEMS include examples tests bench cmake)
   list(APPEND sources ${found})
 endforeach()
 # Compares the output: clang-format 14's --dry-run reports replacements of a text by itself (the comment that closes
-# `namespace npt::inline NPT_ABI`).
+# `namespace npt::inline NPT_ABI`). First that of all files in one go, which takes a tenth of the time; where it differs, one by one.
+set(text "")
+foreach(source IN LISTS sources)
+  file(READ "${source}" text_of_source)
+  string(APPEND text "${text_of_source}")
+endforeach()
+execute_process(COMMAND "${CLANG_FORMAT}" ${sources} OUTPUT_VARIABLE formatted RESULT_VARIABLE result)
+if(result EQUAL 0 AND formatted STREQUAL text)
+  return()
+endif()
 set(wrong "")
 foreach(source IN LISTS sources)
   execute_process(COMMAND "${CLANG_FORMAT}" "${source}" OUTPUT_VARIABLE formatted RESULT_VARIABLE result)

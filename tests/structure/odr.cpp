@@ -2,8 +2,8 @@
 #include <cstdio>
 #include <cstring>
 
-const char* isa_of_unit_one();
-const char* isa_of_unit_two();
+extern "C" const char* isa_of_unit_one();
+extern "C" const char* isa_of_unit_two();
 
 int main() {
   std::printf("unit one: %s, unit two: %s\n", isa_of_unit_one(), isa_of_unit_two());

@@ -46,7 +46,7 @@ Axis fit_axis(std::span<const Series> series, bool logarithmic, double room, Get
   return {axis.low - room * span, axis.high + room * span, false};
 }
 
-Pixel blend(Pixel below, Pixel above, double coverage) {
+Pixel blended(Pixel below, Pixel above, double coverage) {
   const auto mix_channel = [coverage](std::uint8_t a, std::uint8_t b) {
     return static_cast<std::uint8_t>(std::lround(a + (b - a) * coverage));
   };
@@ -87,7 +87,7 @@ class Coverage {
       for (int x = 0; x < width_; ++x) {
         const double c =
             values_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
-        if (c > 0) image.at(x, y) = blend(image.at(x, y), colour, c);
+        if (c > 0) image.at(x, y) = blended(image.at(x, y), colour, c);
       }
   }
 

@@ -131,6 +131,7 @@ void check_options(std::span<const Panel> panels, const FigureOptions& o) {
   in_range("panel height", o.panel_height, 16, 8192);
   in_range("samples", o.samples, 1, most_samples);
   in_range("gap", o.gap, 0, 8192);
+  in_range("shadow cells", o.shadow_cells, 16, 8192);
   for (const Panel& panel : panels)
     if (panel.mesh != nullptr && panel.picture != nullptr)
       throw npt::Error({"picture", {}, "a panel with a mesh and a picture", "one of them"});

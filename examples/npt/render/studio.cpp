@@ -46,27 +46,24 @@ void add_dome(std::vector<Lamp>& lamps, float side, int count, Colour power) {
 /// Nearest surfaces of a figure as seen from one lamp, in parallel projection.
 class DepthMap {
  public:
-  /// On a person of 1.8 m a cell is 4 mm: less than the tessellation of any mesh of this field.
-  static constexpr int size = 448;
-
-  DepthMap() : depth_(static_cast<std::size_t>(size) * size) {}
+  explicit DepthMap(int size) : size_(size), depth_(cell(0, size_)) {}
 
   void draw(const Figure& figure, Vec3f towards, Vec3f centre, float radius) {
     std::fill(depth_.begin(), depth_.end(), std::numeric_limits<float>::lowest());
     frame_ = frame_towards(towards);
     centre_ = centre;
-    scale_ = 0.5F * static_cast<float>(size - 2) / radius;
+    scale_ = 0.5F * static_cast<float>(size_ - 2) / radius;
     projected_.resize(figure.positions.size());
     for (std::size_t v = 0; v < figure.positions.size(); ++v) projected_[v] = project(figure.positions[v]);
     const auto keep_nearest = [this](int x, int y, float z) {
-      float& depth = depth_[static_cast<std::size_t>(y) * size + static_cast<std::size_t>(x)];
+      float& depth = depth_[cell(x, y)];
       depth = std::max(depth, z);
     };
     for (const Triangle& t : figure.triangles)
-      raster_triangle(projected_[t[0]], projected_[t[1]], projected_[t[2]], size, size, keep_nearest);
+      raster_triangle(projected_[t[0]], projected_[t[1]], projected_[t[2]], size_, size_, keep_nearest);
     if (figure.is_cloud())
       for (Vec3f p : projected_)
-        raster_disc(p.x, p.y, figure.disc_radius * scale_, size, size,
+        raster_disc(p.x, p.y, figure.disc_radius * scale_, size_, size_,
                     [&](int x, int y, float, float) { keep_nearest(x, y, p.z); });
   }
 
@@ -74,13 +71,13 @@ class DepthMap {
   float visible(Vec3f p) const {
     const Vec3f q = project(p);
     const float x = q.x - 0.5F, y = q.y - 0.5F;
-    if (!(x >= 0 && y >= 0 && x < size - 1 && y < size - 1)) return 1;
+    if (!(x >= 0 && y >= 0 && x < static_cast<float>(size_ - 1) && y < static_cast<float>(size_ - 1))) return 1;
     const int column = static_cast<int>(x), row = static_cast<int>(y);
-    const float* cell = &depth_[static_cast<std::size_t>(row) * size + static_cast<std::size_t>(column)];
+    const float *here = &depth_[cell(column, row)], *below_it = here + size_;
     const float fx = x - static_cast<float>(column), fy = y - static_cast<float>(row);
     const auto lit = [z = q.z](float depth) { return z >= depth ? 1.0F : 0.0F; };
-    const float above = lit(cell[0]) * (1 - fx) + lit(cell[1]) * fx;
-    const float below = lit(cell[size]) * (1 - fx) + lit(cell[size + 1]) * fx;
+    const float above = lit(here[0]) * (1 - fx) + lit(here[1]) * fx;
+    const float below = lit(below_it[0]) * (1 - fx) + lit(below_it[1]) * fx;
     return above * (1 - fy) + below * fy;
   }
 
@@ -88,14 +85,20 @@ class DepthMap {
   /// x and y in cells, z towards the lamp in world units.
   Vec3f project(Vec3f p) const {
     const Vec3f q = frame_.to_local(p - centre_);
-    return {0.5F * size + q.x * scale_, 0.5F * size - q.y * scale_, q.z};
+    const float half = 0.5F * static_cast<float>(size_);
+    return {half + q.x * scale_, half - q.y * scale_, q.z};
   }
+  std::size_t cell(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(size_) + static_cast<std::size_t>(x);
+  }
+
+  int size_;
 
   Frame frame_{};
   Vec3f centre_;
   float scale_ = 1;
   std::vector<Vec3f> projected_;
-  std::vector<float> depth_;  ///< [size * size]
+  std::vector<float> depth_;  ///< [size_ * size_]
 };
 
 struct Sphere {
@@ -146,16 +149,17 @@ std::vector<Lamp> studio_lamps(double viewer_yaw) {
   return lamps;
 }
 
-std::vector<Light> gather_light(const Figure& figure, std::span<const Lamp> lamps, std::span<const ShadePoint> points) {
+std::vector<Light> gather_light(const Figure& figure, std::span<const Lamp> lamps, std::span<const ShadePoint> points,
+                                int shadow_cells) {
   // Lamps one after another, so that one map (0.8 MB) is in the cache while all points ask it; a fixed number of
   // groups, whose sums are merged in order.
   constexpr std::size_t groups = 8;
   std::array<std::vector<Light>, groups> partial;
   const Sphere sphere = bounding_sphere(figure);
-  const float offset = 3.0F * sphere.radius / DepthMap::size;  // 1.5 cells
+  const float offset = 3.0F * sphere.radius / static_cast<float>(shadow_cells);  // 1.5 cells
   tbb::parallel_for(std::size_t{0}, groups, [&](std::size_t g) {
     partial[g].resize(points.size());
-    DepthMap map;
+    DepthMap map(shadow_cells);
     for (std::size_t l = g; l < lamps.size(); l += groups) {
       map.draw(figure, lamps[l].direction, sphere.centre, sphere.radius);
       add_lamp(lamps[l], map, offset, points, partial[g]);

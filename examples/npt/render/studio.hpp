@@ -36,9 +36,10 @@ struct Light {
   Colour specular;  ///< to be added
 };
 
-/// What arrives at each point, with the figure's shadows on itself and on what is around it. A fixed order of sums: the
-/// result does not depend on the number of threads.
-std::vector<Light> gather_light(const Figure& figure, std::span<const Lamp> lamps, std::span<const ShadePoint> points);
+/// What arrives at each point, with the figure's shadows on itself and on what is around it, from shadow maps of
+/// shadow_cells x shadow_cells. A fixed order of sums: the result does not depend on the number of threads.
+std::vector<Light> gather_light(const Figure& figure, std::span<const Lamp> lamps, std::span<const ShadePoint> points,
+                                int shadow_cells);
 
 /// The floor's brightness around a figure, 0 .. 1 where 1 is no shadow, as a square map. Its points are to be lit
 /// together with the figure's own, because the lamps' depth maps are the costly part.

@@ -12,7 +12,7 @@
 #include <npt/core/random.hpp>
 #include <npt/engine/model.hpp>
 #include <npt/layer/conv1x1.hpp>
-#include <npt/parallel/executor.hpp>
+#include <npt/parallel/default_executor.hpp>
 #include <npt/train/gradients.hpp>
 
 #include <algorithm>
@@ -71,38 +71,36 @@ struct GradientCheckOptions {
   std::size_t most_entries = 100;  ///< of each tensor, spread over it
 };
 
-/// Compares the gradients of `model`.
-template <class Net>
-GradientReport check_gradients(Model<Net, double> model, const GradientCheckOptions& options = {}) {
+namespace internal {
+
+/// check_gradients without the network's type. `tensors` lie in `parameters`, and in `gradient`, which gets theirs.
+inline GradientReport check_gradients(tape::GradientCore<double, DefaultExecutor>& gradients,
+                                      const std::vector<NamedParameter>& tensors, std::span<double> parameters,
+                                      std::span<double> gradient, const GradientCheckOptions& options) {
   const int vertices = options.vertices;
-  const std::uint64_t seed = options.seed;
   const auto points = [&](std::uint64_t stream) {
-    Random random(seed, stream);
+    Random random(options.seed, stream);
     std::vector<double> xyz(3 * static_cast<std::size_t>(vertices));
     for (double& x : xyz) x = random.uniform(-1, 1);
     return xyz;
   };
   std::vector<double> pose = points(1), identity = points(2), result(pose.size());
   const std::vector<double> factors = points(3);
-  Gradients<Net, double, SerialExecutor> gradients;
   const TransferPair<double> pair{pose, identity, result};
   const auto loss = [&] {
-    gradients.load(model.buffer());
+    gradients.load(parameters);
     gradients.forward({&pair, 1});
     double sum = 0;
     for (std::size_t i = 0; i < result.size(); ++i) sum += factors[i] * result[i];
     return sum;
   };
 
-  Model<Net, double> gradient;
   std::vector<double> to_pose(pose.size()), to_identity(identity.size());
   const std::span<const double> from(factors);
   const std::span<double> pose_span(to_pose), identity_span(to_identity);
   loss();
-  gradients.backward({.result = {&from, 1},
-                      .parameters = gradient.buffer(),
-                      .pose = {&pose_span, 1},
-                      .identity = {&identity_span, 1}});
+  gradients.backward(
+      {.result = {&from, 1}, .parameters = gradient, .pose = {&pose_span, 1}, .identity = {&identity_span, 1}});
 
   GradientReport report;
   double largest_of_all = 0;
@@ -112,7 +110,7 @@ GradientReport check_gradients(Model<Net, double> model, const GradientCheckOpti
     const std::size_t count = std::min(values.size(), options.most_entries);
     for (std::size_t k = 0; k < count; ++k) {
       const std::size_t i = k * values.size() / count;
-      const double expected = internal::difference_quotient(values[i], loss);
+      const double expected = difference_quotient(values[i], loss);
       const double scale = std::max(largest, std::abs(expected));
       const double error = scale == 0 ? 0 : std::abs(found[i] - expected) / scale;
       ++report.entries;
@@ -122,12 +120,25 @@ GradientReport check_gradients(Model<Net, double> model, const GradientCheckOpti
           name + "[" + std::to_string(i) + "]: " + std::to_string(found[i]) + " instead of " + std::to_string(expected);
     }
   };
-  for (const double g : gradient.buffer()) largest_of_all = std::max(largest_of_all, std::abs(g));
-  for (const NamedParameter& p : Model<Net, double>::parameters())
-    if (!p.parameter.attribute) compare(p.name, model.values(p.parameter), gradient.values(p.parameter));
+  for (const double g : gradient) largest_of_all = std::max(largest_of_all, std::abs(g));
+  for (const NamedParameter& p : tensors) {
+    const auto first = static_cast<std::size_t>(p.parameter.offset),
+               size = static_cast<std::size_t>(p.parameter.size());
+    if (!p.parameter.attribute) compare(p.name, parameters.subspan(first, size), gradient.subspan(first, size));
+  }
   compare("pose", pose, to_pose);
   compare("identity", identity, to_identity);
   return report;
+}
+
+}  // namespace internal
+
+/// Compares the gradients of `model`.
+template <class Net>
+GradientReport check_gradients(Model<Net, double> model, const GradientCheckOptions& options = {}) {
+  Gradients<Net, double> gradients(1);
+  Model<Net, double> gradient;
+  return internal::check_gradients(gradients, model.parameters(), model.buffer(), gradient.buffer(), options);
 }
 
 /// Checks a network with npt::randomise's weights.
