@@ -21,13 +21,13 @@ const npt::ReadingFitter& fitter() {
   return shared;
 }
 
-struct Case {
+struct ReadBody {
   simulated::Posed posed;
   npt::FitSurface surface;
   npt::Reading reading;
 };
 
-Case make(std::uint64_t seed, const simulated::Noise& noise = {}) {
+ReadBody read_body(std::uint64_t seed, const simulated::Noise& noise = {}) {
   npt::Random random(seed);
   const simulated::Posed posed = simulated::draw(npt::mannequin(), {}, random);
   const npt::FitSurface surface(posed.points, npt::mannequin().triangles());
@@ -41,7 +41,7 @@ Case make(std::uint64_t seed, const simulated::Noise& noise = {}) {
 TEST_CASE("bodies that the model makes come back from noisy readings") {
   double sum = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    const Case c = make(seed, {.swap_one_arm = seed == 2, .swap_arms = seed == 3, .swap_legs = seed == 4});
+    const ReadBody c = read_body(seed, {.swap_one_arm = seed == 2, .swap_arms = seed == 3, .swap_legs = seed == 4});
     const npt::ReadingFit fit = fitter().fit(c.surface, c.reading);
     CAPTURE(seed);
     const double error = simulated::error(npt::mannequin(), fit.body, c.posed.points);
@@ -55,7 +55,7 @@ TEST_CASE("bodies that the model makes come back from noisy readings") {
 }
 
 TEST_CASE("of several readings the right one is taken") {
-  const Case c = make(7);
+  const ReadBody c = read_body(7);
   std::vector<npt::Reading> readings(3, c.reading);
   for (npt::ReadPoint& p : readings[0]) p.place.x = -p.place.x;
   npt::Random random(2);
@@ -67,7 +67,7 @@ TEST_CASE("of several readings the right one is taken") {
 }
 
 TEST_CASE("triangles that turn inwards are told by the reading") {
-  Case c = make(8);
+  ReadBody c = read_body(8);
   std::vector<npt::Triangle> turned(npt::mannequin().triangles().begin(), npt::mannequin().triangles().end());
   for (npt::Triangle& t : turned) std::swap(t[0], t[1]);
   const npt::FitSurface surface(c.posed.points, turned);
@@ -78,7 +78,7 @@ TEST_CASE("triangles that turn inwards are told by the reading") {
 }
 
 TEST_CASE("what isn't a body is trusted less") {
-  Case c = make(9);
+  ReadBody c = read_body(9);
   // Half as wide again, and the arms cut off at places that the body has.
   std::vector<Vec3d> points = c.posed.points;
   for (Vec3d& p : points) p = {1.6 * p.x, 0.7 * p.y, 0.4 * p.z};
@@ -89,7 +89,7 @@ TEST_CASE("what isn't a body is trusted less") {
 }
 
 TEST_CASE("the next frame follows from the last one, with its shape") {
-  const Case c = make(10, {.place = 0.03, .part = 0.01, .wild = 0.05});
+  const ReadBody c = read_body(10, {.place = 0.03, .part = 0.01, .wild = 0.05});
   const npt::ReadingFit first = fitter().fit(c.surface, c.reading);
   simulated::Posed next = c.posed;
   for (std::size_t i = 3; i < 72; ++i) next.pose[i] += 0.05F * static_cast<float>(i % 3) - 0.05F;
@@ -102,7 +102,7 @@ TEST_CASE("the next frame follows from the last one, with its shape") {
 }
 
 TEST_CASE("threads share a fitter and get the same bits") {
-  const Case c = make(11);
+  const ReadBody c = read_body(11);
   std::vector<npt::ReadingFit> fits(2);
   std::thread other([&] { fits[1] = fitter().fit(c.surface, c.reading); });
   fits[0] = fitter().fit(c.surface, c.reading);
@@ -113,7 +113,7 @@ TEST_CASE("threads share a fitter and get the same bits") {
 }
 
 TEST_CASE("no reading, and no body, are errors") {
-  const Case c = make(12);
+  const ReadBody c = read_body(12);
   CHECK_THROWS_AS(fitter().fit(c.surface, std::span<const npt::Reading>()), npt::Error);
   CHECK_THROWS_AS(fitter().fit(c.surface, npt::Reading()), npt::Error);
   CHECK_THROWS_AS(npt::ReadingFitter(nullptr), npt::Error);
