@@ -61,7 +61,7 @@ TEST_CASE("a sequence keeps identity, faces and orders, and goes from one pose t
 TEST_CASE("the truth has the truth's jitter, and noise has more") {
   const npt::SequenceSet set = npt::body_sequences(walker(), 1, 8);
   const auto give_centred_truth = [](const npt::EvaluationPair& pair, std::span<float> result) {
-    npt::NormalisingTransform{npt::bounding_box_centre(pair.truth), 1}.apply(pair.truth, result);
+    npt::NormalisingTransform{npt::bounding_box(pair.truth).centre(), 1}.apply(pair.truth, result);
   };
   std::size_t frames = 0;
   const npt::SequenceErrors exact = npt::evaluate_sequence(set, 0, give_centred_truth, [&frames] { ++frames; });

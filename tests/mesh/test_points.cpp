@@ -1,4 +1,4 @@
-// Points as flat coordinates: point_at, expect_points, bounding_box_centre.
+// Points as flat coordinates: point_at, expect_points, bounding_box.
 #include <doctest/doctest.h>
 #include <npt/mesh/points.hpp>
 
@@ -9,12 +9,12 @@
 TEST_CASE("point_at reads three successive coordinates, the bounding box has its centre between the extremes") {
   const std::vector<float> xyz{0, 1, 2, 4, -1, 2, 1, 0, 8};
   CHECK(npt::point_at(xyz, 1) == npt::Vec3d{4, -1, 2});
-  CHECK(npt::bounding_box_centre(xyz) == npt::Vec3d{2, 0, 5});
+  CHECK(npt::bounding_box(xyz).centre() == npt::Vec3d{2, 0, 5});
 }
 
 TEST_CASE("a NaN moves no centre") {
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  CHECK(npt::bounding_box_centre(std::vector<float>{nan, 1, 2, 4, nan, 2, 2, 3, nan}) == npt::Vec3d{3, 2, 2});
+  CHECK(npt::bounding_box(std::vector<float>{nan, 1, 2, 4, nan, 2, 2, 3, nan}).centre() == npt::Vec3d{3, 2, 2});
 }
 
 TEST_CASE("expect_points names what it was given") {

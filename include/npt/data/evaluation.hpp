@@ -139,10 +139,10 @@ inline PairErrors pair_errors(const EvaluationPair& pair, std::span<const float>
     NormalisingTransform{centre, 1}.apply(xyz, moved);
     return moved;
   };
-  const std::vector<float> truth = centred(pair.truth, bounding_box_centre(pair.truth));
+  const std::vector<float> truth = centred(pair.truth, bounding_box(pair.truth).centre());
   return {.name = pair.name,
-          .pmd = pmd(centred(result, bounding_box_centre(result)), truth),
-          .pmd_in_place = pmd(centred(result, bounding_box_centre(pair.identity)), truth),
+          .pmd = pmd(centred(result, bounding_box(result).centre()), truth),
+          .pmd_in_place = pmd(centred(result, bounding_box(pair.identity).centre()), truth),
           .edge_error = edge_error(result, truth, pair.edges)};
 }
 

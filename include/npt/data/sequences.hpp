@@ -118,7 +118,7 @@ SequenceErrors evaluate_sequence(const SequenceSet& set, std::size_t sequence, T
     transfer(pair, std::span<float>(result));
     errors.frames.push_back(pair_errors(pair, result));
     of_result.add(result);
-    NormalisingTransform{bounding_box_centre(pair.truth), 1}.apply(pair.truth, pair.truth);
+    NormalisingTransform{bounding_box(pair.truth).centre(), 1}.apply(pair.truth, pair.truth);
     of_truth.add(pair.truth);
     if (after_frame) after_frame();
   }

@@ -72,7 +72,7 @@ inline NormalisingTransform normalising_transform(std::span<const float> xyz, No
                                                   std::string_view name = "mesh") {
   expect_points(xyz, name);
   if (normalisation == Normalisation::none) return {};
-  const Vec3d centre = bounding_box_centre(xyz);
+  const Vec3d centre = bounding_box(xyz).centre();
   if (normalisation == Normalisation::centre) return {centre, 1};
   double square = 0;
   for (std::size_t v = 0; v < xyz.size() / 3; ++v) {

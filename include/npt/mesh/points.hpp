@@ -7,6 +7,7 @@
 #include <npt/core/vec3.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -28,16 +29,24 @@ inline void expect_points(std::span<const float> xyz, std::string_view name) {
                  .expected = "a multiple of 3"});
 }
 
-/// The middle of the axis-aligned bounding box. Coordinates that are NaN don't count.
-inline Vec3d bounding_box_centre(std::span<const float> xyz) {
+/// An axis-aligned box.
+struct BoundingBox {
+  Vec3d low, high;
+
+  Vec3d centre() const { return {(low.x + high.x) / 2, (low.y + high.y) / 2, (low.z + high.z) / 2}; }
+  double longest_side() const { return std::max({high.x - low.x, high.y - low.y, high.z - low.z}); }
+};
+
+/// The smallest box around all points. Coordinates that are NaN don't count.
+inline BoundingBox bounding_box(std::span<const float> xyz) {
   constexpr double inf = std::numeric_limits<double>::infinity();
-  double low[3] = {inf, inf, inf}, high[3] = {-inf, -inf, -inf};
+  std::array<double, 3> low{inf, inf, inf}, high{-inf, -inf, -inf};
   for (std::size_t i = 0; i < xyz.size(); i += 3)
     for (std::size_t k = 0; k < 3; ++k) {  // std::min and max keep their first argument against a NaN
       low[k] = std::min(low[k], double{xyz[i + k]});
       high[k] = std::max(high[k], double{xyz[i + k]});
     }
-  return {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
+  return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
 }
 
 }  // namespace npt::inline NPT_ABI

@@ -5,12 +5,12 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/mesh/mesh_view.hpp>
+#include <npt/mesh/points.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdio>
-#include <limits>
 #include <span>
 #include <string>
 
@@ -19,18 +19,8 @@ namespace npt::inline NPT_ABI {
 /// Extents of people, in metres: a child that crouches, arms stretched overhead.
 inline constexpr double least_extent = 0.4, largest_extent = 4;
 
-/// The longest side of the bounding box of `xyz` [V, 3]. Coordinates that are NaN are left out.
-inline double extent_of(std::span<const float> xyz) {
-  constexpr float inf = std::numeric_limits<float>::infinity();
-  std::array<float, 3> low{inf, inf, inf}, high{-inf, -inf, -inf};
-  for (std::size_t i = 0; i < xyz.size(); ++i) {  // std::min and max keep their first argument against a NaN
-    low[i % 3] = std::min(low[i % 3], xyz[i]);
-    high[i % 3] = std::max(high[i % 3], xyz[i]);
-  }
-  double extent = 0;
-  for (std::size_t k = 0; k < 3; ++k) extent = std::max(extent, double{high[k]} - double{low[k]});
-  return extent;
-}
+/// The longest side of the bounding box of `xyz` [V, 3], 0 without points. Coordinates that are NaN are left out.
+inline double extent_of(std::span<const float> xyz) { return std::max(0.0, bounding_box(xyz).longest_side()); }
 
 /// Metres in one unit of a person's mesh: 1, 0.01 or 0.001, whichever makes its extent a person's.
 /// Errors    npt::Error where none does
