@@ -79,6 +79,7 @@ namespace fit::internal {
 struct ReadingStage {
   int iterations = 0;
   double enough = 1e-2;       ///< a step that makes E less by a smaller share of it is the last one
+  double usual_distance = 0;  ///< E without priors at which they count as given; above, they grow along with it
   double slack = 0;           ///< E may grow by this share of it in a step: closest points jump
   double scale = 0.1;         ///< of the robust kernel, in metres
   double place_weight = 0;    ///< of the places
@@ -135,7 +136,13 @@ class ReadingProblem {
   /// Levenberg and Marquardt's method.
   void run(const ReadingStage& stage) {
     stage_ = &stage;
+    prior_share_ = 1;
     value_ = evaluate(x_, matches_, state_);
+    if (stage.usual_distance > 0) {
+      const double limit = 10;
+      prior_share_ = std::clamp(data_value_ / stage.usual_distance, 1.0, limit);
+      value_ = evaluate(x_, matches_, state_);
+    }
     double damping = 1e-3;
     for (int i = 0; i < stage.iterations; ++i) {
       linearise();
@@ -306,11 +313,11 @@ class ReadingProblem {
   double prior_value(std::span<const double> x) {
     const std::size_t angles = 3 * model_.joint_count();
     std::ranges::fill(row_, 0.0);
-    double value =
-        prior_(x.subspan(3, angles), stage_->pose_prior, stage_->bend_prior, std::span(row_).subspan(3, angles));
+    double value = prior_(x.subspan(3, angles), prior_share_ * stage_->pose_prior, prior_share_ * stage_->bend_prior,
+                          std::span(row_).subspan(3, angles));
     for (std::size_t b = 0; b < model_.shape_count(); ++b) {
       const double off = (x[3 + angles + b] - shape_mean(b)) / deviation(b);
-      value += stage_->shape_prior * off * off;
+      value += prior_share_ * stage_->shape_prior * off * off;
     }
     return value;
   }
@@ -338,12 +345,13 @@ class ReadingProblem {
     const std::size_t angles = 3 * model_.joint_count();
     std::ranges::fill(row_, 0.0);
     const std::span<const double> theta = std::span<const double>(x_).subspan(3, angles);
-    prior_(theta, stage_->pose_prior, stage_->bend_prior, std::span(row_).subspan(3, angles));
+    prior_(theta, prior_share_ * stage_->pose_prior, prior_share_ * stage_->bend_prior,
+           std::span(row_).subspan(3, angles));
     for (std::size_t i = 3; i < 3 + angles; ++i) equations_.add_to_right(i, 0.5 * row_[i]);
-    prior_.add_curvature(theta, stage_->pose_prior, stage_->bend_prior, 3, equations_);
+    prior_.add_curvature(theta, prior_share_ * stage_->pose_prior, prior_share_ * stage_->bend_prior, 3, equations_);
     for (std::size_t b = 0; b < model_.shape_count(); ++b) {
       const std::size_t i = 3 + angles + b;
-      const double weight = fixed_shape_ ? 1e9 : stage_->shape_prior / (deviation(b) * deviation(b));
+      const double weight = fixed_shape_ ? 1e9 : prior_share_ * stage_->shape_prior / (deviation(b) * deviation(b));
       equations_.add_to_matrix(i, i, weight);
       if (!fixed_shape_) equations_.add_to_right(i, weight * (x_[i] - shape_mean(b)));
     }
@@ -363,7 +371,7 @@ class ReadingProblem {
   std::span<const ReadPoint> points_;
   const PartMotion* motion_ = nullptr;
   TriangleTree tree_{{}, {}};
-  double facing_ = 1, value_ = 0, data_value_ = 0;
+  double facing_ = 1, prior_share_ = 1, value_ = 0, data_value_ = 0;
   bool fixed_shape_ = false;
   int evaluations_ = 0;
   std::vector<double> x_, shape_mean_;
@@ -388,7 +396,7 @@ class ReadingFitter {
         coarse_tree_(coarse_.rest_points(), coarse_.triangles()),
         full_tree_(full_.rest_points(), full_.triangles()),
         template_(*model_, coarse_),
-        prior_(*model_) {
+        prior_(PosePrior::natural(*model_)) {
     for (const Triangle& t : full_.triangles()) {
       const std::span<const Vec3d> rest = full_.rest_points();
       area_ += 0.5 * length(cross(rest[t[1]] - rest[t[0]], rest[t[2]] - rest[t[0]]));
@@ -484,6 +492,7 @@ class ReadingFitter {
                                 .places = 200};
   static constexpr Stage judged{.scale = 0.1, .surface_weight = 1, .facing = 0.2, .probes = 300, .samples = 400};
   static constexpr Stage fine{.iterations = 4,
+                              .usual_distance = 0.1,
                               .slack = 0.02,
                               .scale = 0.05,
                               .surface_weight = 1,
@@ -493,8 +502,9 @@ class ReadingFitter {
                               .shape_prior = 0.001,
                               .probes = 800,
                               .samples = 1000};
-  static constexpr Stage finest{.iterations = 6,
+  static constexpr Stage finest{.iterations = 5,
                                 .enough = -1,
+                                .usual_distance = 0.05,
                                 .slack = 0.05,
                                 .scale = 0.03,
                                 .surface_weight = 1,
@@ -502,9 +512,9 @@ class ReadingFitter {
                                 .pose_prior = 0.00005,
                                 .bend_prior = 0.00005,
                                 .shape_prior = 0.0001,
-                                .probes = 100000,
-                                .samples = 1500};
-  static constexpr Stage measured{.scale = 0.05, .surface_weight = 1, .facing = 0, .probes = 100000, .samples = 2000};
+                                .probes = 1000,
+                                .samples = 1100};
+  static constexpr Stage measured{.scale = 0.05, .surface_weight = 1, .facing = 0, .probes = 1000, .samples = 1500};
   static constexpr Stage following{.iterations = 4,
                                    .scale = 0.08,
                                    .surface_weight = 1,
@@ -565,10 +575,25 @@ class ReadingFitter {
            {SwappedLimbs{true, false}, SwappedLimbs{false, true}, SwappedLimbs{true, true}})
         add(all[i].reading, swapped);
     sort();
-    std::size_t kept = std::min(std::max<std::size_t>(1, options_.candidates), all.size());
-    while (kept > 1 && all[kept - 1].motion.residual > 1.4 * all.front().motion.residual) --kept;
-    all.resize(kept);
-    return all;
+    std::vector<Candidate> kept;
+    for (Candidate& c : all) {
+      if (kept.size() == std::max<std::size_t>(1, options_.candidates)) break;
+      if (!kept.empty() && c.motion.residual > 1.4 * kept.front().motion.residual) break;
+      if (std::ranges::none_of(kept, [&](const Candidate& other) { return same(c.motion, other.motion); }))
+        kept.push_back(std::move(c));
+    }
+    return kept;
+  }
+
+  /// Whether two motions are too much alike for two fits.
+  bool same(const PartMotion& a, const PartMotion& b) const {
+    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+      const Vec3d joint = template_.joints()[j];
+      if (length(a.parts[j](joint) - b.parts[j](joint)) > 0.05 * a.size) return false;
+      const bool end = j >= joint_index(SmplJoint::left_wrist) || smpl_parents[j] == 7 || smpl_parents[j] == 8;
+      if (!end && (a.parts[j].rotation - b.parts[j].rotation).squared_norm() > 0.5) return false;
+    }
+    return true;
   }
 
   void fit_places(const FitSurface& surface, const Reading& reading, Candidate& c) const {
