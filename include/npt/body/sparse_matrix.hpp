@@ -57,6 +57,18 @@ struct SparseMatrix {
     return sum;
   }
 
+  /// Row i of the result is row rows_of[i] of this matrix.
+  SparseMatrix gathered(std::span<const std::uint32_t> rows_of) const {
+    SparseMatrix result;
+    result.columns = columns;
+    for (const std::uint32_t r : rows_of) {
+      NPT_ASSERT(r < rows);
+      for (std::size_t i = start[r]; i < start[r + 1]; ++i) result.append(column[i], value[i]);
+      result.end_row();
+    }
+    return result;
+  }
+
   friend bool operator==(const SparseMatrix&, const SparseMatrix&) = default;
 };
 

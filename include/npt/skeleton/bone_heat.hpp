@@ -169,14 +169,7 @@ inline SparseMatrix bone_heat_weights(std::span<const Vec3d> points, std::span<c
   for (const std::uint32_t v : welding.vertex_of) welded.push_back(points[v]);
   const SparseMatrix weights = skeleton::internal::BoneHeat(std::move(welded), welding.welded(triangles), bones)
                                    .weights(joint_count, options.heat);
-  SparseMatrix result;
-  result.columns = joint_count;
-  for (const std::uint32_t p : welding.point_of) {
-    for (std::size_t i = weights.start[p]; i < weights.start[p + 1]; ++i)
-      result.append(weights.column[i], weights.value[i]);
-    result.end_row();
-  }
-  return result;
+  return weights.gathered(welding.point_of);
 }
 
 }  // namespace npt::inline NPT_ABI

@@ -1,0 +1,221 @@
+/// Skin weights of a mesh from the body that was fitted to it: each vertex takes those of the body's surface where it
+/// lies closest and faces the same way. Where limbs touch, some vertices are closest to the wrong one: patches that
+/// belong elsewhere on the body than all that surrounds them take their weights from around instead. Then weights are
+/// smoothed along the mesh.
+/// Meshes    any number of pieces, open borders, edges of many faces, triangles without area and unused vertices.
+///           Vertices in one place, as along seams, count as one
+/// Shapes    points: [V]; weights: [V, J], not negative, each row sums to 1; those below 1e-3 are left out
+/// Numerics  one look-up a vertex, some 1 us, and sweeps over the edges
+#pragma once
+
+#include <npt/body/body_model.hpp>
+#include <npt/body/sparse_matrix.hpp>
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/core/vec3.hpp>
+#include <npt/fit/body_fit.hpp>
+#include <npt/mesh/mesh.hpp>
+#include <npt/mesh/normals.hpp>
+#include <npt/mesh/topology.hpp>
+#include <npt/mesh/union_find.hpp>
+#include <npt/mesh/weld.hpp>
+#include <npt/surface/closest_point.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+struct BodyWeightsOptions {
+  double facing = 1;    ///< 1: the mesh's triangles turn outwards; -1: inwards; 0: that is not known
+  int sweeps = 8;       ///< of smoothing
+  double patch = 0.04;  ///< share of the mesh's area below which a patch that belongs elsewhere isn't believed
+};
+
+namespace skeleton::internal {
+
+class BodyWeights {
+ public:
+  BodyWeights(const BodyModel& model, const BodyFit& fit, std::vector<Vec3d> points, std::vector<Triangle> triangles,
+              const BodyWeightsOptions& options)
+      : model_(model),
+        points_(std::move(points)),
+        triangles_(std::move(triangles)),
+        options_(options),
+        joints_(model.joint_count()) {
+    locate(fit);
+    edges_ = unique_edges(triangles_);
+    around_ = neighbours(edges_, points_.size());
+    doubt_patches();
+    fill();
+    for (int i = 0; i < options.sweeps; ++i) smooth();
+  }
+
+  /// [P, J]
+  SparseMatrix weights() const {
+    SparseMatrix result;
+    result.columns = joints_;
+    for (std::size_t p = 0; p < points_.size(); ++p) {
+      const float* row = &weights_[p * joints_];
+      float sum = 0;
+      for (std::size_t j = 0; j < joints_; ++j) sum += row[j] > least_kept ? row[j] : 0;
+      for (std::uint32_t j = 0; j < joints_; ++j)
+        if (row[j] > least_kept) result.append(j, row[j] / sum);
+      result.end_row();
+    }
+    return result;
+  }
+
+ private:
+  static constexpr float least_kept = 1e-3F;
+
+  void locate(const BodyFit& fit) {
+    std::vector<float> xyz(3 * model_.vertex_count());
+    model_.posed(fit.betas, fit.axis_angles, xyz);
+    std::vector<Vec3d> body(model_.vertex_count());
+    for (std::size_t v = 0; v < body.size(); ++v)
+      body[v] = Vec3f{xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]}.as<double>() + fit.translation;
+    const std::span<const Triangle> faces = model_.triangles();
+    const TriangleTree tree(body, faces);
+    std::vector<Vec3d> normals(faces.size());
+    for (std::size_t t = 0; t < faces.size(); ++t)
+      normals[t] = normalised(cross(body[faces[t][1]] - body[faces[t][0]], body[faces[t][2]] - body[faces[t][0]]));
+    const std::vector<Vec3d> outward = area_vectors(points_, triangles_);
+    weights_.assign(points_.size() * joints_, 0.0F);
+    places_.resize(points_.size());
+    firm_.assign(points_.size(), true);
+    std::uint32_t hint = no_index;
+    for (std::size_t p = 0; p < points_.size(); ++p) {
+      const Vec3d normal = normalised(outward[p]);
+      ClosestPoint c = tree.closest(
+          points_[p],
+          [&](std::uint32_t t) {
+            const double cosine = dot(normals[t], normal);
+            return normal == Vec3d{} || (options_.facing == 0 ? std::abs(cosine) : options_.facing * cosine) > 0.2;
+          },
+          hint);
+      if (c.triangle == no_index) c = tree.closest(points_[p]);
+      hint = c.triangle;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t v = faces[c.triangle][k];
+        const float* rest = &model_.tables().v_template[3 * std::size_t{v}];
+        places_[p] += Vec3f{rest[0], rest[1], rest[2]}.as<double>() * c.weights[k];
+        const SparseMatrix& skin = model_.tables().weights;
+        for (std::size_t i = skin.start[v]; i < skin.start[v + 1]; ++i)
+          weights_[p * joints_ + skin.column[i]] += static_cast<float>(c.weights[k]) * skin.value[i];
+      }
+    }
+  }
+
+  /// Parts of the mesh on which places are continuous; small ones with others around are not believed.
+  void doubt_patches() {
+    UnionFind patches(points_.size());
+    std::vector<Edge> broken;
+    for (const Edge& e : edges_) {
+      if (length(places_[e[0]] - places_[e[1]]) > 0.1 + 3 * length(points_[e[0]] - points_[e[1]]))
+        broken.push_back(e);
+      else
+        patches.unite(e[0], e[1]);
+    }
+    std::vector<double> area(points_.size());
+    double total = 0;
+    for (const Triangle& t : triangles_) {
+      const double third = length(cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]])) / 6;
+      for (const std::uint32_t v : t) area[patches.find(v)] += third, total += third;
+    }
+    std::vector<bool> doubted(points_.size(), false);
+    for (const Edge& e : broken)
+      for (const std::uint32_t v : e)
+        if (area[patches.find(v)] < options_.patch * total) doubted[patches.find(v)] = true;
+    for (std::uint32_t p = 0; p < points_.size(); ++p)
+      if (doubted[patches.find(p)]) firm_[p] = false;
+  }
+
+  /// What isn't believed takes the mean of the neighbours that have weights already, from its border inwards.
+  void fill() {
+    std::vector<bool> known = firm_;
+    std::vector<std::uint32_t> front;
+    for (std::uint32_t p = 0; p < points_.size(); ++p)
+      if (!known[p] && touches(p, known)) front.push_back(p);
+    while (!front.empty()) {
+      std::vector<std::uint32_t> next;
+      for (const std::uint32_t p : front) mean_of_known(p, known);
+      for (const std::uint32_t p : front) known[p] = true;
+      for (const std::uint32_t p : front)
+        for (const std::uint32_t n : around_.of(p))
+          if (!known[n]) next.push_back(n);
+      std::sort(next.begin(), next.end());
+      next.erase(std::unique(next.begin(), next.end()), next.end());
+      front = std::move(next);
+    }
+  }
+
+  bool touches(std::uint32_t p, const std::vector<bool>& known) const {
+    return std::ranges::any_of(around_.of(p), [&](std::uint32_t n) { return known[n]; });
+  }
+
+  void mean_of_known(std::uint32_t p, const std::vector<bool>& known) {
+    float* row = &weights_[p * joints_];
+    std::fill_n(row, joints_, 0.0F);
+    float count = 0;
+    for (const std::uint32_t n : around_.of(p)) {
+      if (!known[n]) continue;
+      for (std::size_t j = 0; j < joints_; ++j) row[j] += weights_[n * joints_ + j];
+      ++count;
+    }
+    for (std::size_t j = 0; j < joints_; ++j) row[j] /= count;
+  }
+
+  /// Each point halfway to the mean of its neighbours; one that isn't believed all the way.
+  void smooth() {
+    std::vector<float> next(weights_.size());
+    for (std::uint32_t p = 0; p < points_.size(); ++p) {
+      const float* own = &weights_[p * joints_];
+      float* to = &next[p * joints_];
+      const std::span<const std::uint32_t> others = around_.of(p);
+      const float keep = others.empty() ? 1.0F : firm_[p] ? 0.5F : 0.0F;
+      for (const std::uint32_t n : others)
+        for (std::size_t j = 0; j < joints_; ++j) to[j] += weights_[n * joints_ + j];
+      const float share = others.empty() ? 0.0F : (1 - keep) / static_cast<float>(others.size());
+      for (std::size_t j = 0; j < joints_; ++j) to[j] = keep * own[j] + share * to[j];
+    }
+    weights_ = std::move(next);
+  }
+
+  const BodyModel& model_;
+  std::vector<Vec3d> points_;
+  std::vector<Triangle> triangles_;
+  BodyWeightsOptions options_;
+  std::size_t joints_;
+  std::vector<Edge> edges_;
+  Neighbours around_;
+  std::vector<float> weights_;  ///< [P, J]
+  std::vector<Vec3d> places_;   ///< [P] on the resting body
+  std::vector<bool> firm_;      ///< [P] whether a point's look-up is believed
+};
+
+}  // namespace skeleton::internal
+
+/// Requires  finite points, triangles of numbers below V, a fit of this model
+inline SparseMatrix body_weights(const BodyModel& model, const BodyFit& fit, std::span<const Vec3d> points,
+                                 std::span<const Triangle> triangles, const BodyWeightsOptions& options = {}) {
+  std::vector<float> xyz;
+  xyz.reserve(3 * points.size());
+  for (const Vec3d p : points)
+    xyz.insert(xyz.end(), {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+  const Welding welding = weld(xyz);
+  std::vector<Vec3d> welded;
+  welded.reserve(welding.vertex_of.size());
+  for (const std::uint32_t v : welding.vertex_of) welded.push_back(points[v]);
+  const SparseMatrix weights =
+      skeleton::internal::BodyWeights(model, fit, std::move(welded), welding.welded(triangles), options).weights();
+  return weights.gathered(welding.point_of);
+}
+
+}  // namespace npt::inline NPT_ABI

@@ -1,0 +1,101 @@
+#include <doctest/doctest.h>
+
+#include <npt/body/pose_sampler.hpp>
+#include <npt/core/random.hpp>
+#include <npt/mannequin/mannequin.hpp>
+#include <npt/skeleton/body_weights.hpp>
+#include <npt/skeleton/skeleton_pose.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace {
+
+using npt::Vec3d;
+
+std::vector<Vec3d> points_of(const npt::BodyFit& fit) {
+  const npt::BodyModel& body = npt::mannequin();
+  std::vector<float> xyz(3 * body.vertex_count());
+  body.posed(fit.betas, fit.axis_angles, xyz);
+  std::vector<Vec3d> points(body.vertex_count());
+  for (std::size_t v = 0; v < points.size(); ++v)
+    points[v] = npt::Vec3f{xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]}.as<double>() + fit.translation;
+  return points;
+}
+
+npt::BodyFit random_fit(std::uint64_t seed) {
+  npt::Random random(seed);
+  npt::BodyFit fit;
+  fit.translation = {1, 2, 3};
+  fit.betas = npt::sample_shape(random, 10);
+  const auto pose = npt::sample_pose(random);
+  fit.axis_angles.assign(pose.begin(), pose.end());
+  return fit;
+}
+
+/// RMS in metres of the mesh skinned into a pose, against the body in that pose.
+double error(const npt::BodyFit& fit, const npt::SparseMatrix& weights, const std::vector<float>& pose) {
+  npt::BodyFit other = fit;
+  other.axis_angles = pose;
+  const std::vector<Vec3d> from = points_of(fit), truth = points_of(other);
+  const auto motions = npt::skeleton_motions(npt::mannequin(), fit, pose);
+  double sum = 0;
+  for (std::size_t v = 0; v < from.size(); ++v) {
+    Vec3d p;
+    for (std::size_t i = weights.start[v]; i < weights.start[v + 1]; ++i)
+      p += motions[weights.column[i]](from[v]) * static_cast<double>(weights.value[i]);
+    sum += dot(p - truth[v], p - truth[v]);
+  }
+  return std::sqrt(sum / static_cast<double>(from.size()));
+}
+
+}  // namespace
+
+TEST_CASE("a body's own surface gets nearly its own weights") {
+  const npt::BodyFit fit = random_fit(1);
+  const npt::SparseMatrix weights =
+      npt::body_weights(npt::mannequin(), fit, points_of(fit), npt::mannequin().triangles());
+  REQUIRE(weights.rows == npt::mannequin().vertex_count());
+  for (std::size_t v = 0; v < weights.rows; ++v) CHECK(std::abs(weights.row_sum(v) - 1) < 1e-5);
+  CHECK(error(fit, weights, random_fit(2).axis_angles) < 0.008);
+}
+
+TEST_CASE("limbs that touch others keep their own weights") {
+  npt::BodyFit fit = random_fit(1);
+  std::fill(fit.axis_angles.begin(), fit.axis_angles.end(), 0.0F);
+  // Arms down into the sides, and thighs together.
+  fit.axis_angles[3 * npt::joint_index(npt::SmplJoint::left_shoulder) + 2] = -1.55F;
+  fit.axis_angles[3 * npt::joint_index(npt::SmplJoint::right_shoulder) + 2] = 1.55F;
+  fit.axis_angles[3 * npt::joint_index(npt::SmplJoint::left_hip) + 2] = -0.1F;
+  fit.axis_angles[3 * npt::joint_index(npt::SmplJoint::right_hip) + 2] = 0.1F;
+  // The mesh is a little thicker than the body that was fitted to it.
+  std::vector<Vec3d> points = points_of(fit);
+  const std::vector<Vec3d> normals = npt::area_vectors(points, npt::mannequin().triangles());
+  for (std::size_t v = 0; v < points.size(); ++v) points[v] += npt::normalised(normals[v]) * 0.01;
+  const npt::SparseMatrix weights = npt::body_weights(npt::mannequin(), fit, points, npt::mannequin().triangles());
+  CHECK(error(fit, weights, random_fit(3).axis_angles) < 0.03);
+}
+
+TEST_CASE("a mesh whose triangles turn inwards, seams and unused vertices") {
+  const npt::BodyFit fit = random_fit(4);
+  std::vector<Vec3d> points = points_of(fit);
+  std::vector<npt::Triangle> triangles(npt::mannequin().triangles().begin(), npt::mannequin().triangles().end());
+  const npt::SparseMatrix plain = npt::body_weights(npt::mannequin(), fit, points, triangles);
+  for (npt::Triangle& t : triangles) std::swap(t[0], t[1]);
+  CHECK(npt::body_weights(npt::mannequin(), fit, points, triangles, {.facing = -1}) == plain);
+  for (npt::Triangle& t : triangles) std::swap(t[0], t[1]);
+  // Triangle 5 gets corners of its own, in the same places; the last vertex belongs to nothing.
+  for (std::uint32_t& corner : triangles[5]) {
+    points.push_back(points[corner]);
+    corner = static_cast<std::uint32_t>(points.size() - 1);
+  }
+  points.push_back({1, 2, 3});
+  const npt::SparseMatrix cut = npt::body_weights(npt::mannequin(), fit, points, triangles);
+  REQUIRE(cut.rows == points.size());
+  for (std::size_t r = 0; r < cut.rows; ++r) CHECK(std::abs(cut.row_sum(r) - 1) < 1e-5);
+  const std::size_t v = npt::mannequin().triangles()[5][0], copy = npt::mannequin().vertex_count();
+  CHECK(cut.gathered(std::vector<std::uint32_t>{static_cast<std::uint32_t>(v)}) ==
+        cut.gathered(std::vector<std::uint32_t>{static_cast<std::uint32_t>(copy)}));
+}
