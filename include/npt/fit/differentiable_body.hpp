@@ -189,7 +189,7 @@ class DifferentiableBody {
   }
 
   /// One row of the Jacobian: the derivatives of direction . p by all parameters, p the sum of the vertices `corners`
-  /// times `weights`, which sum to 1. row: [3 + 3 J + S]
+  /// times `weights`, which sum to 1. row: [3 + 3 J + S], or [3 + 3 J] without those by the betas
   /// Source    Sola et al., "A micro Lie theory for state estimation in robotics", 2018, section IV (rotations)
   void row(const State& state, Derivatives& d, const std::array<std::uint32_t, 3>& corners,
            const std::array<double, 3>& weights, Vec3d direction, std::span<double> row) const {
@@ -210,13 +210,13 @@ class DifferentiableBody {
         at_rest += fit::internal::transposed_times(state.motions[j].rotation, direction) * w;
       }
       const float* shape = shapedirs_.data() + 3 * i * shapes_;
-      for (std::size_t b = 0; b < shapes_; ++b)
+      for (std::size_t b = 0; b < by_beta.size(); ++b)
         by_beta[b] += at_rest.x * static_cast<double>(shape[b]) + at_rest.y * static_cast<double>(shape[shapes_ + b]) +
                       at_rest.z * static_cast<double>(shape[2 * shapes_ + b]);
     }
     for (std::size_t j = 0; j < joints; ++j)
       if (d.weights[j] != 0)
-        for (std::size_t b = 0; b < shapes_; ++b)
+        for (std::size_t b = 0; b < by_beta.size(); ++b)
           by_beta[b] += d.weights[j] * dot(direction, d.slides[j * shapes_ + b]);
     row[0] = direction.x, row[1] = direction.y, row[2] = direction.z;
     // A joint moves what hangs on it: sums over its branch, children before parents.

@@ -43,12 +43,19 @@ class FitSurface {
   FitSurface(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count = default_count,
              const std::string& name = "mesh")
       : FitSurface(
-            AnyPoints{},
-            [xyz](std::uint32_t v) {
-              return Vec3f{xyz[3 * std::size_t{v}], xyz[3 * std::size_t{v} + 1], xyz[3 * std::size_t{v} + 2]}
-                  .as<double>();
-            },
-            triangles, count, name) {}
+            AnyPoints{}, [xyz](std::uint32_t v) { return point_of(xyz, v); }, triangles, count, name) {}
+
+  /// The next frame of a sequence: the same samples on the same triangles, wherever the vertices are now. Takes no pass
+  /// over the mesh, and samples that move with the surface keep a fit from trembling.
+  /// Requires  as many triangles as there were, of the same vertices
+  FitSurface moved(std::span<const Vec3d> points, std::span<const Triangle> triangles) const {
+    return FitSurface(
+        *this, [points](std::uint32_t v) { return points[v]; }, triangles);
+  }
+  FitSurface moved(std::span<const float> xyz, std::span<const Triangle> triangles) const {
+    return FitSurface(
+        *this, [xyz](std::uint32_t v) { return point_of(xyz, v); }, triangles);
+  }
 
   /// In random order: the first n of them are spread over the area as all are.
   std::span<const Sample> samples() const noexcept { return samples_; }
@@ -63,11 +70,43 @@ class FitSurface {
  private:
   struct AnyPoints {};
 
+  /// Where a sample lies: the weights of the triangle's first two corners.
+  struct Pick {
+    std::uint32_t triangle = 0;
+    double first = 0, second = 0;
+  };
+
+  static Vec3d point_of(std::span<const float> xyz, std::uint32_t v) {
+    return Vec3f{xyz[3 * std::size_t{v}], xyz[3 * std::size_t{v} + 1], xyz[3 * std::size_t{v} + 2]}.as<double>();
+  }
+
   /// point(v): vertex v.
   template <class PointOf>
   FitSurface(AnyPoints, const PointOf& point, std::span<const Triangle> triangles, std::size_t count,
              const std::string& name)
       : samples_(spread(point, triangles, std::max<std::size_t>(count, 1), name)), tree_(tree_of(samples_)) {}
+
+  template <class PointOf>
+  FitSurface(const FitSurface& before, const PointOf& point, std::span<const Triangle> triangles)
+      : centroid_(before.centroid_),
+        area_(before.area_),
+        picks_(before.picks_),
+        samples_(picked(point, triangles)),
+        tree_(tree_of(samples_)) {}
+
+  template <class PointOf>
+  std::vector<Sample> picked(const PointOf& point, std::span<const Triangle> triangles) const {
+    std::vector<Sample> samples;
+    samples.reserve(picks_.size());
+    for (const Pick& pick : picks_) {
+      NPT_ASSERT(pick.triangle < triangles.size());
+      const Triangle& t = triangles[pick.triangle];
+      const Vec3d a = point(t[0]), b = point(t[1]), c = point(t[2]);
+      samples.push_back(
+          {a * pick.first + b * pick.second + c * (1 - pick.first - pick.second), normalised(cross(b - a, c - a))});
+    }
+    return samples;
+  }
 
   /// Stratified: point k lies in the k-th of `count` equal shares of the area.
   template <class PointOf>
@@ -87,21 +126,19 @@ class FitSurface {
                    .expected = "a surface"});
     centroid_ = centroid_ / area_;
     Random random(20200316);
-    std::vector<Sample> ordered;
+    std::vector<Pick> ordered;
     ordered.reserve(count);
-    std::size_t i = 0;
+    std::uint32_t i = 0;
     for (std::size_t k = 0; k < count; ++k) {
       const double wanted = (static_cast<double>(k) + random.uniform()) / static_cast<double>(count) * area_;
       while (until[i] < wanted && i + 1 < triangles.size()) ++i;
-      const Vec3d a = point(triangles[i][0]), b = point(triangles[i][1]), c = point(triangles[i][2]);
-      const double root = std::sqrt(random.uniform()), v = random.uniform() * root, u = 1 - root;
-      ordered.push_back({a * u + b * v + c * (1 - u - v), normalised(cross(b - a, c - a))});
+      const double root = std::sqrt(random.uniform()), v = random.uniform() * root;
+      ordered.push_back({i, 1 - root, v});
     }
-    std::vector<Sample> shuffled;
-    shuffled.reserve(count);
+    picks_.reserve(count);
     for (const std::uint32_t k : random_permutation(static_cast<std::uint32_t>(count), random))
-      shuffled.push_back(ordered[k]);
-    return shuffled;
+      picks_.push_back(ordered[k]);
+    return picked(point, triangles);
   }
 
   static TriangleTree tree_of(std::span<const Sample> samples) {
@@ -116,6 +153,7 @@ class FitSurface {
 
   Vec3d centroid_;
   double area_ = 0;
+  std::vector<Pick> picks_;
   std::vector<Sample> samples_;
   TriangleTree tree_;
 };

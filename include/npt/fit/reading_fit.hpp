@@ -86,6 +86,7 @@ struct ReadingStage {
   double surface_weight = 1;  ///< of the distances
   double facing = 0;          ///< least cosine between normals
   double pose_prior = 0, bend_prior = 0, shape_prior = 0;
+  double anchor = 0;  ///< times the squared change of the angles since the last frame
   std::size_t probes = 0, samples = 0, places = 0;
 };
 
@@ -115,9 +116,13 @@ class ReadingProblem {
   int evaluations() const noexcept { return evaluations_; }
 
   void set_facing(double facing) { facing_ = facing; }
-  /// What the betas are drawn to; zeros without.
-  void set_shape_mean(std::vector<double> mean) { shape_mean_ = std::move(mean); }
-  void set_fixed_shape(bool fixed) { fixed_shape_ = fixed; }
+  /// Betas stay as they are, and the pose is drawn to what it is now.
+  void follow() {
+    fixed_shape_ = true;
+    anchor_ = x_;
+    equations_ = NormalEquations(3 + 3 * model_.joint_count());
+    row_.assign(equations_.size(), 0.0);
+  }
 
   void set_places(std::span<const ReadPoint> points, const PartMotion& motion) {
     points_ = points;
@@ -153,7 +158,7 @@ class ReadingProblem {
         double largest = 0;
         for (std::size_t k = 3; k < 3 + 3 * model_.joint_count(); ++k) largest = std::max(largest, std::abs(step[k]));
         const double share = largest > 0.7 ? 0.7 / largest : 1;
-        for (std::size_t k = 0; k < x_.size(); ++k) trial[k] += share * step[k];
+        for (std::size_t k = 0; k < step.size(); ++k) trial[k] += share * step[k];
         wrap(trial);
         const double value = evaluate(trial, trial_matches_, trial_state_);
         if (value < value_ * (1 + stage.slack)) {
@@ -308,15 +313,18 @@ class ReadingProblem {
   }
 
   double deviation(std::size_t b) const { return b < deviations_.size() ? deviations_[b] : 1; }
-  double shape_mean(std::size_t b) const { return b < shape_mean_.size() ? shape_mean_[b] : 0; }
 
   double prior_value(std::span<const double> x) {
     const std::size_t angles = 3 * model_.joint_count();
     std::ranges::fill(row_, 0.0);
     double value = prior_(x.subspan(3, angles), prior_share_ * stage_->pose_prior, prior_share_ * stage_->bend_prior,
                           std::span(row_).subspan(3, angles));
+    if (fixed_shape_) {
+      for (std::size_t i = 3; i < 3 + angles; ++i) value += stage_->anchor * (x[i] - anchor_[i]) * (x[i] - anchor_[i]);
+      return value;
+    }
     for (std::size_t b = 0; b < model_.shape_count(); ++b) {
-      const double off = (x[3 + angles + b] - shape_mean(b)) / deviation(b);
+      const double off = x[3 + angles + b] / deviation(b);
       value += prior_share_ * stage_->shape_prior * off * off;
     }
     return value;
@@ -349,11 +357,18 @@ class ReadingProblem {
            std::span(row_).subspan(3, angles));
     for (std::size_t i = 3; i < 3 + angles; ++i) equations_.add_to_right(i, 0.5 * row_[i]);
     prior_.add_curvature(theta, prior_share_ * stage_->pose_prior, prior_share_ * stage_->bend_prior, 3, equations_);
+    if (fixed_shape_) {
+      for (std::size_t i = 3; i < 3 + angles; ++i) {
+        equations_.add_to_matrix(i, i, stage_->anchor);
+        equations_.add_to_right(i, stage_->anchor * (x_[i] - anchor_[i]));
+      }
+      return;
+    }
     for (std::size_t b = 0; b < model_.shape_count(); ++b) {
       const std::size_t i = 3 + angles + b;
-      const double weight = fixed_shape_ ? 1e9 : prior_share_ * stage_->shape_prior / (deviation(b) * deviation(b));
+      const double weight = prior_share_ * stage_->shape_prior / (deviation(b) * deviation(b));
       equations_.add_to_matrix(i, i, weight);
-      if (!fixed_shape_) equations_.add_to_right(i, weight * (x_[i] - shape_mean(b)));
+      equations_.add_to_right(i, weight * x_[i]);
     }
   }
 
@@ -374,7 +389,7 @@ class ReadingProblem {
   double facing_ = 1, prior_share_ = 1, value_ = 0, data_value_ = 0;
   bool fixed_shape_ = false;
   int evaluations_ = 0;
-  std::vector<double> x_, shape_mean_;
+  std::vector<double> x_, anchor_;
   std::vector<Vec3d> points_of_body_;
   std::vector<Match> matches_, trial_matches_;
   DifferentiableBody::State state_, trial_state_;
@@ -419,6 +434,7 @@ class ReadingFitter {
   ReadingFit fit(const FitSurface& surface, std::span<const Reading> readings) const {
     if (readings.empty()) throw Error({.file = "reading", .found = "none", .expected = "at least one"});
     std::vector<Candidate> candidates = ranked(readings);
+    check_size(candidates.front().motion.size);
     int evaluations = 0;
     for (Candidate& c : candidates) {
       const Reading& reading = readings[c.reading];
@@ -449,7 +465,7 @@ class ReadingFitter {
     fit::internal::ReadingProblem problem(*model_, prior_, options_.shape_deviations, surface);
     problem.x() = c.x;
     problem.set_facing(c.facing);
-    problem.set_fixed_shape(true);
+    problem.follow();
     problem.set_level(coarse_, coarse_tree_);
     problem.run(following);
     problem.set_level(full_, full_tree_);
@@ -519,18 +535,21 @@ class ReadingFitter {
                                    .scale = 0.08,
                                    .surface_weight = 1,
                                    .facing = 0.2,
-                                   .pose_prior = 0.01,
-                                   .bend_prior = 0.005,
-                                   .probes = 500,
-                                   .samples = 600};
+                                   .pose_prior = 0.001,
+                                   .bend_prior = 0.001,
+                                   .anchor = 0.2,
+                                   .probes = 400,
+                                   .samples = 500};
   static constexpr Stage following_finish{.iterations = 3,
+                                          .slack = 0.02,
                                           .scale = 0.03,
                                           .surface_weight = 1,
                                           .facing = 0.3,
-                                          .pose_prior = 0.002,
-                                          .bend_prior = 0.001,
-                                          .probes = 800,
-                                          .samples = 1200};
+                                          .pose_prior = 0.00005,
+                                          .bend_prior = 0.00005,
+                                          .anchor = 0.2,
+                                          .probes = 600,
+                                          .samples = 800};
 
   struct Candidate {
     std::size_t reading = 0;
@@ -546,6 +565,14 @@ class ReadingFitter {
     if (!model) throw Error({.file = "body", .found = "none", .expected = "a body model"});
     if (model->triangles().empty()) throw Error({.file = "body", .found = "no triangles", .expected = "a surface"});
     return model;
+  }
+
+  /// Half and one and a half times the body's size fit as well as its own.
+  static void check_size(double size) {
+    if (size > 0.25 && size < 3) return;
+    throw Error({.file = "surface",
+                 .found = "a body " + std::to_string(size) + " times as large as the model",
+                 .expected = "about its size: the model's unit, metres"});
   }
 
   std::vector<double> parameters(const BodyFit& body) const {
