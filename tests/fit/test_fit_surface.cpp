@@ -55,6 +55,18 @@ TEST_CASE("floats and doubles give the same surface, and the same mesh the same 
   CHECK(a.area() == b.area());
 }
 
+TEST_CASE("samples move with the surface") {
+  const npt::FitSurface before(points, triangles, 100);
+  std::vector<Vec3d> turned;
+  for (const Vec3d p : points) turned.push_back(Vec3d{-p.y, p.x, 2} * 3.0);
+  const npt::FitSurface after = before.moved(turned, triangles);
+  for (std::size_t i = 0; i < 100; ++i) {
+    const Vec3d p = before.samples()[i].point;
+    CHECK(length(after.samples()[i].point - Vec3d{-p.y, p.x, 2} * 3.0) < 1e-12);
+    CHECK(after.tree().closest(after.samples()[i].point).triangle == i);
+  }
+}
+
 TEST_CASE("a mesh without area or with a coordinate that is no number is an error that names it") {
   const auto expect_error = [](const std::vector<Vec3d>& p, const std::vector<npt::Triangle>& t) {
     try {

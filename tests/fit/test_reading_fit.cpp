@@ -2,6 +2,7 @@
 
 #include <fit/simulated_reading.hpp>
 
+#include <npt/body/proportions.hpp>
 #include <npt/core/error.hpp>
 #include <npt/fit/reading_fit.hpp>
 #include <npt/mannequin/mannequin.hpp>
@@ -94,11 +95,25 @@ TEST_CASE("the next frame follows from the last one, with its shape") {
   simulated::Posed next = c.posed;
   for (std::size_t i = 3; i < 72; ++i) next.pose[i] += 0.05F * static_cast<float>(i % 3) - 0.05F;
   next.points = simulated::points_of(npt::mannequin(), next.betas, next.pose);
-  const npt::FitSurface surface(next.points, npt::mannequin().triangles());
+  const npt::FitSurface surface = c.surface.moved(next.points, npt::mannequin().triangles());
   const npt::ReadingFit second = fitter().refit(surface, first);
   CHECK(second.body.betas == first.body.betas);
   CHECK(simulated::error(npt::mannequin(), second.body, next.points) < 0.015);
   CHECK(second.body.distance < 0.005);
+}
+
+TEST_CASE("half and one and a half times the size fit as well, with proportions") {
+  static const npt::BodyModel model = npt::with_proportions(npt::mannequin(), npt::human_proportion_deviations);
+  static const npt::ReadingFitter wide(npt::borrowed(model));
+  for (const double scale : {0.5, 1.5}) {
+    ReadBody c = read_body(13);
+    for (Vec3d& p : c.posed.points) p *= scale;
+    for (npt::ReadPoint& p : c.reading) p.point *= scale;
+    const npt::ReadingFit fit = wide.fit(npt::FitSurface(c.posed.points, npt::mannequin().triangles()), c.reading);
+    CAPTURE(scale);
+    CHECK(simulated::error(model, fit.body, c.posed.points) < 0.015 * scale);
+    CHECK(fit.trust() > 0.98);
+  }
 }
 
 TEST_CASE("threads share a fitter and get the same bits") {
@@ -112,9 +127,15 @@ TEST_CASE("threads share a fitter and get the same bits") {
   CHECK(fits[0].body.distance == fits[1].body.distance);
 }
 
-TEST_CASE("no reading, and no body, are errors") {
+TEST_CASE("no reading, no body and another unit are errors") {
   const ReadBody c = read_body(12);
   CHECK_THROWS_AS(fitter().fit(c.surface, std::span<const npt::Reading>()), npt::Error);
   CHECK_THROWS_AS(fitter().fit(c.surface, npt::Reading()), npt::Error);
   CHECK_THROWS_AS(npt::ReadingFitter(nullptr), npt::Error);
+  // Centimetres.
+  std::vector<Vec3d> points = c.posed.points;
+  npt::Reading reading = c.reading;
+  for (Vec3d& p : points) p *= 100;
+  for (npt::ReadPoint& p : reading) p.point *= 100;
+  CHECK_THROWS_AS(fitter().fit(npt::FitSurface(points, npt::mannequin().triangles()), reading), npt::Error);
 }
