@@ -33,10 +33,7 @@ class BodyLevel {
   };
 
   /// A level of at most `count` vertices, each a probe.
-  BodyLevel(const BodyModel& model, std::size_t count) : BodyLevel(model, choose(model, count)) {
-    probes_ = probes_of(model, choose(model, count));
-    for (std::uint32_t i = 0; i < probes_.size(); ++i) probes_[i].vertex = i;
-  }
+  BodyLevel(const BodyModel& model, std::size_t count) : BodyLevel(of_probes(model, choose(model, count))) {}
 
   /// The level of all vertices and triangles, with at most `probe_count` probes.
   static BodyLevel full(const BodyModel& model, std::size_t probe_count) {
@@ -64,6 +61,14 @@ class BodyLevel {
       if (cells[0] != cells[1] && cells[1] != cells[2] && cells[2] != cells[0]) triangles_.push_back(cells);
     }
     once();
+  }
+
+  /// A level whose vertices are all probes.
+  static BodyLevel of_probes(const BodyModel& model, const Choice& choice) {
+    BodyLevel level(model, choice);
+    level.probes_ = probes_of(model, choice);
+    for (std::uint32_t i = 0; i < level.probes_.size(); ++i) level.probes_[i].vertex = i;
+    return level;
   }
 
   /// The chosen vertices with the area of their cells.
@@ -117,9 +122,12 @@ class BodyLevel {
     while (choice.vertices.size() < count) {
       choice.vertices.push_back(next);
       const Vec3d chosen = points[next];
-      for (std::uint32_t v = 0; v < points.size(); ++v)
-        distance[v] = std::min(distance[v], dot(points[v] - chosen, points[v] - chosen));
-      next = static_cast<std::uint32_t>(std::max_element(distance.begin(), distance.end()) - distance.begin());
+      double farthest = -1;
+      for (std::uint32_t v = 0; v < points.size(); ++v) {
+        const Vec3d d = points[v] - chosen;
+        distance[v] = std::min(distance[v], dot(d, d));
+        if (distance[v] > farthest) farthest = distance[v], next = v;
+      }
     }
     grow_cells(model, points, choice);
     return choice;
