@@ -21,12 +21,14 @@ struct Extras {
 const Extras& extras_of(const NetworkType& network) {
   static const std::map<const npt::graph::Program*, Extras> list = [] {
     std::map<const npt::graph::Program*, Extras> all;
-    npt::AllNetworks::for_each([&all]<class Net>() {
+    const auto add = [&all]<class Net>() {
       all[&npt::graph::program_of<Net>] = {
           &npt::explain<Net>, [](std::span<const double> values, int threads) -> DoubleEngine {
             return npt::Engine<Net, double, npt::TbbExecutor>(values, npt::TbbExecutor(threads));
           }};
-    });
+    };
+    npt::AllNetworks::for_each(add);
+    add.operator()<npt::ReaderNet<>>();
     return all;
   }();
   return list.at(network.program);
@@ -40,6 +42,14 @@ npt::AlignedBuffer<float> random_values(const NetworkType& network, std::uint64_
 }
 
 }  // namespace
+
+const NetworkType* find_network(const Variant& variant) {
+  if (variant.net == "reader") {
+    static const NetworkType reader = npt::network_type<npt::ReaderNet<>, npt::TbbExecutor>();
+    return &reader;
+  }
+  return npt::find_network<npt::AllNetworks, npt::TbbExecutor>(variant.metadata());
+}
 
 FloatEngine random_engine(const NetworkType& network, std::uint64_t seed, int threads, npt::Precision precision) {
   const npt::AlignedBuffer<float> values = random_values(network, seed);

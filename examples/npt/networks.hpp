@@ -3,6 +3,7 @@
 #pragma once
 
 #include <npt/engine/core.hpp>
+#include <npt/net/reader_net.hpp>
 #include <npt/parallel/tbb_executor.hpp>
 #include <npt/transfer/network_list.hpp>
 #include <npt/transfer/pose_transfer.hpp>
@@ -23,10 +24,12 @@ struct Variant {
   int bottleneck = 1024;
   std::string order = "conv_relu";
   std::string feature = "per-vertex";
-  std::string net = "full";  ///< full: the paper's; without-spadain, concat1: its ablations
+  /// full: the paper's; without-spadain, concat1: its ablations; reader: what reads meshes, of which there is one
+  std::string net = "full";
 
   /// As weights files say it.
   npt::Metadata metadata() const {
+    if (net == "reader") return npt::variant_metadata<npt::ReaderNet<>>();
     npt::Metadata metadata{{"bottleneck", std::to_string(bottleneck)}, {"order", order}, {"feature", feature}};
     if (net != "full") metadata["net"] = net;
     return metadata;
@@ -35,9 +38,7 @@ struct Variant {
 };
 
 /// The network of that variant, or nullptr.
-inline const NetworkType* find_network(const Variant& variant) {
-  return npt::find_network<npt::AllNetworks, npt::TbbExecutor>(variant.metadata());
-}
+const NetworkType* find_network(const Variant& variant);
 
 /// An engine with npt::randomise's weights; the same in both scalars.
 FloatEngine random_engine(const NetworkType& network, std::uint64_t seed, int threads, npt::Precision precision);

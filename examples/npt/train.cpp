@@ -180,7 +180,8 @@ class Training {
     if (a.optimiser == "muon") o.matrix_rate = a.matrix_rate / rate;
     o.muon.momentum = a.matrix_momentum;
     o.muon.parts = std::min(1, npt::parts_of(gradients_->precision()));
-    o.loss = {.scaling = a.loss_scaling == "sum" ? npt::LossScaling::sum : npt::LossScaling::mean,
+    o.loss = {.distance = course_.distance_loss,
+              .scaling = a.loss_scaling == "sum" ? npt::LossScaling::sum : npt::LossScaling::mean,
               .edge = a.edge_loss == "length"     ? npt::EdgeLoss::length
                       : a.edge_loss == "relative" ? npt::EdgeLoss::relative
                                                   : npt::EdgeLoss::none,
@@ -348,7 +349,7 @@ void run(TrainingArguments& arguments, CLI::App& command) {
   }
   if (!arguments.steps && !arguments.minutes) throw CLI::RequiredError("--minutes or --steps");
   if (CLI::Option* feature = command.get_option("--feature");
-      arguments.variant.net != "full" && feature->count() == 0) {
+      arguments.variant.net != "full" && arguments.variant.net != "reader" && feature->count() == 0) {
     feature->add_result("per-vertex");  // which is not the default, but what there is of the ablations
     feature->run_callback();
   }

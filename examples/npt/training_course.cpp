@@ -2,12 +2,16 @@
 
 #include "arguments.hpp"
 
+#include <refining/body_method.hpp>
+
 #include <npt/body/body_file.hpp>
+#include <npt/body/natural_poses.hpp>
 #include <npt/core/error.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/body_sampler.hpp>
 #include <npt/data/family_file.hpp>
 #include <npt/data/family_sampler.hpp>
+#include <npt/data/reading_sampler.hpp>
 #include <npt/mannequin/mannequin.hpp>
 
 #include <algorithm>
@@ -113,6 +117,44 @@ void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired)
   };
 }
 
+/// Points of bodies in any pose and their canonical coordinates, for the network that reads meshes.
+void use_readings(TrainingCourse& course, const TrainingArguments& a) {
+  std::vector<std::shared_ptr<const npt::SurfaceCloud>> clouds;
+  for (const std::string& argument : a.bodies.empty() ? std::vector<std::string>{"mannequin"} : a.bodies) {
+    const NamedBody named = load_named_body(argument);
+    clouds.push_back(
+        std::make_shared<const npt::SurfaceCloud>(named.body.body, refining::canonical_coordinates(*named.body.body)));
+    course.trained_on += (course.trained_on.empty() ? "" : ", ") + named.name;
+  }
+  const auto source = [clouds, seed = a.seed](std::size_t points, npt::data::Purpose purpose) {
+    return std::make_unique<npt::ReadingSampler>(
+        clouds, [](npt::Random& random) { return npt::natural_poses().sample(random); },
+        npt::ReadingSampleOptions{.seed = seed, .points = points}, purpose);
+  };
+  for (const StageArguments& stage : parse_stages(a)) {
+    if (stage.vertices == 0)
+      throw npt::Error({"--stage", {}, "all vertices", "a number of points: a reader sees points of the surface"});
+    course.sources.push_back(source(stage.vertices, npt::data::Purpose::training));
+    course.stages.push_back({stage.begin, stage.batch, course.sources.back().get()});
+  }
+  course.normalisation = npt::Normalisation::none;
+  course.distance_loss = 0.01;
+  course.unit = "metre";
+  course.validated_on = "readings of unseen shapes and poses of " + course.trained_on + ", halved";
+  const std::shared_ptr<const npt::SampleSource> unseen = source(1500, npt::data::Purpose::evaluation);
+  course.make_validation = [unseen](std::size_t pairs) {
+    return std::vector<npt::EvaluationSet>{{"readings", pairs, [unseen](std::size_t i) {
+                                              npt::Sample s = unseen->draw(0, i);
+                                              npt::EvaluationPair pair;
+                                              pair.name = "reading " + std::to_string(i);
+                                              pair.pose = std::move(s.pose);
+                                              pair.identity = std::move(s.identity);
+                                              pair.truth = std::move(s.truth);
+                                              return pair;
+                                            }}};
+  };
+}
+
 void use_family(TrainingCourse& course, const TrainingArguments& a, bool paired) {
   if (a.protocol || a.mix_bodies || a.wide_poses > 0 || a.natural_poses > 0 || a.shapes != "normal")
     throw npt::Error({"--family",
@@ -147,7 +189,9 @@ TrainingCourse make_training_course(const TrainingArguments& arguments, bool pai
   course.normalisation = arguments.normalisation ? npt::parse_normalisation(*arguments.normalisation, "--normalisation")
                          : arguments.family      ? npt::Normalisation::sphere
                                                  : npt::Normalisation::centre;
-  if (arguments.family)
+  if (arguments.variant.net == "reader")
+    use_readings(course, arguments);
+  else if (arguments.family)
     use_family(course, arguments, paired);
   else
     use_bodies(course, arguments, paired);

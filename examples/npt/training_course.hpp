@@ -26,6 +26,7 @@ struct TrainingCourse {
   std::string trained_on;  ///< for the weights' metadata
   std::string unit;
   std::string validated_on;
+  double distance_loss = 0;  ///< npt::LossOptions::distance
 
   /// Sets of about `pairs` pairs in all, of identities and poses that training never shows; none for 0.
   std::vector<npt::EvaluationSet> validation(std::size_t pairs) const {

@@ -10,14 +10,14 @@ namespace {
 
 void expect_ranges_filled(npt::PoseDistribution distribution,
                           const std::array<npt::JointRange, npt::smpl_joint_count>& ranges) {
-  constexpr double degree = std::numbers::pi / 180.0;
+  constexpr double radians_in_degree = std::numbers::pi / 180.0;
   std::array<double, 72> low{}, high{};
   for (std::uint64_t i = 0; i < 2000; ++i) {
     npt::Random random(11, i);
     const auto pose = npt::sample_pose(random, distribution);
     for (std::size_t k = 0; k < pose.size(); ++k) {
       const npt::AngleRange range = ranges[k / 3][k % 3];
-      const double angle = static_cast<double>(pose[k]) / degree;
+      const double angle = static_cast<double>(pose[k]) / radians_in_degree;
       REQUIRE(angle >= range.low - 1e-5);
       REQUIRE(angle <= range.high + 1e-5);
       low[k] = i == 0 ? angle : std::min(low[k], angle);

@@ -87,7 +87,8 @@ struct Evaluation {
   double per_coordinate() const { return pmd() / 3; }
   double root_mm() const { return root_pmd_mm(pmd()); }
 
-  /// The median of the pairs' PMD; of an even number of pairs the mean of the two in the middle. NaN counts as infinite.
+  /// The median of the pairs' PMD; of an even number of pairs the mean of the two in the middle. NaN counts as
+  /// infinite.
   double median_pmd() const {
     const std::vector<std::size_t> order = worst(pairs.size());
     if (order.empty()) return 0;

@@ -12,6 +12,7 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
+#include <npt/body/reading_frame.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/core/matrix3.hpp>
@@ -34,10 +35,8 @@
 
 namespace npt::inline NPT_ABI {
 
-/// Root mean square distance of the points that a reading network sees from their mean.
-inline constexpr double reading_radius = 0.45;
-
-/// A body's surface as candidate points that can be posed one by one: denser on the head, hands and feet, which grow most.
+/// A body's surface as candidate points that can be posed one by one: denser on the head, hands and feet, which grow
+/// most.
 class SurfaceCloud {
  public:
   static constexpr std::size_t candidates = 24000;
@@ -76,9 +75,13 @@ class SurfaceCloud {
     for (const std::uint32_t v : f)
       for (std::size_t k = t.weights.start[v]; k < t.weights.start[v + 1]; ++k) {
         using enum SmplJoint;
-        const auto is = [joint = t.weights.column[k]](auto... joints) { return ((joint == joint_index(joints)) || ...); };
-        const double more = is(head) ? 4 : is(left_wrist, right_wrist, left_hand, right_hand) ? 2
-                            : is(left_ankle, right_ankle, left_foot, right_foot) ? 2 : 1;
+        const auto is = [joint = t.weights.column[k]](auto... joints) {
+          return ((joint == joint_index(joints)) || ...);
+        };
+        const double more = is(head)                                             ? 4
+                            : is(left_wrist, right_wrist, left_hand, right_hand) ? 2
+                            : is(left_ankle, right_ankle, left_foot, right_foot) ? 2
+                                                                                 : 1;
         sum += more * static_cast<double>(t.weights.value[k]) / 3;
       }
     return sum;
@@ -101,8 +104,8 @@ class SurfaceCloud {
     for (std::size_t i = 0; i < candidates; ++i) {
       const double goal = area * (static_cast<double>(i) + random.uniform()) / static_cast<double>(candidates);
       const auto where = std::lower_bound(up_to.begin(), up_to.end(), goal);
-      const Triangle& f = t.triangles[std::min<std::size_t>(static_cast<std::size_t>(where - up_to.begin()),
-                                                            t.triangles.size() - 1)];
+      const Triangle& f =
+          t.triangles[std::min<std::size_t>(static_cast<std::size_t>(where - up_to.begin()), t.triangles.size() - 1)];
       float u = static_cast<float>(random.uniform()), v = static_cast<float>(random.uniform());
       if (u + v > 1) u = 1 - u, v = 1 - v;
       const std::array<float, 3> share{1 - u - v, u, v};
@@ -183,9 +186,8 @@ class ReadingSampler final : public SampleSource {
     s.pose.resize(3 * n), s.identity.resize(3 * n), s.truth.resize(3 * n);
     const Matrix3 turn = turn_of(more);
     const double sigma = more.uniform() < 0.5 ? 0 : 0.012 * more.uniform();
-    const bool blind = more.uniform() < 0.08;          // no normals
+    const bool blind = more.uniform() < 0.08;                 // no normals
     const float side = more.uniform() < 0.03 ? -1.0F : 1.0F;  // inside out
-    Vec3d mean;
     for (std::size_t i = 0; i < n; ++i) {
       const Posed& p = scratch.chosen[i];
       Vec3d at = turn * p.at.as<double>();
@@ -193,15 +195,12 @@ class ReadingSampler final : public SampleSource {
       const Vec3f normal = blind ? Vec3f{} : (turn * p.normal.as<double>()).as<float>() * side;
       put(s.pose, i, at.as<float>()), put(s.identity, i, normal);
       put(s.truth, i, cloud.points()[p.point].canonical * 0.5F);
-      mean += at / static_cast<double>(n);
     }
-    double square = 0;
-    for (std::size_t i = 0; i < 3 * n; ++i) {
-      s.pose[i] -= static_cast<float>(i % 3 == 0 ? mean.x : i % 3 == 1 ? mean.y : mean.z);
-      square += static_cast<double>(s.pose[i]) * static_cast<double>(s.pose[i]) / static_cast<double>(n);
-    }
-    const float scale = static_cast<float>(reading_radius / std::sqrt(square));
-    for (float& x : s.pose) x *= scale;
+    const auto point = [&s](std::size_t i) {
+      return Vec3f{s.pose[3 * i], s.pose[3 * i + 1], s.pose[3 * i + 2]}.as<double>();
+    };
+    const ReadingFrame frame = reading_frame(n, point);
+    for (std::size_t i = 0; i < n; ++i) put(s.pose, i, frame(point(i)).as<float>());
     s.edges.clear(), s.triangles.clear();
     s.scale = 0.5;
   }
@@ -228,13 +227,13 @@ class ReadingSampler final : public SampleSource {
   /// What hangs on the body, as offsets along its normals, in metres; waves make them uneven.
   struct Dress {
     bool any = false;
-    float puff = 0;                 ///< everywhere
+    float puff = 0;                       ///< everywhere
     float trunk = 0, legs = 0, arms = 0;  ///< loose clothes, where above 0
-    float skirt = 0;                ///< how far the legs' clothes are spread apart, at the knees
+    float skirt = 0;                      ///< how far the legs' clothes are spread apart, at the knees
     float hair = 0, hair_back = 0;
     float shoes = 0, heel = 0;
     bool no_hands = false, no_feet = false, no_head = false;
-    std::array<Vec3f, 2> hole{};    ///< centres in canonical coordinates
+    std::array<Vec3f, 2> hole{};  ///< centres in canonical coordinates
     float hole_radius = 0;
     Vec3f wave;
     float phase = 0, wave_size = 0;

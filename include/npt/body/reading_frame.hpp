@@ -1,0 +1,38 @@
+/// The frame in which a network reads a mesh: points about their mean, at a fixed root mean square distance from it.
+/// A bounding box, which turns and grows with the pose, has no part in it.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/vec3.hpp>
+
+#include <cmath>
+#include <cstddef>
+
+namespace npt::inline NPT_ABI {
+
+/// Root mean square distance of the points that a reading network sees from their mean.
+inline constexpr double reading_radius = 0.45;
+
+/// p -> (p - mean) scale
+struct ReadingFrame {
+  Vec3d mean;
+  double scale = 0;  ///< infinite where the points have no extent, not a number where they are not finite
+
+  Vec3d operator()(Vec3d p) const { return (p - mean) * scale; }
+};
+
+/// point(i): the i-th of `count` points.
+template <class PointOf>
+ReadingFrame reading_frame(std::size_t count, const PointOf& point) {
+  ReadingFrame frame;
+  const auto n = static_cast<double>(count);
+  for (std::size_t i = 0; i < count; ++i) frame.mean += point(i) / n;
+  double square = 0;
+  for (std::size_t i = 0; i < count; ++i) square += dot(point(i) - frame.mean, point(i) - frame.mean) / n;
+  // What is left of points in one place is rounding.
+  const double rounding = 1e-12 * length(frame.mean);
+  frame.scale = reading_radius / (square > rounding * rounding ? std::sqrt(square) : 0.0);
+  return frame;
+}
+
+}  // namespace npt::inline NPT_ABI

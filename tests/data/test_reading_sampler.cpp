@@ -1,0 +1,77 @@
+#include <doctest/doctest.h>
+
+#include <npt/body/natural_poses.hpp>
+#include <npt/data/reading_sampler.hpp>
+#include <npt/mannequin/mannequin.hpp>
+
+#include <cmath>
+#include <memory>
+#include <set>
+#include <vector>
+
+namespace {
+
+std::shared_ptr<const npt::SurfaceCloud> reading_cloud() {
+  static const auto cloud =
+      std::make_shared<const npt::SurfaceCloud>(npt::borrowed(npt::mannequin()), npt::mannequin().tables().v_template);
+  return cloud;
+}
+
+npt::ReadingSampler reading_sampler(const npt::ReadingSampleOptions& options) {
+  return {{reading_cloud()}, [](npt::Random& r) { return npt::natural_poses().sample(r); }, options};
+}
+
+float norm(const std::vector<float>& xyz, std::size_t i) {
+  return std::sqrt(xyz[3 * i] * xyz[3 * i] + xyz[3 * i + 1] * xyz[3 * i + 1] + xyz[3 * i + 2] * xyz[3 * i + 2]);
+}
+
+}  // namespace
+
+TEST_CASE("a reading's points are centred and of one size, normals are unit, places lie on the mannequin") {
+  const npt::ReadingSampler sampler = reading_sampler({.seed = 3, .points = 300});
+  for (std::uint64_t index = 0; index < 20; ++index) {
+    const npt::Sample s = sampler.draw(1, index);
+    REQUIRE(s.pose.size() == 900);
+    double square = 0, mean = 0;
+    for (std::size_t i = 0; i < 300; ++i) {
+      square += static_cast<double>(norm(s.pose, i) * norm(s.pose, i)) / 300;
+      mean += static_cast<double>(s.pose[3 * i + 1]) / 300;
+      const float n = norm(s.identity, i);
+      CHECK((n == 0 || std::abs(n - 1) < 1e-4F));
+      CHECK(norm(s.truth, i) < 0.75F);  // half the mannequin's reach
+    }
+    CHECK(std::sqrt(square) == doctest::Approx(npt::reading_radius).epsilon(1e-4));
+    CHECK(std::abs(mean) < 1e-5);
+  }
+}
+
+TEST_CASE("a plain body in no pose is the mannequin itself, turned") {
+  // Distances between points are those between their places, but for shape.
+  const npt::ReadingSampler sampler({reading_cloud()}, [](npt::Random&) { return std::array<float, 72>{}; },
+                                    {.seed = 1, .points = 200, .natural = 1, .fallen = 0, .dressed = 0, .plain = 1});
+  const npt::Sample s = sampler.draw(0, 0);
+  double ratio_sum = 0, ratio_squares = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < 199; ++i) {
+    double d = 0, t = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      d += std::pow(static_cast<double>(s.pose[3 * i + k] - s.pose[3 * i + 3 + k]), 2);
+      t += std::pow(static_cast<double>(s.truth[3 * i + k] - s.truth[3 * i + 3 + k]), 2);
+    }
+    if (t < 0.02) continue;
+    const double ratio = std::sqrt(d / t);
+    ratio_sum += ratio, ratio_squares += ratio * ratio, ++count;
+  }
+  const double mean = ratio_sum / count;
+  CHECK(std::sqrt(ratio_squares / count - mean * mean) < 0.15 * mean);
+}
+
+TEST_CASE("samples depend on seed, step and index only, and differ in each of them") {
+  const npt::ReadingSampler sampler = reading_sampler({.seed = 3, .points = 64});
+  CHECK(sampler.draw(1, 2).pose == sampler.draw(1, 2).pose);
+  CHECK(sampler.draw(1, 2).pose != sampler.draw(1, 3).pose);
+  CHECK(sampler.draw(1, 2).pose != sampler.draw(2, 2).pose);
+  CHECK(sampler.draw(1, 2).pose != reading_sampler({.seed = 4, .points = 64}).draw(1, 2).pose);
+  CHECK(sampler.equal_counts());
+  CHECK(sampler.max_vertices() == 64);
+}
