@@ -4,6 +4,7 @@
 #include <npt/npt.hpp>
 #include <npt/transfer/pose_sequence.hpp>
 #if __has_include(<Eigen/SparseCholesky>)
+#include <npt/skeleton/body_method.hpp>
 #include <npt/transfer/detail_refiner.hpp>
 #endif
 
@@ -86,6 +87,19 @@ npt::MakeRefinement refinement() {
 #endif
 }
 
+npt::MakeBodyMethod body() {
+#if __has_include(<Eigen/SparseCholesky>)
+  return npt::body_method;
+#else
+  return nullptr;
+#endif
+}
+
+npt::Method method_from(npt_method method) {
+  expect(method == NPT_AUTOMATIC || method == NPT_BODY || method == NPT_NETWORK, "npt_options: an unknown method");
+  return method == NPT_BODY ? npt::Method::body : method == NPT_NETWORK ? npt::Method::network : npt::Method::automatic;
+}
+
 npt::TransferOptions options_from(const npt_options& o) {
   expect(o.size == sizeof(npt_options), "npt_options: fill it with npt_default_options, of this version's header");
   expect(o.threads >= 0, "npt_options: fewer than 0 threads");
@@ -99,6 +113,11 @@ npt::TransferOptions options_from(const npt_options& o) {
   options.resample = o.resample != 0;
   if (o.unit != 0) options.unit = o.unit;
   options.seed = o.seed;
+  options.body = body();
+  options.method = method_from(o.method);
+  // Vertices are paired by number to see what the network itself does.
+  if (o.pair_as_given != 0 && o.method == NPT_AUTOMATIC) options.method = npt::Method::network;
+  if (o.reader != nullptr) options.reader = std::u8string(reinterpret_cast<const char8_t*>(o.reader));
   return options;
 }
 
@@ -197,6 +216,18 @@ npt_status npt_prepare_pose(const npt_transfer* transfer, const npt_mesh* mesh, 
   });
 }
 void npt_release_pose(npt_pose* pose) { delete pose; }
+
+npt_status npt_explain(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
+                       npt_report* report) {
+  return guarded([&] {
+    expect(transfer != nullptr && identity != nullptr && pose != nullptr && report != nullptr,
+           "npt_explain: a null pointer");
+    const npt::TransferReport made = transfer->transfer.report(identity->prepared, pose->prepared);
+    report->method = made.method == npt::Method::body ? NPT_BODY : NPT_NETWORK;
+    report->identity_trust = made.read ? made.identity_trust : -1;
+    report->pose_trust = made.read ? made.pose_trust : -1;
+  });
+}
 
 npt_status npt_run_prepared(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
                             float* result) {

@@ -53,6 +53,19 @@ typedef struct npt_mesh {
   const char* name; /* stands in messages, UTF-8; NULL: "identity" or "pose" */
 } npt_mesh;
 
+/* How a transfer is made. */
+typedef enum npt_method {
+  NPT_AUTOMATIC = 0, /* through bodies where both meshes read as people, else by the pose transfer network */
+  NPT_BODY = 1,      /* through bodies, whatever the meshes are */
+  NPT_NETWORK = 2    /* by the pose transfer network */
+} npt_method;
+
+/* How a transfer was made, and how sure it is. */
+typedef struct npt_report {
+  npt_method method;                 /* NPT_BODY or NPT_NETWORK */
+  double identity_trust, pose_trust; /* 0 to 1: that it is a person, and was read right; below 0: not read */
+} npt_report;
+
 /* How transfers are done. Fill it with npt_default_options first: later versions may have more. */
 typedef struct npt_options {
   size_t size;          /* sizeof(npt_options), set by npt_default_options */
@@ -66,6 +79,8 @@ typedef struct npt_options {
   int resample;         /* 0: refuse a pose mesh of another vertex count where the network pairs vertices */
   double unit;          /* metres in one unit of the meshes; 0: told from their size */
   uint64_t seed;        /* of every random choice */
+  npt_method method;    /* how transfers are made */
+  const char* reader;   /* weights of the network that reads bodies, UTF-8; NULL: those that the weights name */
 } npt_options;
 
 /* "0.1.0" */
@@ -102,6 +117,10 @@ NPT_C_API void npt_release_identity(npt_identity* identity);
 NPT_C_API npt_status npt_prepare_pose(const npt_transfer* transfer, const npt_mesh* mesh, size_t identity_vertices,
                                       npt_pose** pose);
 NPT_C_API void npt_release_pose(npt_pose* pose);
+
+/* How npt_run_prepared makes a result of these. */
+NPT_C_API npt_status npt_explain(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
+                                 npt_report* report);
 
 /* npt_run's result, from what was prepared. */
 NPT_C_API npt_status npt_run_prepared(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,

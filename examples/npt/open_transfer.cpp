@@ -3,12 +3,14 @@
 #include "arguments.hpp"
 #include "shipped_weights.hpp"
 
+#include <refining/body_method.hpp>
 #include <refining/refinement.hpp>
 
 #include <npt/core/error.hpp>
 #include <npt/io/safetensors.hpp>
 
 #include <array>
+#include <cmath>
 #include <iostream>
 #include <utility>
 
@@ -36,6 +38,13 @@ npt::TransferOptions options_of(const TransferArguments& arguments) {
   options.pairing = arguments.pairing == "random" ? npt::Pairing::random : npt::Pairing::as_given;
   if (arguments.normalise) options.normalisation = npt::parse_normalisation(*arguments.normalise, "--normalise");
   if (arguments.unit) options.unit = unit_from(*arguments.unit);
+  options.method = arguments.method == "body"      ? npt::Method::body
+                   : arguments.method == "network" ? npt::Method::network
+                                                   : npt::Method::automatic;
+  // Vertices are paired by number to see what the network itself does.
+  if (arguments.pairing == "as-given" && options.method == npt::Method::automatic)
+    options.method = npt::Method::network;
+  options.body = refining::body_method(options.method);
   if (arguments.refine) options.refinement = refining::refinement();
   return options;
 }
@@ -59,6 +68,25 @@ PoseTransfer open_transfer(const TransferArguments& arguments) {
   if (options.pairings > 1 && !transfer.pairs_vertices())
     std::cerr << "npt: note: --pairings changes nothing: the pooled feature pairs no vertices\n";
   return transfer;
+}
+
+void note_method(const npt::TransferReport& report, const std::string& identity, const std::string& pose) {
+  const auto percent = [](double trust) { return std::to_string(std::lround(100 * trust)) + " %"; };
+  const auto note = [](const std::string& text) { std::cerr << "npt: note: " << text << '\n'; };
+  if (!report.read) return;
+  if (report.method == npt::Method::body) {
+    for (const auto& [name, notes] : {std::pair(identity, report.identity_notes), std::pair(pose, report.pose_notes)})
+      if (!notes.empty()) note(name + " " + notes);
+    if (report.trust() < npt::sure_trust)
+      note((report.identity_trust < report.pose_trust ? identity : pose) + " reads as a person with a trust of only " +
+           percent(report.trust()) + ": look at the result before using it");
+    return;
+  }
+  const bool of_identity = report.identity_trust < report.pose_trust;
+  note((of_identity ? identity : pose) + " doesn't read as a person (trust " + percent(report.trust()) + ", asked " +
+       percent(npt::least_trust) +
+       "): left to the pose transfer network, which was trained on people in few poses; "
+       "look at the result before using it");
 }
 
 void note_unit(const PoseTransfer& transfer, const npt::MeshView& mesh) {

@@ -4,11 +4,16 @@
 #include "networks.hpp"
 #include "transfer_arguments.hpp"
 
+#include <string>
+
 namespace program {
 
 /// Weights as named, or those shipped, or random ones where asked for. Notes go to the standard error output.
 /// Errors    npt::Error for weights that are missing, broken, or of another network than asked for
 PoseTransfer open_transfer(const TransferArguments& arguments);
+
+/// Prints what must be known of how a pair was transferred: a mesh that doesn't read as a person, or hardly.
+void note_method(const npt::TransferReport& report, const std::string& identity, const std::string& pose);
 
 /// Prints a note where a mesh isn't taken for one in metres.
 void note_unit(const PoseTransfer& transfer, const npt::MeshView& mesh);

@@ -264,7 +264,8 @@ class Reproduction {
 
   std::vector<std::string> measuring_arguments(const System& system) const {
     std::vector<std::string> arguments;
-    if (system.kind == Kind::network) arguments = {"evaluate", "--weights", weights_of(system).string()};
+    if (system.kind == Kind::network)
+      arguments = {"evaluate", "--method", "network", "--weights", weights_of(system).string()};
     if (system.kind == Kind::deformation) arguments = {"deform"};
     if (system.kind == Kind::skeleton) arguments = {"skeleton"};
     if (system.kind != Kind::network)

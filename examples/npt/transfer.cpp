@@ -15,6 +15,7 @@
 #include <npt/mesh/validate.hpp>
 #include <npt/transfer/pose_sequence.hpp>
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -69,31 +70,43 @@ class Transferring {
   Transferring(const program::TransferArguments& arguments, bool sequence)
       : transfer_(program::open_transfer(arguments)), frames_(transfer_), sequence_(sequence) {}
 
-  std::string description() const { return transfer_.description(); }
   const npt::Mesh& identity() const { return identity_.mesh(); }
   const npt::Mesh& pose() const { return pose_.mesh(); }
 
   npt::Mesh run(const fs::path& identity_file, const fs::path& pose_file) {
-    if (identity_.load(identity_file)) prepared_identity_ = {};
-    if (pose_.load(pose_file)) prepared_pose_ = {};
+    const bool new_identity = identity_.load(identity_file), new_pose = pose_.load(pose_file);
+    if (new_identity) prepared_identity_ = {};
+    if (new_pose) prepared_pose_ = {};
     const std::size_t vertices = identity_.mesh().vertex_count();
-    if (prepared_identity_.vertex_count() == 0) {
-      transfer_.prepare_identity(identity_.view(), prepared_identity_);
-      program::note_unit(transfer_, identity_.view());
+    if (!sequence_ && prepared_identity_.vertex_count() == 0 && !prepared_pose_.encoded()) {
+      transfer_.prepare(identity_.view(), pose_.view(), prepared_identity_, prepared_pose_);
     }
-    const bool fits = !transfer_.pairs_vertices() || prepared_pose_.identity_vertices() == vertices;
+    if (prepared_identity_.vertex_count() == 0) transfer_.prepare_identity(identity_.view(), prepared_identity_);
+    const std::size_t taken = prepared_pose_.identity_vertices();
+    const bool fits = !transfer_.pairs_vertices() || taken == 0 || taken == vertices;
     if (!prepared_pose_.encoded() || !fits) {
       if (!sequence_) frames_.restart();
       frames_.prepare(pose_.view(), vertices, prepared_pose_);
-      program::note_unit(transfer_, pose_.view());
     }
     npt::Mesh result = identity_.mesh();
     transfer_(prepared_identity_, prepared_pose_, result.coordinates());
     npt::recompute_normals(result);
+    report_ = transfer_.report(prepared_identity_, prepared_pose_);
+    program::note_method(report_, identity_file.string(), pose_file.string());
+    if (report_.method == npt::Method::network) {
+      if (new_identity) program::note_unit(transfer_, identity_.view());
+      if (new_pose) program::note_unit(transfer_, pose_.view());
+    }
     return result;
+  }
+  /// How the last pair was transferred.
+  std::string way() const {
+    if (report_.method == npt::Method::network) return transfer_.description();
+    return "through bodies, trust " + std::to_string(std::lround(100 * report_.trust())) + " %";
   }
 
  private:
+  npt::TransferReport report_;
   program::PoseTransfer transfer_;
   npt::PoseSequence<npt::TbbExecutor> frames_;
   bool sequence_;
@@ -156,7 +169,7 @@ class Transfer {
     std::snprintf(time, sizeof time, "%.2f s", watch.seconds());
     if (done > 0)
       std::cout << (done == 1 ? jobs_.front().out.string() : std::to_string(done) + " meshes") << " in " << time << " ("
-                << transferring.description() << ")\n";
+                << transferring.way() << ")\n";
   }
 
   void run_job(const TransferJob& job, Transferring& transferring) {

@@ -33,7 +33,7 @@ struct TransferArguments {
   NetworkOptions network;
   npt::TransferOptions options;
   std::optional<std::string> normalise, unit;
-  std::string pairing = "random", resample = "auto";
+  std::string pairing = "random", resample = "auto", method = "auto";
   bool refine = false, random_weights = false;
   int threads = 0;  ///< 0: all that the process may use
 };
@@ -57,6 +57,14 @@ inline void add_transfer_options(CLI::App& command, TransferArguments& arguments
       .add_flag("--random-weights", arguments.random_weights,
                 "Weights that know nothing, from --seed: to try everything but the transfer itself")
       ->excludes("--weights");
+  command
+      .add_option("--method", arguments.method,
+                  "body: through bodies that are fitted to both meshes, for people in any pose; network: by the pose "
+                  "transfer network; auto: the former where both meshes read as people")
+      ->check(CLI::IsMember({"auto", "body", "network"}))
+      ->capture_default_str();
+  command.add_option("--reader", arguments.options.reader,
+                     "Weights of the network that reads bodies; without: those that the weights name");
   command.add_option("--threads", arguments.threads, "Threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();

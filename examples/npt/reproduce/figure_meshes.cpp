@@ -277,7 +277,8 @@ void MeshStore::run_networks() {
     if (list.empty()) continue;
     const fs::path file = folder_ / "pairs.txt";
     npt::write_file(file, list);
-    run_({"transfer", "--weights", sources_.weights.at(system.id).string(), "--pairs", file.string()});
+    run_({"transfer", "--method", "network", "--weights", sources_.weights.at(system.id).string(), "--pairs",
+          file.string()});
     fs::remove(file);
   }
 }

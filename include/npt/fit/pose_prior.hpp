@@ -79,7 +79,8 @@ class PosePrior {
   /// K of a joint.
   const Matrix3& stiffness(std::size_t joint) const { return stiffness_[joint]; }
 
-  /// weight * (sum (theta - m)^T K (theta - m)) + hinge_weight * (sum exp). The gradient is added to `gradient`. Both spans: [3 J].
+  /// weight * (sum (theta - m)^T K (theta - m)) + hinge_weight * (sum exp). The gradient is added to `gradient`. Both
+  /// spans: [3 J].
   double operator()(std::span<const double> theta, double weight, double hinge_weight,
                     std::span<double> gradient) const {
     double value = 0;

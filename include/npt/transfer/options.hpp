@@ -4,10 +4,12 @@
 #include <npt/config.hpp>
 #include <npt/engine/packed_program.hpp>
 #include <npt/mesh/normalise.hpp>
+#include <npt/transfer/body_method.hpp>
 #include <npt/transfer/refinement.hpp>
 #include <npt/weights/weights_file.hpp>
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 
 namespace npt::inline NPT_ABI {
@@ -19,6 +21,14 @@ enum class Pairing {
 };
 
 struct TransferOptions {
+  /// The way through bodies, which does poses and characters that the network doesn't: npt::body_method; nullptr: all
+  /// transfers are the network's. Opened where the weights' file names a reader beside it (metadata reader), or
+  /// `reader`
+  /// does.
+  MakeBodyMethod body = nullptr;
+  Method method = Method::automatic;
+  /// Weights of the reader; empty: those that the weights' file names.
+  std::filesystem::path reader{};
   Pairing pairing = Pairing::random;
   /// The result is the mean over so many random pairings. Costs as many runs of the network. Where the network pairs no
   /// vertices (the pooled feature) there is nothing to choose, and it runs once.

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -26,16 +27,18 @@ class PoseSequence {
   /// Encodes a frame for identities of so many vertices.
   /// Errors    those of PoseTransfer::prepare_pose
   void prepare(const MeshView& frame, std::size_t identity_vertices, PreparedPose& prepared) {
-    if (!continues(frame, identity_vertices)) {
+    const bool next = continues(frame, identity_vertices);
+    if (!next) {
       transfer_->choose_points(frame, identity_vertices, choice_);
       triangles_.assign(frame.triangles.begin(), frame.triangles.end());
       identity_vertices_ = identity_vertices;
     }
-    transfer_->prepare_pose(frame, choice_, prepared);
+    transfer_->prepare_pose(frame, choice_, prepared, next ? last_.get() : nullptr);
+    last_ = prepared.shared_body();
   }
 
   /// Makes the next mesh the first frame of another sequence.
-  void restart() { choice_ = {}; }
+  void restart() { choice_ = {}, last_.reset(); }
 
  private:
   bool continues(const MeshView& frame, std::size_t identity_vertices) const {
@@ -46,6 +49,7 @@ class PoseSequence {
 
   const BasicPoseTransfer<Exec>* transfer_;
   PoseChoice choice_;
+  std::shared_ptr<const BodyRead> last_;  ///< how the last frame was read as a body
   std::vector<Triangle> triangles_;
   std::size_t identity_vertices_ = 0;
 };

@@ -24,6 +24,7 @@
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/parallel/default_executor.hpp>
+#include <npt/transfer/body_method.hpp>
 #include <npt/transfer/network_list.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/pose_points.hpp>
@@ -31,9 +32,13 @@
 #include <npt/transfer/settings.hpp>
 #include <npt/weights/weights_file.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -45,14 +50,18 @@ namespace npt::inline NPT_ABI {
 /// One transfer of a batch, on borrowed memory.
 struct TransferJob {
   MeshView identity, pose;
-  std::span<float> result;  ///< [V, 3], in the identity's order, units and place
+  std::span<float> result;           ///< [V, 3], in the identity's order, units and place
+  TransferReport* report = nullptr;  ///< where to say how it was made, if anybody wants to know
 };
 
-/// A network with its weights, and all that stands between meshes and it.
+/// A network with its weights, and all that stands between meshes and it. With TransferOptions::body, people in any
+/// pose
+/// and of any proportions go another way, through bodies (transfer/body_method.hpp), and the network takes the rest.
 ///
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Memory    a call whose shapes were seen before allocates nothing, where it writes into memory of the caller's; only
-///           preparing an identity for refinement does, as a call with an unprepared identity must then
+///           preparing an identity for refinement does, as a call with an unprepared identity must then. The way
+///           through bodies allocates
 /// Numerics  the same bits for any number of threads, for batches, and for prepared meshes. NaN in gives NaN out
 /// Errors    npt::Error for empty meshes, meshes in one point, triangles of vertices that aren't there, results of
 ///           another size, unequal vertex counts where the network pairs vertices and options.resample is off, an
@@ -74,7 +83,9 @@ class BasicPoseTransfer {
     const NetworkType<Exec>& type = find_network<Networks, Exec>(file, options.assume);
     AlignedBuffer<float> values(type.buffer_size);
     load_values(file, type.variant, *type.parameters, values.span(), options.assume);
-    return BasicPoseTransfer(type, values.span(), file.metadata(), file.name(), options, std::move(executor));
+    BasicPoseTransfer transfer(type, values.span(), file.metadata(), file.name(), options, std::move(executor));
+    transfer.open_body(file);
+    return transfer;
   }
 
   /// Random weights of a network of a list, for trying things out: what comes out is no pose transfer.
@@ -140,7 +151,10 @@ class BasicPoseTransfer {
   /// A batch through shared sweeps of the network, which is what small meshes need. An identity or a pose that occurs
   /// in several successive jobs, the same memory, is prepared once.
   void run(std::span<const TransferJob> jobs) const {
+    if (body_ != nullptr && options_.method != Method::network) return run_by_body(jobs);
     const auto lease = pool_.lease();
+    for (const TransferJob& job : jobs)
+      if (job.report != nullptr) *job.report = {};
     while (!jobs.empty()) jobs = jobs.subspan(run_some(*lease, jobs));
   }
 
@@ -155,8 +169,24 @@ class BasicPoseTransfer {
   }
   /// Prepares an identity into memory that is used again.
   void prepare_identity(const MeshView& identity, PreparedIdentity& prepared) const {
+    const MeshView mesh = named(identity, "identity");
+    internal::expect_transferable(mesh);
+    prepare_identity(mesh, read_body(mesh), prepared);
+  }
+
+  /// Prepares an identity and the first pose for it, the bodies of both read side by side.
+  void prepare(const MeshView& identity, const MeshView& pose, PreparedIdentity& prepared_identity,
+               PreparedPose& prepared_pose) const {
+    internal::expect_transferable(named(identity, "identity"));
+    internal::expect_transferable(named(pose, "pose"));
+    std::array<std::shared_ptr<const BodyRead>, 2> reads;
+    engine_.executor().for_each(2, [&](int i, int) {
+      reads[static_cast<std::size_t>(i)] = read_body(i == 0 ? named(identity, "identity") : named(pose, "pose"));
+    });
+    prepare_identity(named(identity, "identity"), std::move(reads[0]), prepared_identity);
     const auto lease = pool_.lease();
-    prepare_identity(identity, prepared, lease->choice);
+    choose(named(pose, "pose"), identity.vertex_count(), lease->choice, lease->pose_choice);
+    take_pose(named(pose, "pose"), lease->pose_choice, std::move(reads[1]), *lease, prepared_pose);
   }
 
   /// Chooses the points that stand for every frame of a sequence, on its first frame. `identity_vertices`: of the
@@ -188,10 +218,12 @@ class BasicPoseTransfer {
     const MeshView mesh = named(pose, "pose");
     internal::expect_transferable(mesh);
     choose(mesh, identity_vertices, lease->choice, lease->pose_choice);
-    encode(mesh, lease->pose_choice, *lease, prepared);
+    take_pose(mesh, lease->pose_choice, read_body(mesh), *lease, prepared);
   }
   /// Encodes a frame of a sequence, by the points chosen on its first one, into memory that is used again.
-  void prepare_pose(const MeshView& frame, const PoseChoice& choice, PreparedPose& prepared) const {
+  /// `last`: how the frame before it was read as a body, to go on from; nullptr: it is read by itself.
+  void prepare_pose(const MeshView& frame, const PoseChoice& choice, PreparedPose& prepared,
+                    const BodyRead* last = nullptr) const {
     const auto lease = pool_.lease();
     const MeshView mesh = named(frame, "pose");
     internal::expect_transferable(mesh);
@@ -199,16 +231,43 @@ class BasicPoseTransfer {
       throw Error({.file = "chosen points",
                    .found = std::to_string(choice.pairings_.size()) + " pairings",
                    .expected = std::to_string(pairing_count()) + ", as this transfer's choose_points makes"});
-    encode(mesh, choice, *lease, prepared);
+    take_pose(mesh, choice, last == nullptr || body_ == nullptr ? read_body(mesh) : body_->follow(mesh, *last), *lease,
+              prepared);
+  }
+
+  /// How a prepared identity takes a prepared pose, and how sure that is.
+  TransferReport report(const PreparedIdentity& identity, const PreparedPose& pose) const {
+    TransferReport report;
+    report.read = identity.body_ != nullptr && pose.body_ != nullptr;
+    if (report.read) {
+      report.identity_trust = identity.body_->trust, report.pose_trust = pose.body_->trust;
+      report.identity_notes = identity.body_->notes, report.pose_notes = pose.body_->notes;
+    }
+    report.method = by_body(identity, pose) ? Method::body : Method::network;
+    return report;
   }
 
   /// Gives a prepared identity a prepared pose: writes its new positions [V, 3].
   void operator()(const PreparedIdentity& identity, const PreparedPose& pose, std::span<float> result) const {
     check_result(result.size(), 3 * identity.vertices_);
-    if (identity.vertices_ == 0 || pose.codes_.size() != run_count())
+    const bool known = pose.codes_.size() == run_count() || (pose.codes_.empty() && pose.body_ != nullptr);
+    if (identity.vertices_ == 0 || !known || (pose.body_ != nullptr && body_ == nullptr))
       throw Error({.file = identity.vertices_ == 0 ? "identity" : "pose",
                    .found = "one that this transfer didn't prepare",
                    .expected = "a prepared one"});
+    if (by_body(identity, pose)) {
+      body_->pose(*identity.binding_, *pose.body_, result);
+      if (identity.refinement_ != nullptr) identity.refinement_->refine(result);
+      return;
+    }
+    if (identity.not_for_network_ != nullptr) std::rethrow_exception(identity.not_for_network_);
+    if (pose.codes_.empty()) {  // it read so well that it wasn't encoded, but the identity doesn't
+      const auto lease = pool_.lease();
+      const MeshView mesh{pose.xyz_, pose.triangles_, "pose"};
+      choose(mesh, identity.vertices_, lease->choice, lease->pose_choice);
+      encode(mesh, lease->pose_choice, *lease, lease->late_pose);
+      return (*this)(identity, lease->late_pose, result);
+    }
     if (options_.mirror && identity.mirrored_.empty())
       throw Error({.file = "identity",
                    .found = "one prepared without its mirror image",
@@ -246,13 +305,18 @@ class BasicPoseTransfer {
     return options_.unit ? *options_.unit : npt::unit_of(mesh);
   }
 
-  /// One line: "bottleneck 256, conv_relu, per-vertex, 4 pairings, mirrored, refined within 0.04".
+  /// Whether it has the way through bodies.
+  bool has_body() const noexcept { return body_ != nullptr; }
+
+  /// One line: "bottleneck 256, conv_relu, per-vertex, 4 pairings, mirrored, refined within 0.04, people through
+  /// bodies".
   std::string description() const {
     std::string text = variant_name(variant_);
     if (paired_ && options_.pairing == Pairing::as_given) text += ", paired as given";
     if (pairing_count() > 1) text += ", " + std::to_string(options_.pairings) + " pairings";
     if (options_.mirror) text += ", mirrored";
     if (options_.refinement != nullptr) text += ", refined within " + number_text(*options_.refine_radius);
+    if (body_ != nullptr) text += ", people through bodies";
     return text;
   }
 
@@ -261,11 +325,104 @@ class BasicPoseTransfer {
   /// memory.
   static constexpr std::size_t batch_vertices = 65536;
 
+  void open_body(const SafetensorsFile& file) {
+    const std::string* named = file.find_metadata("reader");
+    const bool wanted = options_.body != nullptr && options_.method != Method::network;
+    if (wanted && (named != nullptr || !options_.reader.empty())) {
+      const std::filesystem::path reader =
+          !options_.reader.empty() ? options_.reader : std::filesystem::path(file.name()).parent_path() / *named;
+      if (!std::filesystem::exists(reader))
+        throw Error(
+            {.file = reader.string(),
+             .found = "no such file",
+             .expected = "the reader that " + file.name() +
+                         " goes with, beside it as npt ships it; or a "
+                         "TransferOptions::reader of your own, or Method::network (--reader, --method network)"});
+      body_ = options_.body(reader, static_cast<int>(engine_.executor().slots()));
+    }
+    if (body_ == nullptr && options_.method == Method::body)
+      throw Error(
+          {.file = file.name(),
+           .found = options_.body == nullptr ? "method body without options.body" : "no reader named by its metadata",
+           .expected = "weights of people with their reader, and npt::body_method"});
+  }
+
+  std::shared_ptr<const BodyRead> read_body(const MeshView& mesh) const {
+    if (body_ == nullptr) return nullptr;
+    if (mesh.triangles.empty() && options_.method != Method::body) return nullptr;  // a cloud of points has no surface
+    try {
+      return body_->read(mesh);
+    } catch (const Error&) {
+      if (options_.method == Method::body) throw;
+      return nullptr;  // no surface, or coordinates that are not finite: the network takes or refuses it
+    }
+  }
+  bool may_take(const BodyRead* read) const {
+    return read != nullptr && (options_.method == Method::body || read->trust >= least_trust);
+  }
+  bool by_body(const PreparedIdentity& identity, const PreparedPose& pose) const {
+    return identity.binding_ != nullptr && may_take(pose.body_.get());
+  }
+  /// Prepares an identity that was read. What stands in the network's way alone, such as a unit that can't be told, is
+  /// kept back for when the network is asked.
+  void prepare_identity(const MeshView& identity, std::shared_ptr<const BodyRead> read,
+                        PreparedIdentity& prepared) const {
+    prepared.body_ = std::move(read);
+    prepared.binding_ = nullptr;
+    prepared.not_for_network_ = nullptr;
+    if (may_take(prepared.body_.get())) prepared.binding_ = body_->bind(identity, *prepared.body_);
+    try {
+      prepare_identity(identity, prepared, pool_.lease()->choice);
+    } catch (const Error&) {
+      if (prepared.binding_ == nullptr) throw;
+      prepared.not_for_network_ = std::current_exception();
+      prepared.unit_ = 1;
+      prepared.vertices_ = identity.vertex_count();
+    }
+  }
+  /// Takes a pose mesh that was read, and encodes it unless the network will hardly be asked.
+  template <class AnyScratch>
+  void take_pose(const MeshView& mesh, const PoseChoice& choice, std::shared_ptr<const BodyRead> read,
+                 AnyScratch& scratch, PreparedPose& prepared) const {
+    prepared.body_ = std::move(read);
+    if (!may_take(prepared.body_.get())) return encode(mesh, choice, scratch, prepared);
+    prepared.codes_.clear();
+    prepared.count_ = 0;
+    prepared.xyz_.assign(mesh.xyz.begin(), mesh.xyz.end());
+    prepared.triangles_.assign(mesh.triangles.begin(), mesh.triangles.end());
+  }
+
+  /// Job by job; an identity or a pose that the job before had is not read again.
+  void run_by_body(std::span<const TransferJob> jobs) const {
+    PreparedIdentity identity;
+    PreparedPose pose;
+    for (std::size_t j = 0; j < jobs.size(); ++j) {
+      const TransferJob& job = jobs[j];
+      check_result(job.result.size(), job.identity.xyz.size());
+      const bool known_identity = j > 0 && same(job.identity, jobs[j - 1].identity);
+      const bool known_pose = j > 0 && same(job.pose, jobs[j - 1].pose) &&
+                              (!paired_ || job.identity.xyz.size() == jobs[j - 1].identity.xyz.size());
+      if (!known_identity && !known_pose) {
+        prepare(job.identity, job.pose, identity, pose);
+      } else {
+        if (!known_identity) prepare_identity(job.identity, identity);
+        if (!known_pose) prepare_pose(job.pose, job.identity.vertex_count(), pose);
+      }
+      if (job.report != nullptr) *job.report = report(identity, pose);
+      (*this)(identity, pose, job.result);
+    }
+  }
+
+  static bool same(const MeshView& a, const MeshView& b) {
+    return a.xyz.data() == b.xyz.data() && a.xyz.size() == b.xyz.size() && a.triangles.data() == b.triangles.data() &&
+           a.triangles.size() == b.triangles.size();
+  }
+
   /// The memory of one call.
   struct Scratch {
     ChoiceScratch choice;
     PoseChoice pose_choice;
-    PreparedPose prepared_pose;
+    PreparedPose prepared_pose, late_pose;
     std::vector<float> points;
     std::vector<std::vector<float>> inputs;    ///< by run of a batch: pose points
     std::vector<std::vector<float>> outputs;   ///< by run of a batch
@@ -283,7 +440,7 @@ class BasicPoseTransfer {
   }
   /// A mesh's triangles where something asks for them.
   std::vector<Triangle> triangles_of(const Mesh& identity) const {
-    return options_.refinement != nullptr ? triangulate(identity) : std::vector<Triangle>();
+    return options_.refinement != nullptr || body_ != nullptr ? triangulate(identity) : std::vector<Triangle>();
   }
 
   std::size_t pairing_count() const noexcept { return paired_ ? static_cast<std::size_t>(options_.pairings) : 1; }
@@ -368,10 +525,6 @@ class BasicPoseTransfer {
 
   /// The first jobs of a batch, as many as share the network's sweeps; returns their number.
   std::size_t run_some(Scratch& scratch, std::span<const TransferJob> jobs) const {
-    const auto same = [](const MeshView& a, const MeshView& b) {
-      return a.xyz.data() == b.xyz.data() && a.xyz.size() == b.xyz.size() && a.triangles.data() == b.triangles.data() &&
-             a.triangles.size() == b.triangles.size();
-    };
     scratch.identity_of.clear();
     scratch.first_input.clear();
     std::size_t count = 0, vertices = 0, identities = 0, inputs = 0;
@@ -450,6 +603,7 @@ class BasicPoseTransfer {
   Metadata variant_;
   bool paired_;
   bool in_metres_;  ///< the weights were trained in metres and the normalisation keeps scales
+  std::shared_ptr<const BodyMethod> body_;
   Pool<Scratch> pool_;
 };
 

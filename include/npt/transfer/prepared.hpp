@@ -7,13 +7,16 @@
 #include <npt/engine/workspace.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/normalise.hpp>
+#include <npt/mesh/triangles.hpp>
 #include <npt/mesh/vertex_order.hpp>
+#include <npt/transfer/body_method.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/pose_points.hpp>
 #include <npt/transfer/unit.hpp>
 
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <memory>
 #include <span>
 #include <string>
@@ -33,6 +36,8 @@ class PreparedIdentity {
   std::size_t vertex_count() const noexcept { return vertices_; }
   /// Metres in one unit of the mesh's coordinates, where the weights ask for one; else 1.
   double unit() const noexcept { return unit_; }
+  /// How it reads as a body; nullptr where the transfer has no way through bodies.
+  const BodyRead* body() const noexcept { return body_.get(); }
 
  private:
   template <class>
@@ -45,6 +50,9 @@ class PreparedIdentity {
   std::vector<float> mirrored_;       ///< [V, 3] their mirror image, where asked for
   std::vector<std::uint32_t> place_;  ///< [V] the network's vertex whose result each vertex takes; empty: its own
   std::unique_ptr<const Refinement> refinement_;
+  std::shared_ptr<const BodyRead> body_;
+  std::shared_ptr<const BodyBinding> binding_;  ///< where it may be taken
+  std::exception_ptr not_for_network_;          ///< why the network can't have it, where it can't
 };
 
 /// The choice of points for the frames of a sequence: made on its first frame, and kept, so that nothing flickers. Made
@@ -68,13 +76,21 @@ class PreparedPose {
   /// Vertices of the identities that it is for; 0: any.
   std::size_t identity_vertices() const noexcept { return count_; }
   /// Whether there is a pose in it.
-  bool encoded() const noexcept { return !codes_.empty(); }
+  bool encoded() const noexcept { return !codes_.empty() || body_ != nullptr; }
+  /// How it reads as a body; nullptr where the transfer has no way through bodies.
+  const BodyRead* body() const noexcept { return body_.get(); }
+  /// To go on from with the next frame of a sequence.
+  std::shared_ptr<const BodyRead> shared_body() const noexcept { return body_; }
 
  private:
   template <class>
   friend class BasicPoseTransfer;
   std::size_t count_ = 0;
   std::vector<PoseCode<float>> codes_;  ///< by pairing; then those of the mirror images
+  std::shared_ptr<const BodyRead> body_;
+  /// The mesh, where it reads so well that the network will hardly be asked: it is encoded when it is.
+  std::vector<float> xyz_;
+  std::vector<Triangle> triangles_;
 };
 
 namespace internal {

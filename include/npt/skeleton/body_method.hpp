@@ -1,0 +1,83 @@
+/// The way through bodies for npt::PoseTransfer: TransferOptions{.body = npt::body_method}.
+/// Programs that link the library's prebuilt units (NPT_PREBUILT, config.hpp) only see its declaration.
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/transfer/body_method.hpp>
+
+#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#include <npt/mesh/mesh_view.hpp>
+#include <npt/parallel/default_executor.hpp>
+#include <npt/parallel/executor.hpp>
+#include <npt/skeleton/body_transfer.hpp>
+#endif
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <type_traits>
+#include <utility>
+
+namespace npt::inline NPT_ABI {
+
+#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+
+namespace skeleton::internal {
+
+class ReadBody final : public BodyRead {
+ public:
+  explicit ReadBody(BodyReading body) : reading(std::move(body)) {
+    trust = reading.trust();
+    notes = reading.notes();
+  }
+  BodyReading reading;
+};
+
+class BoundBody final : public BodyBinding {
+ public:
+  explicit BoundBody(BoundCharacter bound) : character(std::move(bound)) {}
+  BoundCharacter character;
+};
+
+class TransferByBodies final : public BodyMethod {
+ public:
+  explicit TransferByBodies(Reader reader) : transfer_(std::move(reader)) {}
+
+  std::shared_ptr<const BodyRead> read(const MeshView& mesh) const override {
+    return std::make_shared<const ReadBody>(transfer_.read(mesh));
+  }
+  std::shared_ptr<const BodyRead> follow(const MeshView& frame, const BodyRead& last) const override {
+    return std::make_shared<const ReadBody>(transfer_.follow(frame, static_cast<const ReadBody&>(last).reading));
+  }
+  std::shared_ptr<const BodyBinding> bind(const MeshView& identity, const BodyRead& read) const override {
+    return std::make_shared<const BoundBody>(transfer_.bind(identity, static_cast<const ReadBody&>(read).reading));
+  }
+  void pose(const BodyBinding& identity, const BodyRead& pose, std::span<float> result) const override {
+    transfer_.pose(static_cast<const BoundBody&>(identity).character, static_cast<const ReadBody&>(pose).reading,
+                   result);
+  }
+
+ private:
+  BodyTransfer transfer_;
+};
+
+inline std::shared_ptr<const BodyMethod> open_body_method(const std::filesystem::path& reader, int threads) {
+  if constexpr (std::is_same_v<DefaultExecutor, SerialExecutor>) threads = 1;
+  return std::make_shared<const TransferByBodies>(Reader::open(reader, threads));
+}
+
+}  // namespace skeleton::internal
+
+#endif
+
+/// Opens the way through bodies: a reader's weights (.safetensors), the mannequin with proportions.
+/// Errors    npt::Error for weights that are missing, broken, or another network's
+#ifdef NPT_PREBUILT
+std::shared_ptr<const BodyMethod> body_method(const std::filesystem::path& reader, int threads);
+#else
+inline std::shared_ptr<const BodyMethod> body_method(const std::filesystem::path& reader, int threads) {
+  return skeleton::internal::open_body_method(reader, threads);
+}
+#endif
+
+}  // namespace npt::inline NPT_ABI

@@ -1,0 +1,115 @@
+#include <doctest/doctest.h>
+
+#include <npt/body/natural_poses.hpp>
+#include <npt/mannequin/mannequin.hpp>
+#include <npt/mesh/metrics.hpp>
+#include <npt/skeleton/body_transfer.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <vector>
+
+#include "support/bumpy_sphere.hpp"
+
+namespace {
+
+const npt::BodyTransfer& shipped_body_transfer() {
+  static const npt::BodyTransfer transfer(
+      npt::Reader::open(std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/readers/human.safetensors", 1));
+  return transfer;
+}
+
+struct Person {
+  std::vector<float> betas;
+  std::array<float, 72> pose{};
+  npt::Mesh mesh;
+
+  explicit Person(std::uint64_t seed) {
+    npt::Random random(811, seed);
+    pose = npt::natural_poses().sample(random);
+    betas = npt::sample_shape(random, npt::mannequin().shape_count());
+    mesh = npt::to_mesh(npt::mannequin(), betas, pose);
+  }
+  npt::MeshView view() const { return {mesh.coordinates(), npt::mannequin().triangles(), "person"}; }
+};
+
+/// Mean squared distance, both centred by their means.
+double error_of(std::span<const float> a, std::span<const float> b) {
+  npt::Vec3d shift;
+  const std::size_t n = a.size() / 3;
+  const auto at = [](std::span<const float> x, std::size_t v) {
+    return npt::Vec3f{x[3 * v], x[3 * v + 1], x[3 * v + 2]}.as<double>();
+  };
+  for (std::size_t v = 0; v < n; ++v) shift += (at(a, v) - at(b, v)) / static_cast<double>(n);
+  double sum = 0;
+  for (std::size_t v = 0; v < n; ++v) {
+    const npt::Vec3d d = at(a, v) - at(b, v) - shift;
+    sum += dot(d, d) / static_cast<double>(n);
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a person takes another's natural pose to 3 cm, whatever direction both look in") {
+  const npt::BodyTransfer& transfer = shipped_body_transfer();
+  const Person a(1), b(2);
+  const npt::BoundCharacter character = transfer.bind(a.view());
+  const npt::BodyReading reading = transfer.read(b.view());
+  CHECK(character.reading.trust() > 0.85);
+  CHECK(reading.trust() > 0.85);
+  std::vector<float> result(a.mesh.coordinates().size());
+  transfer.pose(character, reading, result);
+  const npt::Mesh truth = npt::to_mesh(npt::mannequin(), a.betas, b.pose);
+  CHECK(error_of(result, truth.coordinates()) < 9e-4);
+
+  // In another unit and place.
+  npt::Mesh far = b.mesh;
+  for (npt::Vec3f& p : far.positions) p = p * 100.0F + npt::Vec3f{512, 0, -256};
+  const npt::BodyReading other = transfer.read({far.coordinates(), npt::mannequin().triangles(), "far"});
+  CHECK(other.metres == doctest::Approx(reading.metres / 100).epsilon(1e-4));
+  CHECK(other.trust() == doctest::Approx(reading.trust()).epsilon(0.05));
+}
+
+TEST_CASE("an upside-down person is read, and said to be") {
+  Person a(3);
+  a.pose = {};
+  npt::Mesh mesh = npt::to_mesh(npt::mannequin(), a.betas, a.pose);
+  for (npt::Vec3f& p : mesh.positions) p = {p.x, -p.y, -p.z};
+  const npt::BodyReading reading =
+      shipped_body_transfer().read({mesh.coordinates(), npt::mannequin().triangles(), "handstand"});
+  CHECK(reading.trust() > 0.85);
+  CHECK(reading.notes().find("upside down") != std::string::npos);
+}
+
+TEST_CASE("what is no person isn't trusted") {
+  const npt::Mesh ball = support::bumpy_sphere(20, 30, 0.2, true);
+  const auto triangles = npt::triangulate(ball);
+  CHECK(shipped_body_transfer().read({ball.coordinates(), triangles, "ball"}).trust() < 0.6);
+}
+
+TEST_CASE("the next frame goes on from the last one, and a jump is read anew") {
+  const npt::BodyTransfer& transfer = shipped_body_transfer();
+  const Person a(1), b(4);
+  const npt::BodyReading first = transfer.read(a.view());
+  Person next = a;
+  for (std::size_t i = 3; i < 72; ++i) next.pose[i] += 0.02F;
+  next.mesh = npt::to_mesh(npt::mannequin(), next.betas, next.pose);
+  const npt::BodyReading second = transfer.follow(next.view(), first);
+  CHECK(second.trust() > 0.85);
+  CHECK(second.fit.body.betas == first.fit.body.betas);
+  CHECK(second.metres == first.metres);
+  const npt::BodyReading jump = transfer.follow(b.view(), first);
+  CHECK(jump.trust() > 0.8);
+}
+
+TEST_CASE("a mesh without an area, and results of another size, are errors") {
+  const npt::BodyTransfer& transfer = shipped_body_transfer();
+  const std::vector<float> points{0, 0, 0, 1, 0, 0, 0, 1, 0};
+  CHECK_THROWS_AS(transfer.read({points, {}, "points"}), npt::Error);
+  const Person a(1);
+  const npt::BoundCharacter character = transfer.bind(a.view());
+  std::vector<float> small(9);
+  CHECK_THROWS_AS(transfer.pose(character, character.reading, small), npt::Error);
+}
