@@ -26,10 +26,10 @@ fi
 
 npt=build/release/bin/npt
 "$npt" generate --out "$out/identity.obj" --seed 3 --pose rest
-"$npt" generate --out "$out/pose.obj" --seed 8 --pose random
+"$npt" generate --out "$out/pose.obj" --seed 8 --pose natural
 
 begin=$(date +%s.%N)
-"$npt" transfer --identity "$out/identity.obj" --pose "$out/pose.obj" --out "$out/result.obj" --pairings 4 --mirror --refine
+"$npt" transfer --identity "$out/identity.obj" --pose "$out/pose.obj" --out "$out/result.obj"
 end=$(date +%s.%N)
 
 "$npt" render "$out/identity.obj" "$out/pose.obj" "$out/result.obj" --captions "identity,pose,result" \

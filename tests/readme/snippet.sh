@@ -6,6 +6,7 @@ npt=$1 snippet=$2 weights=$3
 rm -rf "$4"
 mkdir -p "$4"
 cd "$4"
+cp -r "$weights/readers" .
 for name in human human-pooled; do
   cp "$weights/$name.safetensors" human.safetensors
   "$npt" generate --out identity.obj --seed 3 --pose rest
