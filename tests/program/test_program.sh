@@ -257,9 +257,9 @@ test_transfer() {
   diff <(grep -E '^(f|g|vt|usemtl) ' a.obj) <(grep -E '^(f|g|vt|usemtl) ' c.obj) > out.txt || fail "c.obj lost something"
   grep -q '^mtllib a.mtl' c.obj || fail "c.obj lost its materials"
   [ "$(grep -c '^v ' c.obj)" -eq 4 ] || fail "c.obj has another number of vertices"
-  expect 0 -- transfer --identity a.obj --pose b.ply --out d.obj --seed 3 --threads 1
+  expect 0 -- transfer --method network --identity a.obj --pose b.ply --out d.obj --seed 3 --threads 1
   same c.obj d.obj
-  expect 0 -- transfer --identity a.obj --pose b.ply --out c.ply --invariant --normalise sphere --feature per-vertex
+  expect 0 -- transfer --method network --identity a.obj --pose b.ply --out c.ply --invariant --normalise sphere --feature per-vertex
   expect 0 --out "faces by size        triangles 4" -- info c.ply
   same a.obj before.obj
   rm -f c.* d.obj
@@ -267,113 +267,113 @@ test_transfer() {
   mkdir poses
   cp a.obj poses/one.obj
   cp b.ply "poses/two words.ply"
-  expect 0 --out "2 meshes" -- transfer --identity a.obj --pose poses --out results
+  expect 0 --out "2 meshes" -- transfer --method network --identity a.obj --pose poses --out results
   exists results/one.obj
   exists "results/two words.obj"
-  expect 0 --out "2 meshes" -- transfer --identity a.obj --pose poses --out results --format ply
+  expect 0 --out "2 meshes" -- transfer --method network --identity a.obj --pose poses --out results --format ply
   exists "results/two words.ply"
 
   # A folder is a sequence: a frame takes the choices of the first one with its faces, alone it makes its own.
   mkdir frames
   cp b.ply frames/1.ply
   sed 's/^1 1 1 5$/2 3 4 5/' b.ply > frames/2.ply
-  expect 0 -- transfer --identity a.obj --pose frames --out moved --feature per-vertex --invariant
-  expect 0 -- transfer --identity a.obj --pose frames/1.ply --out 1.obj --feature per-vertex --invariant
+  expect 0 -- transfer --method network --identity a.obj --pose frames --out moved --feature per-vertex --invariant
+  expect 0 -- transfer --method network --identity a.obj --pose frames/1.ply --out 1.obj --feature per-vertex --invariant
   same 1.obj moved/1.obj
-  expect 0 -- transfer --identity a.obj --pose frames/2.ply --out 2.obj --feature per-vertex --invariant
+  expect 0 -- transfer --method network --identity a.obj --pose frames/2.ply --out 2.obj --feature per-vertex --invariant
   different 2.obj moved/2.obj
   rm -rf 1.obj 2.obj
 
   printf '# identity pose output\n\na.obj b.ply c.obj # comment\r\na.obj "poses/two words.ply" '"'d e.ply'"'\n' > pairs.txt
-  expect 0 --out "2 meshes" -- transfer --pairs pairs.txt
+  expect 0 --out "2 meshes" -- transfer --method network --pairs pairs.txt
   exists c.obj
   exists "d e.ply"
   rm -f c.obj "d e.ply"
   # Names in a list are relative to it.
   mkdir lists
   printf '../a.obj ../b.ply out.obj\n' > lists/pairs.txt
-  expect 0 --out "lists/out.obj in" -- transfer --pairs lists/pairs.txt
+  expect 0 --out "lists/out.obj in" -- transfer --method network --pairs lists/pairs.txt
   exists lists/out.obj
 
   # Vertices are paired at random, or as they are given; weights in metres take meshes in centimetres.
-  expect 0 -- transfer --identity a.obj --pose a.obj --out random.obj --feature per-vertex
-  expect 0 --out "paired as given" -- transfer --identity a.obj --pose a.obj --out given.obj --feature per-vertex --pairing as-given
+  expect 0 -- transfer --method network --identity a.obj --pose a.obj --out random.obj --feature per-vertex
+  expect 0 --out "paired as given" -- transfer --method network --identity a.obj --pose a.obj --out given.obj --feature per-vertex --pairing as-given
   different random.obj given.obj
-  expect 1 --err "expected 1: only random pairings differ" -- transfer --identity a.obj --pose a.obj --out x.obj --feature per-vertex --pairing as-given --pairings 2
+  expect 1 --err "expected 1: only random pairings differ" -- transfer --method network --identity a.obj --pose a.obj --out x.obj --feature per-vertex --pairing as-given --pairings 2
   sed -E 's/^v ([0-9.]+) ([0-9.]+) ([0-9.]+)/v \1e2 \2e2 \3e2/' a.obj > cm.obj
-  expect 0 --err "cm.obj is taken to be in centimetres" -- transfer --identity cm.obj --pose b.ply --out x.obj
-  expect 0 -- transfer --identity cm.obj --pose cm.obj --out y.obj --unit centimetre
+  expect 0 --err "cm.obj is taken to be in centimetres" -- transfer --method network --identity cm.obj --pose b.ply --out x.obj
+  expect 0 -- transfer --method network --identity cm.obj --pose cm.obj --out y.obj --unit centimetre
   grep -q "taken to be in" err.txt && fail "a note though the unit is given"
   sed -E 's/^v ([0-9.]+) ([0-9.]+) ([0-9.]+)/v \1e1 \2e1 \3e1/' a.obj > ten.obj
-  expect 1 --err "ten.obj: found a mesh 15 units across, expected a person" -- transfer --identity ten.obj --pose b.ply --out z.obj
-  expect 1 --err "--unit" -- transfer --identity a.obj --pose b.ply --out z.obj --unit fathom
+  expect 1 --err "ten.obj: found a mesh 15 units across, expected a person" -- transfer --method network --identity ten.obj --pose b.ply --out z.obj
+  expect 1 --err "--unit" -- transfer --method network --identity a.obj --pose b.ply --out z.obj --unit fathom
   missing z.obj
   rm -f random.obj given.obj x.obj y.obj
 
   # Random weights only where asked for; weights that aren't there are an error that names where they were looked for.
-  expect 0 --err "the result is not a pose transfer" -- transfer --identity a.obj --pose b.ply --out x.obj --random-weights
+  expect 0 --err "the result is not a pose transfer" -- transfer --method network --identity a.obj --pose b.ply --out x.obj --random-weights
   exists x.obj
   mkdir lost
   cp "$npt" lost/npt
-  if NPT_WEIGHTS=$folder/nowhere lost/npt transfer --identity a.obj --pose b.ply --out lost.obj > out.txt 2> err.txt; then
+  if NPT_WEIGHTS=$folder/nowhere lost/npt transfer --method network --identity a.obj --pose b.ply --out lost.obj > out.txt 2> err.txt; then
     fail "a transfer without weights"
   fi
   grep -qF "human.safetensors: found no such file in $folder/nowhere, " err.txt || fail "doesn't say where it looked"
   missing lost.obj
-  NPT_WEIGHTS=$project/examples/weights lost/npt transfer --identity a.obj --pose b.ply --out x.obj > out.txt 2> err.txt || fail "NPT_WEIGHTS"
+  NPT_WEIGHTS=$project/examples/weights lost/npt transfer --method network --identity a.obj --pose b.ply --out x.obj > out.txt 2> err.txt || fail "NPT_WEIGHTS"
   rm -rf lost x.obj
 
-  expect 2 --err "--identity, --pose and --out, or --pairs" -- transfer --identity a.obj
-  expect 2 --err "--pairs" -- transfer --pairs pairs.txt --identity a.obj
-  expect 2 --err "--threads" -- transfer --identity a.obj --pose b.ply --out c.obj --threads few
-  expect 2 --err "--normalise" -- transfer --identity a.obj --pose b.ply --out c.obj --normalise cube
-  expect 1 --err "none.obj: found no such file" -- transfer --identity none.obj --pose b.ply --out c.obj
-  expect 1 --err "none.safetensors" -- transfer --identity a.obj --pose b.ply --out c.obj --weights none.safetensors
-  expect 1 --err "./a.obj: found an output that is also an input" -- transfer --identity a.obj --pose b.ply --out ./a.obj
-  expect 1 --err "b.ply: found an output that is also an input" -- transfer --identity a.obj --pose b.ply --out b.ply
-  expect 1 --err "nowhere/c.obj" -- transfer --identity a.obj --pose b.ply --out nowhere/c.obj
-  expect 1 --err "c.txt: found extension .txt" -- transfer --identity a.obj --pose b.ply --out c.txt
-  expect 1 --err "x.jpg" -- transfer --identity a.obj --pose b.ply --out c.obj --render x.jpg
+  expect 2 --err "--identity, --pose and --out, or --pairs" -- transfer --method network --identity a.obj
+  expect 2 --err "--pairs" -- transfer --method network --pairs pairs.txt --identity a.obj
+  expect 2 --err "--threads" -- transfer --method network --identity a.obj --pose b.ply --out c.obj --threads few
+  expect 2 --err "--normalise" -- transfer --method network --identity a.obj --pose b.ply --out c.obj --normalise cube
+  expect 1 --err "none.obj: found no such file" -- transfer --method network --identity none.obj --pose b.ply --out c.obj
+  expect 1 --err "none.safetensors" -- transfer --method network --identity a.obj --pose b.ply --out c.obj --weights none.safetensors
+  expect 1 --err "./a.obj: found an output that is also an input" -- transfer --method network --identity a.obj --pose b.ply --out ./a.obj
+  expect 1 --err "b.ply: found an output that is also an input" -- transfer --method network --identity a.obj --pose b.ply --out b.ply
+  expect 1 --err "nowhere/c.obj" -- transfer --method network --identity a.obj --pose b.ply --out nowhere/c.obj
+  expect 1 --err "c.txt: found extension .txt" -- transfer --method network --identity a.obj --pose b.ply --out c.txt
+  expect 1 --err "x.jpg" -- transfer --method network --identity a.obj --pose b.ply --out c.obj --render x.jpg
   mkdir taken.obj
-  expect 1 --err "taken.obj: found a directory" -- transfer --identity a.obj --pose b.ply --out taken.obj
+  expect 1 --err "taken.obj: found a directory" -- transfer --method network --identity a.obj --pose b.ply --out taken.obj
   # Meshes and weights that can't be used: each names its file, found and expected, and leaves no output.
   printf 'v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n' > nan.obj
-  expect 1 --err "nan.obj: line 2: found 'nan', expected a finite number" -- transfer --identity nan.obj --pose b.ply --out bad.obj
+  expect 1 --err "nan.obj: line 2: found 'nan', expected a finite number" -- transfer --method network --identity nan.obj --pose b.ply --out bad.obj
   printf 'v 2 2 2\nv 2 2 2\nv 2 2 2\nf 1 2 3\n' > point.obj
-  expect 1 --err "point.obj: found all vertices in one point" -- transfer --identity point.obj --pose b.ply --out bad.obj
-  expect 1 --err "point.obj: found all vertices in one point" -- transfer --identity a.obj --pose point.obj --out bad.obj
+  expect 1 --err "point.obj: found all vertices in one point" -- transfer --method network --identity point.obj --pose b.ply --out bad.obj
+  expect 1 --err "point.obj: found all vertices in one point" -- transfer --method network --identity a.obj --pose point.obj --out bad.obj
   printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99\n' > index.obj
-  expect 1 --err "index.obj: line 4: found" -- transfer --identity a.obj --pose index.obj --out bad.obj
+  expect 1 --err "index.obj: line 4: found" -- transfer --method network --identity a.obj --pose index.obj --out bad.obj
   : > empty.obj
-  expect 1 --err "empty.obj: found" -- transfer --identity empty.obj --pose b.ply --out bad.obj
+  expect 1 --err "empty.obj: found" -- transfer --method network --identity empty.obj --pose b.ply --out bad.obj
   head -c 100 b.ply > short.ply
-  expect 1 --err "short.ply: " -- transfer --identity short.ply --pose b.ply --out bad.obj
-  expect 1 --err "b.ply: byte 0: found a header of" -- transfer --identity a.obj --pose b.ply --out bad.obj --weights b.ply
+  expect 1 --err "short.ply: " -- transfer --method network --identity short.ply --pose b.ply --out bad.obj
+  expect 1 --err "b.ply: byte 0: found a header of" -- transfer --method network --identity a.obj --pose b.ply --out bad.obj --weights b.ply
   missing bad.obj
-  expect 1 --err "5 vertices" -- transfer --identity a.obj --pose b.ply --out c.obj --resample off --feature per-vertex
+  expect 1 --err "5 vertices" -- transfer --method network --identity a.obj --pose b.ply --out c.obj --resample off --feature per-vertex
   mkdir empty
-  expect 1 --err "empty: found a folder without meshes" -- transfer --identity a.obj --pose empty --out new
+  expect 1 --err "empty: found a folder without meshes" -- transfer --method network --identity a.obj --pose empty --out new
   missing new
   same a.obj before.obj
 
   printf 'a.obj b.ply\n' > bad.txt
-  expect 1 --err "bad.txt: line 1: found 2 names" -- transfer --pairs bad.txt
+  expect 1 --err "bad.txt: line 1: found 2 names" -- transfer --method network --pairs bad.txt
   printf '#\na.obj "b.ply c.obj\n' > bad.txt
-  expect 1 --err "bad.txt: line 2: found a quotation mark" -- transfer --pairs bad.txt
+  expect 1 --err "bad.txt: line 2: found a quotation mark" -- transfer --method network --pairs bad.txt
   printf 'a.obj b.ply c.obj\na.obj b.ply ./c.obj\n' > bad.txt
-  expect 1 --err "bad.txt: line 2: found the output of two pairs" -- transfer --pairs bad.txt
+  expect 1 --err "bad.txt: line 2: found the output of two pairs" -- transfer --method network --pairs bad.txt
   printf 'a.obj b.ply c.obj\nc.obj b.ply d.obj\n' > bad.txt
-  expect 1 --err "bad.txt: line 1: found an output that is also an input" -- transfer --pairs bad.txt
+  expect 1 --err "bad.txt: line 1: found an output that is also an input" -- transfer --method network --pairs bad.txt
   : > bad.txt
-  expect 1 --err "bad.txt: found no pairs" -- transfer --pairs bad.txt
+  expect 1 --err "bad.txt: found no pairs" -- transfer --method network --pairs bad.txt
   missing c.obj
 
   # Stop at a bad pair before any work, or go on and still fail at the end.
   printf 'a.obj none.ply c.obj\na.obj broken.ply d.obj\na.obj b.ply e.obj\n' > some.txt
   echo "ply" > broken.ply
-  expect 1 --err "some.txt: line 1: none.ply" -- transfer --pairs some.txt
+  expect 1 --err "some.txt: line 1: none.ply" -- transfer --method network --pairs some.txt
   missing e.obj
-  expect 1 --err "some.txt: line 1: none.ply" --err "some.txt: line 2: broken.ply" --err "2 of 3 pairs failed" -- transfer --pairs some.txt --keep-going
+  expect 1 --err "some.txt: line 1: none.ply" --err "some.txt: line 2: broken.ply" --err "2 of 3 pairs failed" -- transfer --method network --pairs some.txt --keep-going
   exists e.obj
   missing c.obj
   missing d.obj
