@@ -76,7 +76,7 @@ void note_method(const npt::TransferReport& report, const std::string& identity,
   if (!report.read) return;
   if (report.method == npt::Method::body) {
     for (const auto& [name, notes] : {std::pair(identity, report.identity_notes), std::pair(pose, report.pose_notes)})
-      if (!notes.empty()) note(name + " " + notes);
+      if (!notes.empty()) note(name + ": " + notes);
     if (report.trust() < npt::sure_trust)
       note((report.identity_trust < report.pose_trust ? identity : pose) + " reads as a person with a trust of only " +
            percent(report.trust()) + ": look at the result before using it");
