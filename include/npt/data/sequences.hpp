@@ -74,8 +74,7 @@ struct SequenceSet {
 
 /// Movements from pair s's pose to that of the pair after it, by new identities; joint angles change linearly. `poses`
 /// paper: between unseen poses of the protocol; others: between fresh ones of `seed`, and the root stays as it is,
-/// since
-/// natural poses look in any direction. Vertices are shuffled as in body_pairs.
+/// since natural poses look in any direction. Vertices are shuffled as in body_pairs.
 /// Errors  npt::Error for more sequences than the protocol has pairs, for fewer than 3 frames, and for a body without
 ///         SMPL's joints
 inline SequenceSet body_sequences(std::shared_ptr<const BodyModel> body, std::size_t count, std::size_t frames,

@@ -429,6 +429,8 @@ class ReadingFitter {
   /// The resting body that places are read on.
   const ReadTemplate& read_template() const noexcept { return template_; }
   const ReadingFitOptions& options() const noexcept { return options_; }
+  /// Of the resting body's surface, in square metres.
+  double area() const noexcept { return area_; }
 
   ReadingFit fit(const FitSurface& surface, const Reading& reading) const {
     return fit(surface, std::span(&reading, 1));

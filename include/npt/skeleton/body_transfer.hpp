@@ -1,8 +1,6 @@
 /// Pose transfer between characters, by bodies: a network reads where each point of a mesh belongs on a resting body,
-/// the
-/// body with proportions is fitted to points and places, the identity is bound to it, and linear blend skinning gives
-/// it
-/// the pose mesh's joint angles. No mesh needs to rest, to be one piece, or to be of any unit.
+/// the body with proportions is fitted to points and places, the identity is bound to it, and linear blend skinning
+/// gives it the pose mesh's joint angles. No mesh needs to rest, to be one piece, or to be of any unit.
 ///   const npt::BodyTransfer transfer(npt::Reader::open("reader.safetensors"));
 ///   npt::BoundCharacter character = transfer.bind(identity);        once an identity
 ///   npt::BodyReading reading = transfer.read(pose);                 once a pose
@@ -89,8 +87,7 @@ struct BodyTransferOptions {
   std::size_t read_points = 1500;  ///< of a surface that the network reads
   int turns = 8;                   ///< in which it reads them
   /// Seven candidates instead of the fit's own three: of 110 natural poses 4 instead of 6 end beyond 3 cm, for a tenth
-  /// of
-  /// the time.
+  /// of the time.
   ReadingFitOptions fit{.candidates = 7};
 };
 
@@ -102,14 +99,7 @@ class BasicBodyTransfer {
         options_(std::move(options)),
         fitter_(std::make_unique<ReadingFitter>(
             std::make_shared<const BodyModel>(with_proportions(mannequin(), human_proportion_deviations)),
-            options_.fit)) {
-    const BodyModel& body = mannequin();
-    const std::vector<float>& at = body.tables().v_template;
-    for (const Triangle& t : body.triangles()) {
-      const auto point = [&at](std::uint32_t v) { return Vec3f{at[3 * v], at[3 * v + 1], at[3 * v + 2]}.as<double>(); };
-      area_ += 0.5 * length(cross(point(t[1]) - point(t[0]), point(t[2]) - point(t[0])));
-    }
-  }
+            options_.fit)) {}
 
   const BodyModel& body() const noexcept { return fitter_->model(); }
   const ReadingFitter& fitter() const noexcept { return *fitter_; }
@@ -214,8 +204,7 @@ class BasicBodyTransfer {
   }
 
   /// The fit with both shins (or forearms) turned to where the other one ends: where limbs cross or lie close, each
-  /// half
-  /// may be near the surface though it belongs to the other side.
+  /// half may be near the surface though it belongs to the other side.
   ReadingFit with_swapped_ends(ReadingFit swapped, std::size_t left, std::size_t right) const {
     std::vector<float>& angles = swapped.body.axis_angles;
     const std::vector<RigidMotion> motions = body().bone_motions(swapped.body.betas, angles);
@@ -237,8 +226,7 @@ class BasicBodyTransfer {
   }
 
   /// Reads meshes that lie, stand on their hands, or have another vertical axis: turned so that each axis points up,
-  /// few
-  /// points in four directions; the best by the motion's residual is read and fitted, and kept where it is better.
+  /// few points in four directions; the best by the motion's residual is read and fitted, and kept where it is better.
   void read_turned(const FitSurface& surface, std::span<const FitSurface::Sample> samples, BodyReading& reading) const {
     const auto [best, least] = best_turn(samples);
     if (reading.trust() > 0 && least > 1.1 * reading.fit.reading_residual) return;
@@ -247,8 +235,8 @@ class BasicBodyTransfer {
     if (other.trust() > reading.trust()) reading = std::move(other);
   }
 
-  /// Residual of the best of several readings, from few points, beyond which a mesh isn't worth a fit: people have 0.02 to
-  /// 0.12 and some 0.17 before limbs are swapped, a tetrahedron or a cube 0.2 and more.
+  /// Residual of the best of several readings, from few points, beyond which a mesh isn't worth a fit: people have 0.02
+  /// to 0.12 and some 0.17 before limbs are swapped, a tetrahedron or a cube 0.2 and more.
   static constexpr double hopeless_residual = 0.19;
 
   double least_residual(std::span<const Reading> readings) const {
@@ -321,7 +309,7 @@ class BasicBodyTransfer {
                    .found = std::to_string(mesh.triangles.size()) + " triangles without an area",
                    .expected = "a surface"});
     reading.centre = centre / area;
-    reading.metres = std::sqrt(area_ / area);
+    reading.metres = std::sqrt(fitter_->area() / area);
     const std::vector<Vec3d> points = points_at(mesh, reading);
     return std::make_shared<const FitSurface>(std::span<const Vec3d>(points), mesh.triangles, FitSurface::default_count,
                                               std::string(mesh.name));
@@ -330,7 +318,6 @@ class BasicBodyTransfer {
   BasicReader<Exec> reader_;
   BodyTransferOptions options_;
   std::unique_ptr<const ReadingFitter> fitter_;
-  double area_ = 0;
 };
 
 using BodyTransfer = BasicBodyTransfer<>;

@@ -39,9 +39,8 @@ double reconstruction_loss(std::span<const T> prediction, std::span<const T> tru
 }
 
 /// The mean over the vertices of the distance to the truth, sqrt(|d|^2 + rounding^2): robust where some vertices have
-/// no
-/// right answer, since its least is at the median instead of the mean. `rounding`, in the network's units, is where it
-/// turns quadratic.
+/// no right answer, since its least is at the median instead of the mean. `rounding`, in the network's units, is where
+/// it turns quadratic.
 template <class T>
 double distance_loss(std::span<const T> prediction, std::span<const T> truth, double rounding, double weight,
                      std::span<T> gradient) {

@@ -21,8 +21,7 @@ enum class Method {
 };
 
 /// Trust from which on a mesh counts as read, and from which on nothing needs to be said. Of the meshes that were
-/// tried,
-/// people and stylised figures that came out right had 0.85 and more, animals and things less than 0.45.
+/// tried, people and stylised figures that came out right had 0.85 and more, animals and things less than 0.45.
 inline constexpr double least_trust = 0.6, sure_trust = 0.85;
 
 /// A mesh as a body method read it: how a body lies in it. Made for one method, read by it alone.

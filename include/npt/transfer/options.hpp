@@ -23,8 +23,7 @@ enum class Pairing {
 struct TransferOptions {
   /// The way through bodies, which does poses and characters that the network doesn't: npt::body_method; nullptr: all
   /// transfers are the network's. Opened where the weights' file names a reader beside it (metadata reader), or
-  /// `reader`
-  /// does.
+  /// `reader` does.
   MakeBodyMethod body = nullptr;
   Method method = Method::automatic;
   /// Weights of the reader; empty: those that the weights' file names.

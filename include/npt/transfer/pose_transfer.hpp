@@ -55,8 +55,8 @@ struct TransferJob {
 };
 
 /// A network with its weights, and all that stands between meshes and it. With TransferOptions::body, people in any
-/// pose
-/// and of any proportions go another way, through bodies (transfer/body_method.hpp), and the network takes the rest.
+/// pose and of any proportions go another way, through bodies (transfer/body_method.hpp), and the network takes the
+/// rest.
 ///
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Memory    a call whose shapes were seen before allocates nothing, where it writes into memory of the caller's; only
