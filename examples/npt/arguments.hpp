@@ -34,6 +34,13 @@ inline std::vector<std::string> split_list(std::string_view text) {
   return parts;
 }
 
+/// "a, b, c" of a, b, c.
+inline std::string joined(std::span<const std::string> parts, std::string_view separator) {
+  std::string text;
+  for (const std::string& part : parts) text += (&part == parts.data() ? std::string() : std::string(separator)) + part;
+  return text;
+}
+
 /// Numbers separated by commas, blanks or line ends.
 /// Errors    npt::Error that names `argument` and the word that is no finite number.
 inline std::vector<float> parse_numbers(std::string_view text, const std::string& argument) {

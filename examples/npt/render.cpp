@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <iostream>
@@ -20,6 +19,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace render_command {
@@ -126,14 +126,6 @@ void colour_by_numbers(std::vector<render::Panel>& panels, const Options& option
                        false};
 }
 
-/// The next of 1, 2, 5, 10, 20, ... from `value` on.
-double round_up(double value) {
-  double power = std::pow(10.0, std::floor(std::log10(value)));
-  for (const double factor : {1.0, 2.0, 5.0})
-    if (factor * power >= value * (1 - 1e-9)) return factor * power;
-  return 10 * power;
-}
-
 /// Colours the meshes that have a truth by their vertices' distances to it, in millimetres. The scale ends where one
 /// vertex in a hundred lies beyond it, at a round number.
 void colour_by_error(std::vector<render::Panel>& panels, const Options& options, render::FigureOptions& figure) {
@@ -154,15 +146,13 @@ void colour_by_error(std::vector<render::Panel>& panels, const Options& options,
     for (double& e : errors[i]) all.push_back(e *= 1000);
   }
   if (all.empty()) throw npt::Error({"--truth", {}, "no mesh with a truth", "one at least"});
-  std::ranges::sort(all);
-  const double most = all[all.size() - 1 - all.size() / 100];
-  const double high = options.scale_bar ? *options.scale_bar : round_up(std::max(most, 1e-3));
+  const auto [high, open_end] = render::error_scale(std::move(all), options.scale_bar.value_or(0));
   for (std::size_t i = 0; i < panels.size(); ++i) {
     if (errors[i].empty()) continue;
     panels[i].colours = render::heat_colours(errors[i], 0, high);
     panels[i].even_light = render::data_light;
   }
-  figure.colour_bar = {0, high, "distance to the truth (mm)", all.back() > high * (1 + 1e-9)};
+  figure.colour_bar = {0, high, "distance to the truth (mm)", open_end};
 }
 
 void colour(std::vector<render::Panel>& panels, const Options& options, render::FigureOptions& figure) {

@@ -37,18 +37,27 @@ inline std::vector<TransferJob> read_pairs(const std::filesystem::path& file) {
   return jobs;
 }
 
+/// The meshes in a folder, in the order of their names.
+/// Errors    npt::Error for a folder without meshes
+inline std::vector<std::filesystem::path> meshes_in(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string own = extension_of(entry.path());
+    if (entry.is_regular_file() && std::ranges::find(mesh_extensions, own) != mesh_extensions.end())
+      files.push_back(entry.path());
+  }
+  if (files.empty()) throw npt::Error({folder.string(), {}, "a folder without meshes", ".ply or .obj files"});
+  std::ranges::sort(files);
+  return files;
+}
+
 /// One job for each mesh in the folder `poses`, in the order of their names; the result is called as the pose, with
 /// `extension`.
 inline std::vector<TransferJob> folder_jobs(const std::filesystem::path& identity, const std::filesystem::path& poses,
                                             const std::filesystem::path& out, const std::string& extension) {
   std::vector<TransferJob> jobs;
-  for (const auto& entry : std::filesystem::directory_iterator(poses)) {
-    const std::string own = extension_of(entry.path());
-    if (!entry.is_regular_file() || std::ranges::find(mesh_extensions, own) == mesh_extensions.end()) continue;
-    jobs.push_back({identity, entry.path(), out / entry.path().filename().replace_extension(extension), {}});
-  }
-  if (jobs.empty()) throw npt::Error({poses.string(), {}, "a folder without meshes", ".ply or .obj files"});
-  std::ranges::sort(jobs, {}, &TransferJob::pose);
+  for (const std::filesystem::path& pose : meshes_in(poses))
+    jobs.push_back({identity, pose, out / pose.filename().replace_extension(extension), {}});
   return jobs;
 }
 

@@ -1,5 +1,6 @@
 #include <render/data_colours.hpp>
 
+#include <npt/core/error.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/normals.hpp>
@@ -8,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 
 namespace render {
@@ -36,6 +38,14 @@ Colour from_oklab(Vec3d lab) {
 }
 
 namespace {
+
+/// The next of 1, 2, 5, 10, 20, ... from `value` on.
+double round_up(double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (factor * power >= value * (1 - 1e-9)) return factor * power;
+  return 10 * power;
+}
 
 /// A path straight from colour to colour, to be walked at one speed for the eye.
 class Path {
@@ -93,6 +103,17 @@ std::vector<Colour> heat_colours(std::span<const double> values, double low, dou
   const double range = high > low ? high - low : 1;
   for (const double v : values) colours.push_back(heat_colour(static_cast<float>((v - low) / range)));
   return colours;
+}
+
+ErrorScale error_scale(std::vector<double> values, double wanted) {
+  if (values.empty()) throw npt::Error({"scale of errors", {}, "no values", "one at least"});
+  // What isn't finite lies beyond every scale.
+  for (double& v : values)
+    if (!std::isfinite(v)) v = std::numeric_limits<double>::max();
+  std::ranges::sort(values);
+  const double most = values[values.size() - 1 - values.size() / 100];
+  const double high = wanted > 0 ? wanted : round_up(std::clamp(most, 1e-3, 1e9));
+  return {high, values.back() > high * (1 + 1e-9)};
 }
 
 std::vector<double> centred_distances(std::span<const float> xyz, std::span<const float> truth) {

@@ -37,6 +37,14 @@ std::vector<Colour> normal_colours(const npt::Mesh& mesh);
 /// heat_colour of each value between `low` and `high`; what lies outside has the colour of the nearer end.
 std::vector<Colour> heat_colours(std::span<const double> values, double low, double high);
 
+/// Where a scale of errors ends: at `wanted`, or for 0 at a round number that one value in a hundred exceeds at most.
+struct ErrorScale {
+  double high = 1;
+  bool open_end = false;  ///< some values lie beyond
+};
+/// Errors    npt::Error for no values
+ErrorScale error_scale(std::vector<double> values, double wanted);
+
 /// The distance of each vertex to the same vertex of the truth, both meshes moved so that their bounding boxes' centres
 /// meet, as the PMD does. [V]
 /// Errors    npt::Error for different vertex counts

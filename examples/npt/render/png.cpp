@@ -43,6 +43,21 @@ std::vector<unsigned char> encode_png(const Image& image) {
   return result;
 }
 
+std::string deflate(std::string_view bytes) {
+  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+    throw npt::Error({"deflate", {}, std::to_string(bytes.size()) + " bytes", "less than 2 GiB"});
+  // stb takes bytes that it doesn't change as unsigned char*.
+  std::string copy(bytes);
+  int length = 0;
+  constexpr int effort = 8;
+  unsigned char* stream =
+      stbi_zlib_compress(reinterpret_cast<unsigned char*>(copy.data()), static_cast<int>(copy.size()), &length, effort);
+  if (stream == nullptr) throw std::bad_alloc();
+  std::string result(reinterpret_cast<const char*>(stream), static_cast<std::size_t>(length));
+  STBIW_FREE(stream);
+  return result;
+}
+
 void write_png(const std::filesystem::path& path, const Image& image) {
   const std::vector<unsigned char> png = encode_png(image);
   npt::write_file(path, std::string_view(reinterpret_cast<const char*>(png.data()), png.size()));
