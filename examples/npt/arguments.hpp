@@ -112,13 +112,15 @@ class OutputFolder {
     std::error_code code;
     if (std::filesystem::is_directory(folder_, code)) return;
     made_ = std::filesystem::create_directory(folder_, code);
-    if (!made_)
+    if (!made_ && !std::filesystem::is_directory(folder_, code))  // another process may have been faster
       throw npt::Error({folder_.string(), {}, code ? code.message() : "no folder", "a folder that can be written"});
   }
   ~OutputFolder() {
     std::error_code ignored;
     if (made_) std::filesystem::remove(folder_, ignored);  // fails where a file is in it
   }
+  /// Leaves the folder where it is, whatever came into it.
+  void keep() { made_ = false; }
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 

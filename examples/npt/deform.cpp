@@ -9,6 +9,7 @@
 #include "subcommand.hpp"
 #include "transfer_jobs.hpp"
 #include "transfer_picture.hpp"
+#include "transfer_view.hpp"
 
 #include <npt/body/body_file.hpp>
 #include <npt/deformation/control_points.hpp>
@@ -39,7 +40,7 @@ namespace fs = std::filesystem;
 using program::TransferJob;
 
 struct Options {
-  std::optional<fs::path> source, pose, target, out, markers, source_body, target_body, registered, picture, body;
+  std::optional<fs::path> source, pose, target, out, markers, source_body, target_body, registered, picture, page, body;
   std::optional<std::string> format;
   std::vector<std::size_t> control_points;
   bool align = false, open_seams = false;
@@ -64,6 +65,7 @@ class Deform {
       program::check_output(job.out, std::array{*options_.source});
     }
     check_other_outputs();
+    if (options_.page) page_.emplace(jobs_.size());
   }
 
   void run() {
@@ -85,6 +87,7 @@ class Deform {
       npt::Mesh result = npt::deform(transfer, target_, pose, executor_);
       npt::validate(result, "result for " + job.pose.string());
       npt::write_mesh(job.out, result);
+      if (page_) page_->add(static_cast<std::size_t>(&job - jobs_.data()), job, cells(pose, result));
       if (options_.picture) rows_.emplace_back(std::move(pose), std::move(result));
       progress.advance();
     }
@@ -94,6 +97,9 @@ class Deform {
         jobs_.size() == 1 ? jobs_.front().out.string().c_str() : (std::to_string(jobs_.size()) + " meshes").c_str(),
         watch.seconds());
     if (options_.picture) draw_picture();
+    if (page_)
+      page_->write(*options_.page,
+                   options_.target->filename().string() + " in the poses of " + options_.source->filename().string());
   }
 
  private:
@@ -102,6 +108,10 @@ class Deform {
     if (options_.picture) {
       program::check_picture(*options_.picture, jobs_, "poses", files);
       files.push_back(*options_.picture);
+    }
+    if (options_.page) {
+      program::check_page(*options_.page, jobs_, "poses", files);
+      files.push_back(*options_.page);
     }
     for (const TransferJob& job : jobs_) files.insert(files.end(), {job.identity, job.pose, job.out});
     if (options_.registered) {
@@ -176,13 +186,16 @@ class Deform {
     return found;
   }
 
+  std::vector<program::PictureCell> cells(const npt::Mesh& pose, const npt::Mesh& result) const {
+    return {{&source_, "source", "sand"},
+            {&pose, "deformed source", "sand"},
+            {&target_, "target", "blue"},
+            {&result, "deformed target", "blue"}};
+  }
+
   void draw_picture() const {
     std::vector<std::vector<program::PictureCell>> rows;
-    for (const auto& [pose, result] : rows_)
-      rows.push_back({{&source_, "source", "sand"},
-                      {&pose, "deformed source", "sand"},
-                      {&target_, "target", "blue"},
-                      {&result, "deformed target", "blue"}});
+    for (const auto& [pose, result] : rows_) rows.push_back(cells(pose, result));
     program::draw_rows(*options_.picture, rows);
   }
 
@@ -192,6 +205,7 @@ class Deform {
   std::vector<TransferJob> jobs_;
   npt::Mesh source_, target_;
   std::vector<std::pair<npt::Mesh, npt::Mesh>> rows_;  ///< pose and result, for the picture
+  std::optional<program::TransferPage> page_;
 };
 
 /// The rows of Table 1: each number of control points on seen and on unseen poses.
@@ -267,6 +281,7 @@ void add(CLI::App& command) {
   command.add_option("--format", o->format, "ply or obj: of the results in a folder; without: as the target")
       ->check(CLI::IsMember({"ply", "obj"}));
   command.add_option("--render", o->picture, "Also draw source, pose, target and result (.png)");
+  command.add_option("--view", o->page, "Also write a page to look at them in a browser (.html)");
   command.add_option("--threads", o->threads, "Threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();

@@ -12,6 +12,9 @@
 #include "subcommand.hpp"
 #include "transfer_arguments.hpp"
 
+#include <render/colour.hpp>
+#include <view/page.hpp>
+
 #include <npt/body/body_file.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/data/body_pairs.hpp>
@@ -20,9 +23,11 @@
 #include <npt/data/family_file.hpp>
 #include <npt/data/pair_files.hpp>
 #include <npt/mannequin/mannequin.hpp>
+#include <npt/mesh/triangles.hpp>
 #include <npt/parallel/tbb_executor.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -33,6 +38,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -43,7 +49,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   program::TransferArguments transfer;
-  std::optional<fs::path> body, list, family;
+  std::optional<fs::path> body, list, family, page;
   bool protocol = false, json = false, proportions = false;
   std::size_t pairs = 0, first = 0, worst = 0;
   std::string shapes = "normal", poses = "paper", held_out;
@@ -113,13 +119,64 @@ int side_by_side(int threads, std::size_t pairs) {
   return static_cast<int>(std::min({available, pairs, most}));
 }
 
-std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArguments arguments, std::string& network) {
+void transfer_pair(const program::PoseTransfer& transfer, const npt::EvaluationPair& pair, std::span<float> result) {
+  try {
+    transfer(npt::MeshView{pair.identity, pair.identity_triangles, "identity"},
+             npt::MeshView{pair.pose, pair.pose_triangles, "pose"}, result);
+  } catch (const npt::Error& error) {
+    throw npt::Error({.file = pair.name, .place = error.what()});
+  }
+}
+
+npt::Mesh mesh_of(std::span<const float> xyz, std::span<const npt::Triangle> triangles) {
+  npt::Mesh mesh;
+  for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) mesh.positions.push_back({xyz[i], xyz[i + 1], xyz[i + 2]});
+  npt::set_faces(mesh, triangles);
+  return mesh;
+}
+
+/// Identity, pose, result by its error, and truth.
+view::Group page_group(const std::string& set, const npt::PairErrors& errors, const npt::EvaluationPair& pair,
+                       std::span<const float> result) {
+  char pmd[32];
+  std::snprintf(pmd, sizeof pmd, "%.2fe-4", 1e4 * errors.pmd);
+  const auto mesh = [&](std::span<const float> xyz) { return mesh_of(xyz, pair.identity_triangles); };
+  view::Group group{set + ", " + errors.name + ", PMD " + pmd, {}};
+  group.panels = {view::mesh_panel("identity", mesh(pair.identity)),
+                  view::mesh_panel("pose", mesh_of(pair.pose, pair.pose_triangles)),
+                  view::mesh_panel("result", mesh(result)), view::mesh_panel("truth", mesh(pair.truth))};
+  const char* colours[] = {"blue", "sand", "blue", "green"};
+  for (std::size_t i = 0; i < group.panels.size(); ++i)
+    group.panels[i].colour = render::parse_colour(colours[i], "view");
+  group.panels[2].detail = std::string("PMD ") + pmd;
+  view::add_errors(group.panels[2], mesh(pair.truth), "result", "truth");
+  return group;
+}
+
+/// The worst pairs of all sets as a page, each transferred once more.
+void write_page(const Options& o, const Data& data, const std::vector<npt::Evaluation>& evaluations,
+                const program::PoseTransfer& transfer) {
+  view::Page page;
+  page.title = "worst of " + data.name;
+  for (std::size_t s = 0; s < evaluations.size(); ++s)
+    for (const std::size_t i : evaluations[s].worst(o.worst)) {
+      program::stop_if_interrupted();
+      const npt::EvaluationPair pair = data.sets[s].pair(i);
+      std::vector<float> result(pair.identity.size());
+      transfer_pair(transfer, pair, result);
+      page.groups.push_back(page_group(evaluations[s].name, evaluations[s].pairs[i], pair, result));
+    }
+  view::write_page(*o.page, page);
+}
+
+/// `opened`: the transfer that did it.
+std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArguments arguments,
+                                      std::optional<program::PoseTransfer>& opened) {
   std::size_t pairs = 0;
   for (const npt::EvaluationSet& set : data.sets) pairs += set.count;
   const npt::TbbExecutor executor(side_by_side(arguments.threads, pairs));
   if (executor.slots() > 1) arguments.threads = 1;
-  const program::PoseTransfer transfer = program::open_transfer(arguments);
-  network = transfer.description();
+  const program::PoseTransfer& transfer = opened.emplace(program::open_transfer(arguments));
   program::catch_interrupts();
   program::Progress progress("pairs", pairs);
   std::mutex mutex;
@@ -129,12 +186,7 @@ std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArgumen
         set,
         [&transfer](const npt::EvaluationPair& pair, std::span<float> result) {
           program::stop_if_interrupted();
-          try {
-            transfer(npt::MeshView{pair.identity, pair.identity_triangles, "identity"},
-                     npt::MeshView{pair.pose, pair.pose_triangles, "pose"}, result);
-          } catch (const npt::Error& error) {
-            throw npt::Error({.file = pair.name, .place = error.what()});
-          }
+          transfer_pair(transfer, pair, result);
         },
         executor,
         [&] {
@@ -187,10 +239,20 @@ void run_sequences(Options o) {
 void run(Options o) {
   if (!o.held_out.empty() && !o.family) throw CLI::RequiresError("--held-out", "--family");
   if (o.sequences > 0) return run_sequences(std::move(o));
+  if (o.page) {
+    static constexpr std::array<std::string_view, 2> html{".html", ".htm"};
+    program::expect_extension(*o.page, html);
+    std::vector<fs::path> inputs;
+    for (const auto& file : {o.list, o.body})
+      if (file) inputs.push_back(*file);
+    program::check_output(*o.page, inputs);
+  }
   const Data data = load_data(o);
-  std::string network;
+  std::optional<program::PoseTransfer> transfer;
   const program::Stopwatch watch;
-  const std::vector<npt::Evaluation> evaluations = evaluate(data, o.transfer, network);
+  const std::vector<npt::Evaluation> evaluations = evaluate(data, o.transfer, transfer);
+  const std::string network = transfer->description();
+  if (o.page) write_page(o, data, evaluations, *transfer);
   if (o.json) {
     program::Report report{{"network", network}, {"data", data.name}, {"noise", o.noise}};
     for (const npt::Evaluation& e : evaluations) report["sets"].push_back(program::report_of(e, o.worst));
@@ -229,7 +291,11 @@ void add(CLI::App& command) {
   command.add_option("--noise", o->noise, "Standard deviation of noise on the pose mesh's coordinates, in metres")
       ->capture_default_str();
   command.add_option("--first", o->first, "The first so many pairs of each set only")->check(CLI::Range(1, 1000000));
-  command.add_option("--worst", o->worst, "Also list the so many worst pairs")->check(CLI::Range(0, 1000000));
+  CLI::Option* worst =
+      command.add_option("--worst", o->worst, "Also list the so many worst pairs")->check(CLI::Range(0, 1000000));
+  command
+      .add_option("--view", o->page, "Also write the worst pairs as a page for a browser, errors as colours (.html)")
+      ->needs(worst);
   CLI::Option* sequences =
       command.add_option("--sequences", o->sequences, "So many movements of the body instead: errors and jitter")
           ->check(CLI::Range(1, 72))

@@ -70,34 +70,36 @@ PoseTransfer open_transfer(const TransferArguments& arguments) {
   return transfer;
 }
 
-void note_method(const npt::TransferReport& report, const std::string& identity, const std::string& pose) {
+std::vector<std::string> method_notes(const npt::TransferReport& report, const std::string& identity,
+                                      const std::string& pose) {
   const auto percent = [](double trust) { return std::to_string(std::lround(100 * trust)) + " %"; };
-  const auto note = [](const std::string& text) { std::cerr << "npt: note: " << text << '\n'; };
-  if (!report.read) return;
+  std::vector<std::string> notes;
+  if (!report.read) return notes;
   if (report.method == npt::Method::body) {
-    for (const auto& [name, notes] : {std::pair(identity, report.identity_notes), std::pair(pose, report.pose_notes)})
-      if (!notes.empty()) note(name + ": " + notes);
+    for (const auto& [name, text] : {std::pair(identity, report.identity_notes), std::pair(pose, report.pose_notes)})
+      if (!text.empty()) notes.push_back(name + ": " + text);
     if (report.trust() < npt::sure_trust)
-      note((report.identity_trust < report.pose_trust ? identity : pose) + " reads as a person with a trust of only " +
-           percent(report.trust()) + ": look at the result before using it");
-    return;
+      notes.push_back((report.identity_trust < report.pose_trust ? identity : pose) +
+                      " reads as a person with a trust of only " + percent(report.trust()) +
+                      ": look at the result before using it");
+    return notes;
   }
   const bool of_identity = report.identity_trust < report.pose_trust;
-  note((of_identity ? identity : pose) + " doesn't read as a person (trust " + percent(report.trust()) + ", asked " +
-       percent(npt::least_trust) +
-       "): left to the pose transfer network, which was trained on people in few poses; "
-       "look at the result before using it");
+  notes.push_back((of_identity ? identity : pose) + " doesn't read as a person (trust " + percent(report.trust()) +
+                  ", asked " + percent(npt::least_trust) +
+                  "): left to the pose transfer network, which was trained on people in few poses; "
+                  "look at the result before using it");
+  return notes;
 }
 
-void note_unit(const PoseTransfer& transfer, const npt::MeshView& mesh) {
-  if (transfer.options().unit) return;
+std::string unit_note(const PoseTransfer& transfer, const npt::MeshView& mesh) {
+  if (transfer.options().unit) return {};
   const double unit = transfer.unit_of(mesh);
-  if (unit == 1) return;
+  if (unit == 1) return {};
   const char* name = "";
   for (const auto& [text, metres] : units)
     if (metres == unit) name = text;
-  std::cerr << "npt: note: " << mesh.name << " is taken to be in " << name
-            << "s, by its size (--unit says otherwise)\n";
+  return std::string(mesh.name) + " is taken to be in " + name + "s, by its size (--unit says otherwise)";
 }
 
 }  // namespace program

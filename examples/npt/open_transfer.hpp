@@ -5,6 +5,7 @@
 #include "transfer_arguments.hpp"
 
 #include <string>
+#include <vector>
 
 namespace program {
 
@@ -12,10 +13,11 @@ namespace program {
 /// Errors    npt::Error for weights that are missing, broken, or of another network than asked for
 PoseTransfer open_transfer(const TransferArguments& arguments);
 
-/// Prints what must be known of how a pair was transferred: a mesh that doesn't read as a person, or hardly.
-void note_method(const npt::TransferReport& report, const std::string& identity, const std::string& pose);
+/// What must be known of how a pair was transferred: a mesh that doesn't read as a person, or hardly.
+std::vector<std::string> method_notes(const npt::TransferReport& report, const std::string& identity,
+                                      const std::string& pose);
 
-/// Prints a note where a mesh isn't taken for one in metres.
-void note_unit(const PoseTransfer& transfer, const npt::MeshView& mesh);
+/// A note where a mesh isn't taken for one in metres; else empty.
+std::string unit_note(const PoseTransfer& transfer, const npt::MeshView& mesh);
 
 }  // namespace program

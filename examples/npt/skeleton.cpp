@@ -8,6 +8,7 @@
 #include "subcommand.hpp"
 #include "transfer_jobs.hpp"
 #include "transfer_picture.hpp"
+#include "transfer_view.hpp"
 
 #include <npt/body/body_file.hpp>
 #include <npt/data/body_pairs.hpp>
@@ -36,7 +37,7 @@ namespace fs = std::filesystem;
 using program::TransferJob;
 
 struct Options {
-  std::optional<fs::path> identity, pose, out, body, fitted, picture;
+  std::optional<fs::path> identity, pose, out, body, fitted, picture, page;
   std::optional<std::string> format;
   program::ProtocolArguments protocol;
   int threads = 0;
@@ -59,6 +60,7 @@ class Skeleton {
     for (const TransferJob& job : jobs_) program::check_job(job);
     check_other_outputs();
     if (options_.picture) rows_.resize(jobs_.size());
+    if (options_.page) page_.emplace(jobs_.size());
   }
 
   void run() {
@@ -80,6 +82,9 @@ class Skeleton {
     const std::string what = jobs_.size() == 1 ? jobs_.front().out.string() : std::to_string(jobs_.size()) + " meshes";
     std::printf("%s in %.2f s (bodies fitted to %.1f mm)\n", what.c_str(), watch.seconds(), 1000 * worst_fit_);
     if (options_.picture) draw_picture();
+    if (page_)
+      page_->write(*options_.page,
+                   options_.identity->filename().string() + " in the pose of " + options_.pose->filename().string());
   }
 
  private:
@@ -88,6 +93,10 @@ class Skeleton {
     if (options_.picture) {
       program::check_picture(*options_.picture, jobs_, "poses", files);
       files.push_back(*options_.picture);
+    }
+    if (options_.page) {
+      program::check_page(*options_.page, jobs_, "poses", files);
+      files.push_back(*options_.page);
     }
     for (const TransferJob& job : jobs_) files.insert(files.end(), {job.identity, job.pose, job.out});
     if (options_.fitted) {
@@ -115,7 +124,7 @@ class Skeleton {
   void run_job(std::size_t i, std::mutex& mutex) {
     const TransferJob& job = jobs_[i];
     npt::Mesh pose;
-    if (i > 0 || options_.picture) pose = npt::read_mesh(job.pose);
+    if (i > 0 || options_.picture || options_.page) pose = npt::read_mesh(job.pose);
     const npt::BodyFit found = i == 0 ? first_fit_ : fit(job.pose, pose);
     npt::Mesh result = identity_;
     transfer_->pose(found.axis_angles, result.coordinates());
@@ -124,6 +133,7 @@ class Skeleton {
     npt::write_mesh(job.out, result);
     const std::lock_guard lock(mutex);
     note_fit(found, job.pose.string());
+    if (page_) page_->add(i, job, cells(pose, result));
     if (options_.picture) rows_[i] = {std::move(pose), std::move(result)};
   }
 
@@ -142,10 +152,13 @@ class Skeleton {
     npt::write_mesh(*options_.fitted, mesh);
   }
 
+  std::vector<program::PictureCell> cells(const npt::Mesh& pose, const npt::Mesh& result) const {
+    return {{&identity_, "identity", "blue"}, {&pose, "pose", "sand"}, {&result, "result", "blue"}};
+  }
+
   void draw_picture() const {
     std::vector<std::vector<program::PictureCell>> rows;
-    for (const auto& [pose, result] : rows_)
-      rows.push_back({{&identity_, "identity", "blue"}, {&pose, "pose", "sand"}, {&result, "result", "blue"}});
+    for (const auto& [pose, result] : rows_) rows.push_back(cells(pose, result));
     program::draw_rows(*options_.picture, rows);
   }
 
@@ -160,6 +173,7 @@ class Skeleton {
   double worst_fit_ = 0;
   std::vector<std::string> notes_;
   std::vector<std::pair<npt::Mesh, npt::Mesh>> rows_;  ///< pose and result, for the picture
+  std::optional<program::TransferPage> page_;
 };
 
 /// The row of Table 7, on seen and on unseen poses.
@@ -206,6 +220,7 @@ void add(CLI::App& command) {
   command.add_option("--format", o->format, "ply or obj: of the results in a folder; without: as the identity")
       ->check(CLI::IsMember({"ply", "obj"}));
   command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)");
+  command.add_option("--view", o->page, "Also write a page to look at them in a browser (.html)");
   command.add_option("--threads", o->threads, "Threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();

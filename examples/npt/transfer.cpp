@@ -6,22 +6,36 @@
 #include "stopwatch.hpp"
 #include "subcommand.hpp"
 #include "transfer_arguments.hpp"
+#include "transfer_batch.hpp"
 #include "transfer_jobs.hpp"
 #include "transfer_picture.hpp"
+#include "transfer_view.hpp"
 
+#include <training/group.hpp>
+
+#include <npt/io/file.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
+#include <npt/parallel/tbb_executor.hpp>
 #include <npt/transfer/pose_sequence.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <span>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -31,10 +45,11 @@ namespace fs = std::filesystem;
 using program::TransferJob;
 
 struct Options {
-  std::optional<fs::path> identity, pose, out, pairs, picture;
-  std::optional<std::string> format;
+  std::optional<fs::path> identity, pose, out, pairs, picture, page, report;
+  std::optional<std::string> format, shard;
   program::TransferArguments transfer;
-  bool keep_going = false;
+  int in_flight = 0;  ///< 0: as many as the threads
+  bool keep_going = false, skip_existing = false, each = false;
 };
 
 /// A mesh as read, kept while successive jobs name the same file.
@@ -62,19 +77,42 @@ class LoadedMesh {
   std::string name_;
 };
 
-/// The pairs of a run, one after another: an identity or a pose that the next pair shares is prepared once. A folder of
-/// poses is a sequence, whose frames share their random choices, so that nothing flickers; in a list every pose is
-/// chosen for itself.
+/// Pairs, one after another: an identity or a pose that the next pair shares is prepared once. A folder of poses is a
+/// sequence, whose frames share their random choices, so that nothing flickers; in a list every pose is chosen for
+/// itself.
 class Transferring {
  public:
-  Transferring(const program::TransferArguments& arguments, bool sequence)
-      : transfer_(program::open_transfer(arguments)), frames_(transfer_), sequence_(sequence) {}
+  Transferring(const program::PoseTransfer& transfer, bool sequence)
+      : transfer_(transfer), frames_(transfer_), sequence_(sequence) {}
 
   const npt::Mesh& identity() const { return identity_.mesh(); }
   const npt::Mesh& pose() const { return pose_.mesh(); }
 
-  npt::Mesh run(const fs::path& identity_file, const fs::path& pose_file) {
-    const bool new_identity = identity_.load(identity_file), new_pose = pose_.load(pose_file);
+  npt::Mesh run(const TransferJob& job, program::JobOutcome& outcome) {
+    const auto [new_identity, new_pose] = prepare(job);
+    npt::Mesh result = identity_.mesh();
+    transfer_(prepared_identity_, prepared_pose_, result.coordinates());
+    npt::recompute_normals(result);
+    const npt::TransferReport report = transfer_.report(prepared_identity_, prepared_pose_);
+    outcome.read = report.read;
+    outcome.trust = report.trust();
+    outcome.method = report.method == npt::Method::network ? "network" : "body";
+    outcome.notes = program::method_notes(report, job.identity.string(), job.pose.string());
+    if (report.method == npt::Method::network) {
+      if (new_identity) note_unit(identity_.view(), outcome);
+      if (new_pose) note_unit(pose_.view(), outcome);
+    }
+    return result;
+  }
+
+  /// Takes a frame whose result is there already: the next ones depend on it.
+  void pass(const TransferJob& job) { prepare(job); }
+
+ private:
+  std::pair<bool, bool> prepare(const TransferJob& job) {
+    if (job.series != series_) frames_.restart();
+    series_ = job.series;
+    const bool new_identity = identity_.load(job.identity), new_pose = pose_.load(job.pose);
     if (new_identity) prepared_identity_ = {};
     if (new_pose) prepared_pose_ = {};
     const std::size_t vertices = identity_.mesh().vertex_count();
@@ -88,112 +126,330 @@ class Transferring {
       if (!sequence_) frames_.restart();
       frames_.prepare(pose_.view(), vertices, prepared_pose_);
     }
-    npt::Mesh result = identity_.mesh();
-    transfer_(prepared_identity_, prepared_pose_, result.coordinates());
-    npt::recompute_normals(result);
-    report_ = transfer_.report(prepared_identity_, prepared_pose_);
-    program::note_method(report_, identity_file.string(), pose_file.string());
-    if (report_.method == npt::Method::network) {
-      if (new_identity) program::note_unit(transfer_, identity_.view());
-      if (new_pose) program::note_unit(transfer_, pose_.view());
-    }
-    return result;
-  }
-  /// How the last pair was transferred.
-  std::string way() const {
-    if (report_.method == npt::Method::network) return transfer_.description();
-    return "through bodies, trust " + std::to_string(std::lround(100 * report_.trust())) + " %";
+    return {new_identity, new_pose};
   }
 
- private:
-  npt::TransferReport report_;
-  program::PoseTransfer transfer_;
+  void note_unit(const npt::MeshView& mesh, program::JobOutcome& outcome) const {
+    std::string note = program::unit_note(transfer_, mesh);
+    if (!note.empty()) outcome.notes.push_back(std::move(note));
+  }
+
+  const program::PoseTransfer& transfer_;
   npt::PoseSequence<npt::TbbExecutor> frames_;
   bool sequence_;
+  std::size_t series_ = 0;
   LoadedMesh identity_, pose_;
   npt::PreparedIdentity prepared_identity_;
   npt::PreparedPose prepared_pose_;
 };
 
-class Transfer {
+/// The processes of a run under mpirun, or this one alone.
+class Processes {
  public:
-  explicit Transfer(const Options& options) : options_(options), jobs_(list_jobs()) {
-    program::check_outputs_apart(jobs_);
-    if (options_.picture) program::check_picture(*options_.picture, jobs_, "pairs");
-    std::erase_if(jobs_, [this](const TransferJob& job) { return !attempt(job, [&job] { program::check_job(job); }); });
+  /// Errors    npt::Error where mpirun started several processes for many `pairs` and this build can't divide them
+  explicit Processes(std::size_t pairs) : group_(training::join_group()) {
+    if (group_ != nullptr || pairs < 2) return;
+    const char* size = std::getenv("OMPI_COMM_WORLD_SIZE");
+    if (size != nullptr && std::string(size) != "1")
+      throw npt::Error({"mpirun",
+                        {},
+                        std::string(size) + " processes and a build without MPI",
+                        "-DNPT_WITH_MPI=ON, or --shard in each process"});
   }
-
-  void run() {
-    const std::size_t total = jobs_.size() + failures_;
-    if (!jobs_.empty()) run_jobs();
-    if (failures_ > 0)
-      throw npt::Error({std::to_string(failures_) + " of " + std::to_string(total) + " pairs failed", {}, {}, {}});
+  bool first() const { return group_ == nullptr || group_->rank() == 0; }
+  program::Shard shard() const {
+    if (group_ == nullptr) return {};
+    return {static_cast<std::size_t>(group_->rank()) + 1, static_cast<std::size_t>(group_->size())};
+  }
+  /// The sum over all; returns when all have got there.
+  double sum(double value) const {
+    if (group_ != nullptr) group_->sum(std::span<double>(&value, 1));
+    return value;
   }
 
  private:
+  std::unique_ptr<npt::TrainingGroup> group_;
+};
+
+class Transfer {
+ public:
+  explicit Transfer(const Options& options)
+      : options_(options),
+        sequence_(!options.pairs && !options.each && fs::is_directory(*options.pose)),
+        all_(list_jobs()) {
+    program::check_outputs_apart(all_);
+    if (options_.picture) program::check_picture(*options_.picture, all_, "pairs");
+    if (options_.page) program::check_page(*options_.page, all_, "pairs");
+    if (options_.report) check_report();
+    std::vector<TransferJob> jobs = all_;
+    if (options_.shard) jobs = program::jobs_of(std::move(jobs), program::parse_shard(*options_.shard, "--shard"));
+    processes_.emplace(all_.size());
+    if (processes_->shard().count > 1) jobs = program::jobs_of(std::move(jobs), processes_->shard());
+    if (jobs.size() < all_.size()) keep_folders();
+    jobs_ = std::move(jobs);
+    outcomes_.resize(jobs_.size());
+    for (std::size_t i = 0; i < jobs_.size(); ++i)
+      if (options_.skip_existing && program::is_there(jobs_[i]))
+        outcomes_[i].status = Status::skipped;
+      else
+        attempt(i, [&] { program::check_job(jobs_[i]); });
+    if (options_.page) page_.emplace(jobs_.size());
+    rows_.resize(options_.picture ? jobs_.size() : 0);
+  }
+
+  void run() {
+    const program::Stopwatch watch;
+    try {
+      run_jobs();
+    } catch (...) {
+      if (options_.report) write_report();
+      throw;
+    }
+    if (options_.report) write_report();
+    draw();
+    const auto total = [&](Status status) {
+      const auto own = std::ranges::count(outcomes_, status, &program::JobOutcome::status);
+      return static_cast<std::size_t>(processes_ ? processes_->sum(static_cast<double>(own))
+                                                 : static_cast<double>(own));
+    };
+    const std::size_t done = total(Status::done), skipped = total(Status::skipped), failed = total(Status::failed);
+    const bool first = !processes_ || processes_->first();
+    if (options_.report && processes_) gather_report();
+    const std::size_t processes = processes_ ? processes_->shard().count : 1;
+    processes_.reset();  // one that left by an error would end the others
+    if (first) say_done(done, skipped, processes, watch.seconds());
+    if (jobs_.size() > 1) program::print_failures(std::cerr, jobs_, outcomes_);
+    if (failed > 0)
+      throw npt::Error(
+          {std::to_string(failed) + " of " + std::to_string(done + skipped + failed) + " pairs failed", {}, {}, {}});
+  }
+
+ private:
+  using Status = program::JobOutcome::Status;
+
+  /// Jobs that one thread does one after another: a sequence, or some lines of a list.
+  struct Piece {
+    std::size_t first, last;
+  };
+
   std::vector<TransferJob> list_jobs() {
     if (options_.pairs) return program::read_pairs(*options_.pairs);
-    return program::pose_jobs(*options_.identity, *options_.pose, *options_.out, options_.format, folder_);
+    std::vector<TransferJob> jobs;
+    if (fs::is_directory(*options_.identity)) {
+      jobs =
+          program::identity_jobs(*options_.identity, *options_.pose, *options_.out, options_.format, folder_, folders_);
+    } else {
+      jobs = program::pose_jobs(*options_.identity, *options_.pose, *options_.out, options_.format, folder_);
+    }
+    if (options_.each)
+      for (std::size_t i = 0; i < jobs.size(); ++i) jobs[i].series = i;
+    return jobs;
+  }
+
+  /// Other processes write into them too.
+  void keep_folders() {
+    if (folder_) folder_->keep();
+    for (const auto& folder : folders_) folder->keep();
+  }
+
+  void check_report() const {
+    std::vector<fs::path> files;
+    for (const TransferJob& job : all_) files.insert(files.end(), {job.identity, job.pose, job.out});
+    for (const auto& other : {options_.picture, options_.page})
+      if (other) files.push_back(*other);
+    program::check_output(*options_.report, files);
   }
 
   /// Runs `step` of a job. With --keep-going an error is printed and counted; otherwise it goes on to main.
   template <class Step>
-  bool attempt(const TransferJob& job, Step&& step) {
+  void attempt(std::size_t i, Step&& step) {
     try {
       step();
-      return true;
     } catch (const npt::Error& error) {
+      const TransferJob& job = jobs_[i];
       const std::string message = (job.place.empty() ? "" : job.place + ": ") + error.what();
+      const std::lock_guard lock(mutex_);
+      outcomes_[i].status = Status::failed;
+      outcomes_[i].error = message;
       if (!options_.keep_going) throw npt::Error({message, {}, {}, {}});
       if (progress_) progress_->clear();
       std::cerr << "npt: error: " << message << '\n';
-      ++failures_;
-      return false;
     }
   }
+
+  bool waits(std::size_t i) const { return outcomes_[i].status == Status::none; }
+
+  /// Jobs that are to be done, in pieces for one thread. Frames of a sequence that are there or failed stay in it up to
+  /// its last frame that is to be done.
+  std::vector<Piece> pieces(std::size_t longest) const {
+    std::vector<Piece> pieces;
+    for (std::size_t i = 0; i < jobs_.size();) {
+      std::size_t last = i + 1;
+      if (sequence_) {
+        while (last < jobs_.size() && jobs_[last].series == jobs_[i].series) ++last;
+      } else {
+        while (last < jobs_.size() && last - i < longest) ++last;
+      }
+      const std::size_t next = last;
+      while (last > i && !waits(last - 1)) --last;
+      if (last > i) pieces.push_back({i, last});
+      i = next;
+    }
+    return pieces;
+  }
+
+  /// Meshes of this size have work for all threads; several at a time would only take memory.
+  static constexpr std::uint64_t large_job = std::uint64_t{16} << 20;
 
   void run_jobs() {
-    Transferring transferring(options_.transfer, !options_.pairs);
+    const auto total =
+        static_cast<std::size_t>(std::ranges::count(outcomes_, Status::none, &program::JobOutcome::status));
+    if (total == 0) return;
     program::catch_interrupts();
-    progress_.emplace("pairs", jobs_.size());
-    const program::Stopwatch watch;
-    std::size_t done = 0;
-    for (const TransferJob& job : jobs_) {
-      program::stop_if_interrupted();
-      done += attempt(job, [&] { run_job(job, transferring); }) ? 1 : 0;
-      progress_->advance();
+    const int threads = options_.transfer.threads > 0
+                            ? options_.transfer.threads
+                            : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    // Each pair in flight has a workspace of its own (112 MB at 6890 vertices and bottleneck 1024), hence the limit.
+    const int in_flight = options_.in_flight > 0 ? options_.in_flight : std::min(threads, 16);
+    const std::size_t longest = std::clamp<std::size_t>(total / (4 * static_cast<std::size_t>(in_flight)), 1, 16);
+    std::vector<Piece> small, large;
+    for (const Piece piece : pieces(longest)) {
+      bool is_large = false;
+      for (std::size_t i = piece.first; i < piece.last; ++i) is_large |= program::bytes_of(jobs_[i]) > large_job;
+      (is_large ? large : small).push_back(piece);
     }
+    if (small.size() < 2 || in_flight == 1) {
+      large.insert(large.begin(), small.begin(), small.end());
+      small.clear();
+    }
+    progress_.emplace("pairs", total);
+    if (!small.empty()) run_pieces(small, std::min(in_flight, static_cast<int>(small.size())), 1);
+    if (!large.empty()) run_pieces(large, 1, options_.transfer.threads);
     progress_.reset();
-    if (!rows_.empty()) draw_picture();
-    char time[32];
-    std::snprintf(time, sizeof time, "%.2f s", watch.seconds());
-    if (done > 0)
-      std::cout << (done == 1 ? jobs_.front().out.string() : std::to_string(done) + " meshes") << " in " << time << " ("
-                << transferring.way() << ")\n";
   }
 
-  void run_job(const TransferJob& job, Transferring& transferring) {
-    const npt::Mesh result = transferring.run(job.identity, job.pose);
-    npt::validate(result, "result for " + job.identity.string());
-    npt::write_mesh(job.out, result);
-    if (options_.picture)
-      for (const npt::Mesh* mesh : {&transferring.identity(), &transferring.pose(), &result}) rows_.push_back(*mesh);
+  /// `threads`: of each pair.
+  void run_pieces(const std::vector<Piece>& pieces, int in_flight, int threads) {
+    program::TransferArguments arguments = options_.transfer;
+    arguments.threads = threads;
+    const program::PoseTransfer transfer = program::open_transfer(arguments);
+    description_ = transfer.description();
+    const npt::TbbExecutor executor(in_flight);
+    std::vector<std::unique_ptr<Transferring>> workers(static_cast<std::size_t>(executor.slots()));
+    executor.for_each(static_cast<int>(pieces.size()), [&](int p, int slot) {
+      const Piece piece = pieces[static_cast<std::size_t>(p)];
+      auto& worker = workers[static_cast<std::size_t>(slot)];
+      if (worker == nullptr || sequence_) worker = std::make_unique<Transferring>(transfer, sequence_);
+      for (std::size_t i = piece.first; i < piece.last; ++i) {
+        program::stop_if_interrupted();
+        if (waits(i))
+          run_job(i, *worker);
+        else if (sequence_ && outcomes_[i].status == Status::skipped)
+          attempt(i, [&] { worker->pass(jobs_[i]); });
+      }
+    });
   }
 
-  void draw_picture() const {
+  void run_job(std::size_t i, Transferring& worker) {
+    const TransferJob& job = jobs_[i];
+    attempt(i, [&] {
+      const program::Stopwatch watch;
+      program::JobOutcome outcome;
+      const npt::Mesh result = worker.run(job, outcome);
+      npt::validate(result, "result for " + job.identity.string());
+      npt::write_mesh(job.out, result);
+      outcome.seconds = watch.seconds();
+      outcome.status = Status::done;
+      const std::lock_guard lock(mutex_);
+      if (!outcome.notes.empty()) progress_->clear();
+      for (const std::string& note : outcome.notes) std::cerr << "npt: note: " << note << '\n';
+      outcomes_[i] = std::move(outcome);
+      if (options_.picture) rows_[i] = {worker.identity(), worker.pose(), result};
+      if (page_)
+        page_->add(
+            i, job,
+            {{&worker.identity(), "identity", "blue"}, {&worker.pose(), "pose", "sand"}, {&result, "result", "blue"}});
+    });
+    const std::lock_guard lock(mutex_);
+    progress_->advance();
+  }
+
+  /// The report of this process, beside the whole one where there are several.
+  fs::path report_file(std::size_t process) const {
+    fs::path file = *options_.report;
+    if (processes_ && processes_->shard().count > 1) file += ".process-" + std::to_string(process);
+    return file;
+  }
+  void write_report() const {
+    std::string text;
+    for (std::size_t i = 0; i < jobs_.size(); ++i)
+      if (outcomes_[i].status != Status::none) text += program::report_line(jobs_[i], outcomes_[i]);
+    npt::write_file(report_file(processes_ ? processes_->shard().number : 1), text);
+  }
+  /// The processes' reports as one, in the list's order. All have written theirs by now.
+  void gather_report() const {
+    const std::size_t count = processes_->shard().count;
+    if (count < 2 || !processes_->first()) return;
+    std::string text;
+    for (std::size_t p = 1; p <= count; ++p) text += npt::read_file(report_file(p));
+    npt::write_file(*options_.report, text);
+    for (std::size_t p = 1; p <= count; ++p) fs::remove(report_file(p));
+  }
+
+  void draw() {
     std::vector<std::vector<program::PictureCell>> rows;
-    for (std::size_t i = 0; i + 2 < rows_.size(); i += 3)
-      rows.push_back(
-          {{&rows_[i], "identity", "blue"}, {&rows_[i + 1], "pose", "sand"}, {&rows_[i + 2], "result", "blue"}});
-    program::draw_rows(*options_.picture, rows);
+    for (const std::vector<npt::Mesh>& row : rows_)
+      if (!row.empty())
+        rows.push_back({{&row[0], "identity", "blue"}, {&row[1], "pose", "sand"}, {&row[2], "result", "blue"}});
+    if (!rows.empty()) program::draw_rows(*options_.picture, rows);
+    if (page_) page_->write(*options_.page, title());
+  }
+
+  std::string title() const {
+    if (options_.pairs) return options_.pairs->filename().string();
+    return options_.identity->filename().string() + " in the pose of " + options_.pose->filename().string();
+  }
+
+  /// How the last pair was transferred.
+  std::string way() const {
+    for (auto outcome = outcomes_.rbegin(); outcome != outcomes_.rend(); ++outcome)
+      if (outcome->status == Status::done && outcome->method == "body")
+        return "through bodies, trust " + std::to_string(std::lround(100 * outcome->trust)) + " %";
+      else if (outcome->status == Status::done)
+        break;
+    return description_;
+  }
+
+  void say_done(std::size_t done, std::size_t skipped, std::size_t processes, double seconds) const {
+    char time[32];
+    std::snprintf(time, sizeof time, "%.2f s", seconds);
+    const std::string there =
+        skipped == 0 ? "" : std::to_string(skipped) + (skipped == 1 ? " was" : " were") + " there";
+    if (done == 0) {
+      if (skipped > 0 || jobs_.empty())
+        std::cout << (there.empty() ? "no pairs in this part" : "nothing to do: " + there) << '\n';
+      return;
+    }
+    const std::string what = done == 1 && all_.size() == 1 ? all_.front().out.string()
+                             : done == 1                   ? "1 mesh"
+                                                           : std::to_string(done) + " meshes";
+    std::cout << what << " in " << time << (description_.empty() ? "" : " (" + way() + ")")
+              << (processes > 1 ? ", " + std::to_string(processes) + " processes" : "")
+              << (there.empty() ? "" : ", " + there) << '\n';
   }
 
   const Options& options_;
+  bool sequence_;
   std::optional<program::OutputFolder> folder_;
-  std::vector<TransferJob> jobs_;
-  std::size_t failures_ = 0;
+  std::vector<std::unique_ptr<program::OutputFolder>> folders_;
+  std::vector<TransferJob> all_, jobs_;  ///< jobs_: this process's and part's
+  std::optional<Processes> processes_;
+  std::mutex mutex_;
+  std::vector<program::JobOutcome> outcomes_;  ///< [jobs_]
   std::optional<program::Progress> progress_;
-  std::vector<npt::Mesh> rows_;  ///< identity, pose and result of every pair, for the picture
+  std::string description_;
+  std::vector<std::vector<npt::Mesh>> rows_;  ///< identity, pose and result of every pair, for the picture
+  std::optional<program::TransferPage> page_;
 };
 
 void run(Options options) {
@@ -204,10 +460,12 @@ void run(Options options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  CLI::Option* identity = command.add_option("--identity", o->identity, "Mesh that gives the shape (.ply, .obj)");
+  CLI::Option* identity =
+      command.add_option("--identity", o->identity, "Mesh that gives the shape (.ply, .obj), or a folder of them");
   CLI::Option* pose =
       command.add_option("--pose", o->pose, "Mesh that gives the pose, or a folder of them: a sequence");
-  CLI::Option* out = command.add_option("-o,--out", o->out, "Result (.ply, .obj); a folder for a folder of poses");
+  CLI::Option* out =
+      command.add_option("-o,--out", o->out, "Result (.ply, .obj); a folder for a folder of poses or identities");
   command.add_option("--pairs", o->pairs, "File with lines of: identity pose output")
       ->excludes(identity)
       ->excludes(pose)
@@ -219,8 +477,22 @@ void add(CLI::App& command) {
   command.add_option("--format", o->format, "ply or obj: of the results in a folder; without: as the identity")
       ->check(CLI::IsMember({"ply", "obj"}))
       ->excludes("--pairs");
-  command.add_flag("--keep-going", o->keep_going, "Go on after a pair that fails, and report at the end");
+  command.add_flag("--each", o->each, "Poses of a folder are no sequence: each is taken for itself, several at a time")
+      ->excludes("--pairs");
+  command
+      .add_option("--in-flight", o->in_flight,
+                  "Pairs and sequences at a time, each on one thread; 0: as many as there are threads, 16 at most. "
+                  "Large meshes come one at a time, on all threads")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  command.add_flag("--keep-going", o->keep_going, "Go on after a pair that fails; a table of failures at the end");
+  command.add_flag("--skip-existing", o->skip_existing, "Leave out pairs whose output is there: a run that goes on");
+  command.add_option("--shard", o->shard,
+                     "3/16: only the third of sixteen parts of the pairs, for the jobs of a cluster");
+  command.add_option("--report", o->report,
+                     "File of JSON lines, one a pair: files, status, method, trust, notes, seconds or error");
   command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)");
+  command.add_option("--view", o->page, "Also write a page to look at them in a browser (.html)");
   command.callback([o] { run(*o); });
 }
 

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -25,7 +26,8 @@ inline constexpr std::array<std::string_view, 2> mesh_extensions{".ply", ".obj"}
 
 struct TransferJob {
   std::filesystem::path identity, pose, out;
-  std::string place;  ///< "pairs.txt: line 3", or empty: stands before messages about the job
+  std::string place;       ///< "pairs.txt: line 3", or empty: stands before messages about the job
+  std::size_t series = 0;  ///< of poses in a folder: jobs of one number are the frames of one sequence
 };
 
 /// Lines of `identity pose output`; names are relative to the list.
@@ -33,7 +35,7 @@ struct TransferJob {
 inline std::vector<TransferJob> read_pairs(const std::filesystem::path& file) {
   std::vector<TransferJob> jobs;
   for (const npt::ListedFiles& line : npt::read_list_file(file, "identity pose output"))
-    jobs.push_back({line.files[0], line.files[1], line.files[2], file.string() + ": " + line.place});
+    jobs.push_back({line.files[0], line.files[1], line.files[2], file.string() + ": " + line.place, jobs.size()});
   return jobs;
 }
 
@@ -57,7 +59,7 @@ inline std::vector<TransferJob> folder_jobs(const std::filesystem::path& identit
                                             const std::filesystem::path& out, const std::string& extension) {
   std::vector<TransferJob> jobs;
   for (const std::filesystem::path& pose : meshes_in(poses))
-    jobs.push_back({identity, pose, out / pose.filename().replace_extension(extension), {}});
+    jobs.push_back({identity, pose, out / pose.filename().replace_extension(extension), {}, 0});
   return jobs;
 }
 
@@ -68,10 +70,37 @@ inline std::vector<TransferJob> pose_jobs(const std::filesystem::path& identity,
                                           std::optional<OutputFolder>& folder) {
   if (!std::filesystem::is_directory(pose)) {
     if (format) throw npt::Error({"--format", {}, "one output file", "a folder of poses"});
-    return {{identity, pose, out, {}}};
+    return {{identity, pose, out, {}, 0}};
   }
   folder.emplace(out);
   return folder_jobs(identity, pose, out, format ? "." + *format : extension_of(identity));
+}
+
+/// Jobs for every mesh of the folder `identities`: OUT/IDENTITY.ext for one pose, OUT/IDENTITY/POSE.ext for a folder of
+/// them, where each identity is a series. `folder` is OUT, `folders` are those in it.
+inline std::vector<TransferJob> identity_jobs(const std::filesystem::path& identities,
+                                              const std::filesystem::path& pose, const std::filesystem::path& out,
+                                              const std::optional<std::string>& format,
+                                              std::optional<OutputFolder>& folder,
+                                              std::vector<std::unique_ptr<OutputFolder>>& folders) {
+  std::vector<TransferJob> jobs;
+  folder.emplace(out);
+  const bool many = std::filesystem::is_directory(pose);
+  std::size_t series = 0;
+  for (const std::filesystem::path& identity : meshes_in(identities)) {
+    const std::string extension = format ? "." + *format : extension_of(identity);
+    if (many) {
+      folders.push_back(std::make_unique<OutputFolder>(out / identity.stem()));
+      for (TransferJob& job : folder_jobs(identity, pose, out / identity.stem(), extension)) {
+        job.series = series;
+        jobs.push_back(std::move(job));
+      }
+    } else {
+      jobs.push_back({identity, pose, out / identity.filename().replace_extension(extension), {}, series});
+    }
+    ++series;
+  }
+  return jobs;
 }
 
 /// Throws npt::Error unless the job's inputs are there and its output can be written.

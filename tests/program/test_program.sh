@@ -379,12 +379,166 @@ test_transfer() {
   missing d.obj
 }
 
+# Many pairs: whatever the number in flight, the part of the list or what was there before, the files are the same.
+test_batch() {
+  make_meshes
+  sed 's/^1 1 1 5$/2 3 4 5/' b.ply > e.ply
+  mkdir one four parts
+  local with="transfer --method network --feature per-vertex"
+  for i in 1 2 3 4 5 6 7 8; do
+    local pose=b.ply
+    [ $((i % 3)) -eq 0 ] && pose=e.ply
+    echo "../a.obj ../$pose $i.obj"
+  done > one/list.txt
+  cp one/list.txt four/list.txt
+  cp one/list.txt parts/list.txt
+  expect 0 --out "8 meshes in" -- $with --pairs one/list.txt --in-flight 1 --report one.jsonl
+  expect 0 --out "8 meshes in" -- $with --pairs four/list.txt --in-flight 4
+  for i in 1 2 3 4 5 6 7 8; do same one/$i.obj four/$i.obj; done
+  [ ! -s err.txt ] || fail "a run that goes well in a pipe is not quiet"
+  # The report: a line a pair, in the list's order.
+  [ "$(wc -l < one.jsonl)" -eq 8 ] || fail "$(wc -l < one.jsonl) lines in the report"
+  sed -n 3p one.jsonl > out.txt
+  for text in '"identity":"one/../a.obj"' '"pose":"one/../e.ply"' '"out":"one/3.obj"' '"status":"done"' '"method":"network"' '"notes":[' '"seconds":'; do
+    grep -qF "$text" out.txt || fail "no $text in the report's third line"
+  done
+  # Parts of the list make up the whole.
+  expect 0 --out "2 meshes in" -- $with --pairs parts/list.txt --shard 1/3
+  missing parts/3.obj
+  expect 0 --out "3 meshes in" -- $with --pairs parts/list.txt --shard 2/3
+  expect 0 --out "3 meshes in" -- $with --pairs parts/list.txt --shard 3/3
+  for i in 1 2 3 4 5 6 7 8; do same one/$i.obj parts/$i.obj; done
+  expect 0 --out "no pairs in this part" -- $with --pairs parts/list.txt --shard 1/100
+  expect 1 --err "--shard: found '4/3', expected a part and their number" -- $with --pairs parts/list.txt --shard 4/3
+  expect 1 --err "--shard: found '3'" -- $with --pairs parts/list.txt --shard 3
+  # What is there is left out.
+  rm parts/2.obj parts/7.obj
+  echo kept > parts/1.obj
+  expect 0 --out "2 meshes in" --out "6 were there" -- $with --pairs parts/list.txt --skip-existing --report parts.jsonl
+  [ "$(cat parts/1.obj)" = kept ] || fail "a file that was there is written again"
+  for i in 2 7; do same one/$i.obj parts/$i.obj; done
+  [ "$(grep -c '"status":"skipped"' parts.jsonl)" -eq 6 ] || fail "skipped pairs are not in the report"
+  expect 0 --out "nothing to do: 8 were there" -- $with --pairs parts/list.txt --skip-existing
+  # Failures: the others are done, a table at the end, a line each in the report.
+  printf 'a.obj none.ply 1.obj\na.obj b.ply 2.obj\na.obj broken.ply long_name.obj\n' > some.txt
+  echo ply > broken.ply
+  expect 1 --err "failed:" --err "  1.obj          some.txt: line 1: none.ply: found no such file" --err "  long_name.obj  some.txt: line 3: broken.ply" \
+    --err "2 of 3 pairs failed" -- $with --pairs some.txt --keep-going --report some.jsonl --in-flight 2
+  exists 2.obj
+  [ "$(grep -c '"status":"failed".*"error":' some.jsonl)" -eq 2 ] || fail "failures are not in the report"
+  rm 2.obj
+  # A sequence that goes on has the same frames as one in one go: they depend on each other.
+  mkdir frames
+  cp b.ply frames/1.ply
+  cp e.ply frames/2.ply
+  cp b.ply frames/3.ply
+  expect 0 --out "3 meshes in" -- $with --identity a.obj --pose frames --out whole
+  expect 0 -- $with --identity a.obj --pose frames --out again
+  rm again/2.obj
+  expect 0 --out "1 mesh in" --out "2 were there" -- $with --identity a.obj --pose frames --out again --skip-existing
+  same whole/2.obj again/2.obj
+  expect 1 --err "--shard: found one sequence of 3 frames" -- $with --identity a.obj --pose frames --out x --shard 1/2
+  # Frames by themselves; several identities.
+  expect 0 --out "3 meshes in" -- $with --identity a.obj --pose frames --out each --each
+  expect 0 -- $with --identity a.obj --pose e.ply --out single.obj
+  same single.obj each/2.obj
+  different whole/2.obj each/2.obj
+  expect 0 --out "1 mesh in" -- $with --identity a.obj --pose frames --out each_part --each --shard 2/3
+  exists each_part/2.obj
+  missing each_part/1.obj
+  mkdir people
+  cp a.obj people/anna.obj
+  cp b.ply people/bert.ply
+  expect 0 --out "2 meshes in" -- $with --identity people --pose b.ply --out posed
+  exists posed/anna.obj
+  exists posed/bert.ply
+  expect 0 --out "6 meshes in" -- $with --identity people --pose frames --out walks --format ply
+  for file in anna/1 anna/3 bert/2; do exists walks/$file.ply; done
+  expect 0 --out "3 meshes in" -- $with --identity people --pose frames --out walked --shard 1/2
+  exists walked/anna/3.obj
+  same walked/anna/2.obj whole/2.obj
+  mkdir nobody
+  expect 1 --err "nobody: found a folder without meshes" -- $with --identity nobody --pose frames --out x
+  missing x
+  expect 1 --err "one.jsonl/x" -- $with --identity a.obj --pose b.ply --out y.obj --report one.jsonl/x
+  expect 1 --err "a.obj: found an output that is also an input" -- $with --identity a.obj --pose b.ply --out y.obj --report a.obj
+  missing y.obj
+}
+
+# Pages for a browser, as files; tests/view opens them.
+test_view() {
+  make_meshes
+  expect 0 --out "page.html: 2 panels, 1 frame" -- view a.obj b.ply --out page.html --captions "identity,pose" --colours "blue,-"
+  grep -q '^<!doctype html>' page.html || fail "page.html is no page"
+  grep -qF '"caption":"identity"' page.html || fail "no caption"
+  expect 0 -- view a.obj b.ply --out again.html --captions "identity,pose" --colours "blue,-"
+  same page.html again.html
+  mkdir frames
+  cp b.ply frames/1.ply
+  sed 's/^1 1 1 5$/2 3 4 5/' b.ply > frames/2.ply
+  expect 0 --out "1 panel, 2 frames" -- view frames --out page.html --fps 10
+  grep -qF '"fps":10' page.html || fail "another rate"
+  expect 0 --out "1 panel, 1 frame" -- view frames/ --out page.html --every 2 --title "a <walk>"
+  grep -qF '<title>a &lt;walk&gt;</title>' page.html || fail "no title"
+  expect 0 -- view frames b.ply --truth b.ply --out page.html --scale-bar 100 --up z
+  grep -qF '"heat":{"high":100' page.html || fail "no scale of errors"
+  expect 0 -- view frames a.obj --truth frames,- --out page.html
+  # What can't be shown leaves no page, or the one before.
+  cp page.html before.html
+  expect 1 --err "a.obj: found 4 vertices, expected 5 as in b.ply" -- view a.obj --truth b.ply --out page.html
+  same page.html before.html
+  expect 1 --err "--truth: found no mesh with a truth" -- view a.obj --truth - --out x.html
+  expect 1 --err "--truth: found 2 entries" -- view a.obj --truth b.ply,b.ply --out x.html
+  expect 1 --err "--captions: found 1 entries, expected 2, one for each panel" -- view a.obj b.ply --captions one --out x.html
+  expect 1 --err "none.ply: found no such file" -- view none.ply --out x.html
+  expect 1 --err "x.png: found extension .png, expected .html or .htm" -- view a.obj --out x.png
+  echo text > a.txt
+  expect 1 --err "a.txt: found extension .txt, expected .ply or .obj or .glb" -- view a.txt --out x.html
+  mkdir empty mixed
+  expect 1 --err "empty: found a folder without meshes" -- view empty --out x.html
+  cp a.obj b.ply mixed
+  expect 1 --err "mixed/b.ply: found 5 vertices, expected 4, as in the sequence's first frame" -- view mixed --out x.html
+  expect 1 --err "nowhere/x.html" -- view a.obj --out nowhere/x.html
+  expect 2 --err "--truth" -- view a.obj --out x.html --scale-bar 5
+  # GLB files: whole, without files beside them, without what the page has no decoder for.
+  glb() {
+    local length=$(((${#1} + 3) / 4 * 4))
+    printf 'glTF\002\000\000\000'
+    printf "\\$(printf %03o $(((length + 20) % 256)))\\$(printf %03o $(((length + 20) / 256)))\\000\\000"
+    printf "\\$(printf %03o $((length % 256)))\\$(printf %03o $((length / 256)))\\000\\000JSON"
+    printf '%-*s' $length "$1"
+  }
+  glb '{"asset":{"version":"2.0"}}' > good.glb
+  expect 0 --out "1 panel" -- view good.glb --out glb.html
+  head -c 30 good.glb > short.glb
+  expect 1 --err "short.glb: byte 8: found a length of 48, expected 30, the file's" -- view short.glb --out x.html
+  echo "no GLB file at all" > bad.glb
+  expect 1 --err "bad.glb: byte 0: found no header of a GLB file" -- view bad.glb --out x.html
+  glb '{"buffers":[{"uri":"../data.bin"}]}' > beside.glb
+  expect 1 --err "beside.glb: buffers: found '../data.bin', outside of the file" -- view beside.glb --out x.html
+  glb '{"extensionsRequired":["KHR_draco_mesh_compression"]}' > draco.glb
+  expect 1 --err "draco.glb: extensionsRequired: found KHR_draco_mesh_compression" -- view draco.glb --out x.html
+  glb '{"asset":' > text.glb
+  expect 1 --err "text.glb: JSON chunk: found no JSON object" -- view text.glb --out x.html
+  missing x.html
+  # The commands that transfer.
+  expect 0 -- transfer --method network --identity a.obj --pose frames --out results --view transfer.html
+  [ "$(grep -oF '"frames":2' transfer.html | wc -l)" -eq 2 ] || fail "pose and result don't move"
+  printf 'a.obj b.ply 1.obj\na.obj frames/2.ply 2.obj\n' > list.txt
+  expect 0 -- transfer --method network --pairs list.txt --view pairs.html
+  [ "$(grep -oF '"caption":"result"' pairs.html | wc -l)" -eq 2 ] || fail "a list is not a group for each pair"
+  expect 1 --err "b.ply: found extension .ply, expected .html" -- transfer --method network --identity a.obj --pose b.ply --out x.obj --view b.ply
+  expect 0 -- evaluate --pairs 2 --seed 5 --worst 1 --view worst.html
+  for text in '"caption":"truth"' '"errors":' '"heat":{' 'PMD '; do grep -qF "$text" worst.html || fail "no $text in the worst pair's page"; done
+  expect 2 --err "--worst" -- evaluate --pairs 2 --view worst.html
+}
+
 test_deform() {
   make_meshes
   sed 's/^v 0 0 1$/v 0 0.4 1.3/' a.obj > posed.obj
   printf '# source target\n0 0\n1 1\n2 2 # up\n3 3\n' > markers.txt
-  expect 0 --out "4 markers" --out "c.ply in" -- deform --source a.obj --pose posed.obj --target b.ply --markers markers.txt --out c.ply --registered r.obj --render c.png
-  for file in c.ply r.obj c.png; do exists $file; done
+  expect 0 --out "4 markers" --out "c.ply in" -- deform --source a.obj --pose posed.obj --target b.ply --markers markers.txt --out c.ply --registered r.obj --render c.png --view c.html
+  for file in c.ply r.obj c.png c.html; do exists $file; done
   expect 0 --out "triangles 6" --out "float heat" -- info c.ply
   expect 0 -- deform --source a.obj --pose posed.obj --target b.ply --markers markers.txt --out d.ply --threads 1
   same c.ply d.ply
@@ -430,8 +584,8 @@ test_skeleton() {
   expect 0 -- generate --out bodies --count 3 --seed 7
   local id=bodies/body_0000.ply pose=bodies/body_0001.ply
   # The first pose alone, and within a folder: the same file.
-  expect 0 --out "c.ply in" --out "bodies fitted to 0." -- skeleton --identity $id --pose $pose --out c.ply --fitted f.obj --render c.png
-  for file in c.ply f.obj c.png; do exists $file; done
+  expect 0 --out "c.ply in" --out "bodies fitted to 0." -- skeleton --identity $id --pose $pose --out c.ply --fitted f.obj --render c.png --view c.html
+  for file in c.ply f.obj c.png c.html; do exists $file; done
   expect 0 --out "vertices       6890" -- info c.ply
   mkdir poses
   cp $pose bodies/body_0002.ply poses
@@ -698,6 +852,18 @@ test_mpi() {
   $together "$npt" train --out x.safetensors --steps 5 --batch 3 > out.txt 2> err.txt && fail "a batch of 3 for two processes"
   grep -qF "batch: found 3, expected a multiple of the number of processes" err.txt || fail "no word about the batch"
   missing x.safetensors
+
+  # A list of pairs is divided, with one report.
+  make_meshes
+  for i in 1 2 3 4 5; do echo "a.obj b.ply $i.obj"; done > list.txt
+  expect 0 -- transfer --method network --identity a.obj --pose b.ply --out alone.obj
+  $together "$npt" transfer --method network --pairs list.txt --report report.jsonl > out.txt 2> err.txt || fail "two processes: exit status $?"
+  grep -qF "5 meshes in" out.txt || fail "no sum of both"
+  for i in 1 2 3 4 5; do same $i.obj alone.obj; done
+  [ "$(grep -c '"status":"done"' report.jsonl)" -eq 5 ] || fail "not all in the report"
+  missing report.jsonl.process-1
+  $together "$npt" transfer --method network --pairs list.txt --skip-existing > out.txt 2> err.txt || fail "nothing to do: exit status $?"
+  grep -qF "5 were there" out.txt || fail "both should have found theirs"
 }
 
 "test_$area"

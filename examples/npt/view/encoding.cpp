@@ -37,7 +37,7 @@ class Planes {
 };
 
 std::uint16_t step_of(double value, double low, double high) {
-  if (!(high > low)) return 0;
+  if (!(high > low) || !std::isfinite(value)) return 0;
   return static_cast<std::uint16_t>(std::clamp(std::round((value - low) / (high - low) * 65535), 0.0, 65535.0));
 }
 
@@ -48,6 +48,7 @@ Box box_of(std::span<const std::vector<Vec3f>> frames) {
   bool first = true;
   for (const std::vector<Vec3f>& frame : frames)
     for (const Vec3f p : frame) {
+      if (!npt::is_finite(p)) continue;
       if (first) box = {p, p};
       first = false;
       box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
@@ -88,7 +89,7 @@ EncodedIndices encode_indices(std::span<const std::uint32_t> indices) {
     largest = std::max(largest, differences.back());
     last = static_cast<std::int64_t>(index);
   }
-  encoded.planes = std::max(1, (std::bit_width(largest) + 7) / 8);
+  encoded.planes = std::max(1, (static_cast<int>(std::bit_width(largest)) + 7) / 8);
   Planes planes(encoded.bytes, differences.size(), encoded.planes);
   for (std::size_t i = 0; i < differences.size(); ++i) planes.put(i, differences[i]);
   return encoded;

@@ -24,7 +24,7 @@ Box box_of(std::span<const std::vector<Vec3f>> frames);
 /// frame to frame, modulo 2^16. [frames][2 planes][V][3] bytes
 std::string encode_positions(std::span<const std::vector<Vec3f>> frames, const Box& box);
 
-/// Differences from index to index in `planes` bytes each, as many as the largest one needs: 1 .. 4. [planes][N] bytes
+/// Differences from index to index in `planes` bytes each, as many as the largest one needs: 1 .. 5. [planes][N] bytes
 struct EncodedIndices {
   std::string bytes;
   int planes = 1;

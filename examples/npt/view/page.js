@@ -175,7 +175,7 @@
         this.geometry.setAttribute('normal', new THREE.BufferAttribute(this.normals, 3));
         this.geometry.setIndex(new THREE.BufferAttribute(this.faces, 1));
         const material = new THREE.MeshStandardMaterial({
-          vertexColors: true, roughness: 0.72, metalness: 0, side: THREE.DoubleSide, shadowSide: THREE.DoubleSide,
+          vertexColors: true, roughness: 0.8, metalness: 0, side: THREE.DoubleSide, shadowSide: THREE.DoubleSide,
           polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
         });
         this.evenLight = lightEvenly(material);
@@ -323,17 +323,16 @@
     world = new THREE.Scene();
     holder = new THREE.Group();
     world.add(holder);
-    world.add(new THREE.HemisphereLight(0xffffff, 0xb9b2a8, 1.35));
-    key = new THREE.DirectionalLight(0xfff4e6, 1.75);
-    key.position.set(-1.1, 2.3, 1.7);
+    world.add(new THREE.HemisphereLight(0xffffff, 0xcfc8be, 1.75));
+    key = new THREE.DirectionalLight(0xfff6ec, 1.9);
     key.castShadow = true;
     key.shadow.mapSize.set(1024, 1024);
-    key.shadow.radius = 5;
+    key.shadow.radius = 6;
     key.shadow.blurSamples = 12;
     key.shadow.bias = -0.0006;
-    key.shadow.normalBias = 0.004;
+    key.shadow.normalBias = 0.016;
     world.add(key, key.target);
-    const rim = new THREE.DirectionalLight(0xdfeaff, 0.9);
+    const rim = new THREE.DirectionalLight(0xe6eeff, 0.8);
     rim.position.set(1.6, 1.2, -2);
     world.add(rim);
 
@@ -344,6 +343,14 @@
 
     const plane = new THREE.PlaneGeometry(1, 1).rotateX(-Math.PI / 2);
     shadow = new THREE.Mesh(plane, new THREE.ShadowMaterial({ opacity: 0.2, depthWrite: false }));
+    // It fades out before it meets the next panel.
+    shadow.material.onBeforeCompile = (shader) => {
+      shader.vertexShader = 'varying vec2 onGround;\n' + shader.vertexShader.replace(
+        '#include <begin_vertex>', '#include <begin_vertex>\nonGround = position.xz;');
+      shader.fragmentShader = 'varying vec2 onGround;\n' + shader.fragmentShader.replace(
+        '#include <fog_fragment>',
+        'gl_FragColor.a *= 1.0 - smoothstep(0.05, 0.11, length(onGround));\n#include <fog_fragment>');
+    };
     shadow.receiveShadow = true;
     floor = new THREE.Mesh(plane, new THREE.MeshBasicMaterial({ map: glow(), transparent: true, depthWrite: false }));
     floor.position.y = -0.002;
@@ -397,7 +404,7 @@
     const r = state.extent.radius;
     floor.scale.setScalar(7 * r), shadow.scale.setScalar(12 * r);
     key.target.position.set(0, height / 2, 0);
-    key.position.set(-1.1, 2.3, 1.7).multiplyScalar(2 * r).add(key.target.position);
+    key.position.set(-0.75, 2.5, 1.25).multiplyScalar(2 * r).add(key.target.position);
     Object.assign(key.shadow.camera, { left: -1.7 * r, right: 1.7 * r, top: 1.7 * r, bottom: -1.7 * r, near: 0.1 * r, far: 12 * r });
     key.shadow.camera.updateProjectionMatrix();
   }
@@ -415,12 +422,22 @@
     return { ...best, width, height };
   }
 
+  // The part of a cell below the figure.
+  const captionHeight = (cell) => (cell.height > 150 ? 48 : 0);
+
+  // The camera for a cell: the figure stands above the caption, the ground goes on below it.
+  function aim(cell) {
+    camera.aspect = cell.width / cell.height;
+    camera.setViewOffset(cell.width, cell.height, 0, captionHeight(cell) / 2, cell.width, cell.height);
+  }
+
   function lookFrom(yaw, pitch) {
-    const { columns, rows, width, height } = grid();
+    const cell = cells()[0];
     const { extent } = state;
-    const aspect = (width / columns) / Math.max(1, height / rows - 40);
+    const free = (cell.height - captionHeight(cell)) / cell.height;
     const half = Math.tan(lens * Math.PI / 360);
-    const distance = 0.5 * Math.max(extent.height, extent.width / aspect) * 1.16 / half + 0.3 * extent.radius;
+    const tall = extent.height / free, wide = extent.width * cell.height / cell.width;
+    const distance = 0.5 * Math.max(tall, wide) * 1.14 / half + 0.3 * extent.radius;
     controls.target.set(0, extent.height * 0.49, 0);
     const y = yaw * Math.PI / 180, p = pitch * Math.PI / 180;
     camera.position.set(Math.sin(y) * Math.cos(p), Math.sin(p), Math.cos(y) * Math.cos(p)).multiplyScalar(distance).add(controls.target);
@@ -456,13 +473,10 @@
     renderer.clear();
     renderer.setScissorTest(true);
     cells().forEach((cell, i) => {
-      const low = cell.height > 120 ? 44 : 0;  // the caption's
-      const h = cell.height - low;
       state.panels.forEach((panel, k) => { panel.root.visible = k === i; });
-      renderer.setViewport(cell.x, height - cell.y - h, cell.width, h);
-      renderer.setScissor(cell.x, height - cell.y - h, cell.width, h);
-      camera.aspect = cell.width / h;
-      camera.updateProjectionMatrix();
+      renderer.setViewport(cell.x, height - cell.y - cell.height, cell.width, cell.height);
+      renderer.setScissor(cell.x, height - cell.y - cell.height, cell.width, cell.height);
+      aim(cell);
       renderer.render(world, camera);
     });
   }
@@ -479,7 +493,7 @@
         small.textContent = detail;
         line.append(small);
       }
-      Object.assign(line.style, { left: `${cell.x}px`, width: `${cell.width}px`, top: `${cell.y + cell.height - 4}px` });
+      Object.assign(line.style, { left: `${cell.x}px`, width: `${cell.width}px`, top: `${cell.y + cell.height - 5}px` });
       captions.append(line);
     });
   }
@@ -605,12 +619,11 @@
     const box = element('canvas').getBoundingClientRect();
     const x = event.clientX - box.left, y = event.clientY - box.top;
     cells().forEach((cell, i) => {
-      const panel = state.panels[i], height = cell.height - (cell.height > 120 ? 44 : 0);
-      if (!panel.errors || x < cell.x || x >= cell.x + cell.width || y < cell.y || y >= cell.y + height) return;
-      camera.aspect = cell.width / height;
-      camera.updateProjectionMatrix();
+      const panel = state.panels[i];
+      if (!panel.errors || x < cell.x || x >= cell.x + cell.width || y < cell.y || y >= cell.y + cell.height) return;
+      aim(cell);
       const ray = new THREE.Raycaster();
-      ray.setFromCamera(new THREE.Vector2(2 * (x - cell.x) / cell.width - 1, 1 - 2 * (y - cell.y) / height), camera);
+      ray.setFromCamera(new THREE.Vector2(2 * (x - cell.x) / cell.width - 1, 1 - 2 * (y - cell.y) / cell.height), camera);
       const hit = ray.intersectObject(panel.object.children[0])[0];
       const error = hit && panel.errorAt(hit);
       if (error === undefined || error === null) return;
