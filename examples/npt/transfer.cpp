@@ -306,11 +306,10 @@ class Transfer {
         static_cast<std::size_t>(std::ranges::count(outcomes_, Status::none, &program::JobOutcome::status));
     if (total == 0) return;
     program::catch_interrupts();
-    const int threads = options_.transfer.threads > 0
-                            ? options_.transfer.threads
-                            : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    const int processors = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    const int threads = options_.transfer.threads > 0 ? options_.transfer.threads : processors;
     // Each pair in flight has a workspace of its own (112 MB at 6890 vertices and bottleneck 1024), hence the limit.
-    const int in_flight = options_.in_flight > 0 ? options_.in_flight : std::min(threads, 16);
+    const int in_flight = std::min(processors, options_.in_flight > 0 ? options_.in_flight : std::min(threads, 16));
     const std::size_t longest = std::clamp<std::size_t>(total / (4 * static_cast<std::size_t>(in_flight)), 1, 16);
     std::vector<Piece> small, large;
     for (const Piece piece : pieces(longest)) {

@@ -389,7 +389,7 @@
       return Math.max(size.x, size.y, size.z) || 1;
     });
     const common = Math.max(...sizes) < 3 * Math.min(...sizes);
-    let width = 0, height = 0, depth = 0;
+    let width = 0, height = 0, across = 0;
     state.panels.forEach((panel, i) => {
       const scale = 1 / (common ? Math.max(...sizes) : sizes[i]);
       const centre = panel.box.getCenter(new THREE.Vector3()), size = panel.box.getSize(new THREE.Vector3());
@@ -398,9 +398,12 @@
       panel.root.scale.setScalar(scale);
       panel.root.position.set(-centre.x * scale, -panel.box.min.y * scale, -centre.z * scale);
       holder.add(panel.root);
-      width = Math.max(width, size.x * scale), height = Math.max(height, size.y * scale), depth = Math.max(depth, size.z * scale);
+      const yaw = firstView.yaw * Math.PI / 180;
+      width = Math.max(width, scale * (size.x * Math.cos(yaw) + size.z * Math.sin(yaw)));
+      across = Math.max(across, scale * Math.hypot(size.x, size.z));
+      height = Math.max(height, size.y * scale);
     });
-    state.extent = { width: Math.hypot(width, 0.6 * depth), height, radius: 0.5 * Math.hypot(width, height, depth) };
+    state.extent = { width, height, radius: 0.5 * Math.hypot(across, height) };
     const r = state.extent.radius;
     floor.scale.setScalar(7 * r), shadow.scale.setScalar(12 * r);
     key.target.position.set(0, height / 2, 0);
@@ -437,7 +440,7 @@
     const free = (cell.height - captionHeight(cell)) / cell.height;
     const half = Math.tan(lens * Math.PI / 360);
     const tall = extent.height / free, wide = extent.width * cell.height / cell.width;
-    const distance = 0.5 * Math.max(tall, wide) * 1.14 / half + 0.3 * extent.radius;
+    const distance = 0.5 * Math.max(tall, wide) * 1.08 / half + 0.25 * extent.radius;
     controls.target.set(0, extent.height * 0.49, 0);
     const y = yaw * Math.PI / 180, p = pitch * Math.PI / 180;
     camera.position.set(Math.sin(y) * Math.cos(p), Math.sin(p), Math.cos(y) * Math.cos(p)).multiplyScalar(distance).add(controls.target);
