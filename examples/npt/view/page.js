@@ -604,7 +604,8 @@
     if (state.panels.length === 0) return;
     if (state.playing) {
       const length = state.frames / data.fps;
-      const passed = Math.min(0.25, (now - before) / 1000) * Number(element('speed').value);
+      // A frame's time may lie before the press of the button.
+      const passed = Math.max(0, Math.min(0.25, (now - before) / 1000)) * Number(element('speed').value);
       setTime((state.time + passed) % length);
     }
     before = now;
