@@ -60,7 +60,8 @@ std::vector<std::string> one_for_each(const std::string& argument, const std::st
   return parts;
 }
 
-/// The bytes of a GLB file that a page can show by itself: whole, without files beside it and without what needs a decoder.
+/// The bytes of a GLB file that a page can show by itself: whole, without files beside it and without what needs a
+/// decoder.
 /// Errors    npt::Error that names the file and what stands in the way
 std::string read_glb(const fs::path& file) {
   std::string bytes = npt::read_file(file);

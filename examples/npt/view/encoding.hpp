@@ -1,4 +1,5 @@
-/// Numbers as a page holds them: differences folded to be small, their bytes in planes, deflated, as base64. page.js decodes them.
+/// Numbers as a page holds them: differences folded to be small, their bytes in planes, deflated, as base64. page.js
+/// decodes them.
 #pragma once
 
 #include <npt/core/vec3.hpp>
@@ -20,8 +21,8 @@ struct Box {
 };
 Box box_of(std::span<const std::vector<Vec3f>> frames);
 
-/// Positions in 65536 steps a side of `box`: of the first frame the differences from vertex to vertex, of the others from
-/// frame to frame, modulo 2^16. [frames][2 planes][V][3] bytes
+/// Positions in 65536 steps a side of `box`: of the first frame the differences from vertex to vertex, of the others
+/// from frame to frame, modulo 2^16. [frames][2 planes][V][3] bytes
 std::string encode_positions(std::span<const std::vector<Vec3f>> frames, const Box& box);
 
 /// Differences from index to index in `planes` bytes each, as many as the largest one needs: 1 .. 5. [planes][N] bytes

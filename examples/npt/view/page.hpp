@@ -5,8 +5,8 @@
 ///   page.groups[0].panels.push_back(view::mesh_panel("identity", identity));
 ///   view::write_page("walk.html", page);
 ///
-/// Panels of a group stand side by side, with one camera; of several groups one is shown at a time. A mesh of several frames
-/// moves. Errors are colours on one scale for the whole page.
+/// Panels of a group stand side by side, with one camera; of several groups one is shown at a time. A mesh of several
+/// frames moves. Errors are colours on one scale for the whole page.
 #pragma once
 
 #include <view/encoding.hpp>
@@ -59,8 +59,8 @@ void add_frame(Panel& panel, const npt::Mesh& mesh, const std::string& name);
 /// Whether both have the same faces on as many vertices.
 bool same_faces(const npt::Mesh& a, const npt::Mesh& b);
 
-/// The distance of each of the panel's vertices, in the frame that was added last, to the same vertex of the truth, boxes
-/// centred, as millimetres of meshes in metres.
+/// The distance of each of the panel's vertices, in the frame that was added last, to the same vertex of the truth,
+/// boxes centred, as millimetres of meshes in metres.
 /// Errors    npt::Error for a truth of another vertex count
 void add_errors(Panel& panel, const npt::Mesh& truth, const std::string& name, const std::string& truth_name);
 
