@@ -35,7 +35,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -306,7 +305,7 @@ class Transfer {
         static_cast<std::size_t>(std::ranges::count(outcomes_, Status::none, &program::JobOutcome::status));
     if (total == 0) return;
     program::catch_interrupts();
-    const int processors = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    const int processors = npt::TbbExecutor().slots();  // those that this process may use
     const int threads = options_.transfer.threads > 0 ? options_.transfer.threads : processors;
     // Each pair in flight has a workspace of its own (112 MB at 6890 vertices and bottleneck 1024), hence the limit.
     const int in_flight = std::min(processors, options_.in_flight > 0 ? options_.in_flight : std::min(threads, 16));
