@@ -72,6 +72,8 @@ struct ReadingFit {
   double reading_residual = 0;  ///< PartMotion::residual of the reading that was taken
   std::size_t reading = 0;      ///< number of that
   double facing = 1;            ///< 1: the mesh's triangles turn outwards, -1: inwards, 0: can't be said
+  /// As relative_distance, of each part alone.
+  std::array<double, smpl_joint_count> part_distances{};
 
   /// From 0 to 1.
   double trust() const { return std::min(mesh_explained, body_explained); }
@@ -416,6 +418,13 @@ class ReadingFitter {
         full_tree_(full_.rest_points(), full_.triangles()),
         template_(*model_, coarse_),
         prior_(PosePrior::natural(*model_)) {
+    const SparseMatrix& weights = model_->tables().weights;
+    for (std::size_t v = 0; v < model_->vertex_count(); ++v) {
+      std::size_t heaviest = weights.start[v];
+      for (std::size_t i = heaviest; i < weights.start[v + 1]; ++i)
+        if (weights.value[i] > weights.value[heaviest]) heaviest = i;
+      main_part_.push_back(static_cast<std::uint8_t>(weights.column[heaviest]));
+    }
     for (const Triangle& t : full_.triangles()) {
       const std::span<const Vec3d> rest = full_.rest_points();
       area_ += 0.5 * length(cross(rest[t[1]] - rest[t[0]], rest[t[2]] - rest[t[0]]));
@@ -459,6 +468,35 @@ class ReadingFitter {
     result.body.evaluations += evaluations;
     result.body.starts = static_cast<int>(candidates.size());
     return result;
+  }
+
+  /// The nearest of fits that begin elsewhere, as LimbSearch finds places; `fit` itself where none is nearer.
+  ReadingFit nearest(const FitSurface& surface, const ReadingFit& fit, std::span<const BodyFit> starts) const {
+    std::vector<Candidate> candidates;
+    int evaluations = 0;
+    for (const BodyFit& start : starts) {
+      Candidate& c = candidates.emplace_back();
+      c.facing = fit.facing;
+      c.motion.residual = fit.reading_residual;
+      c.reading = fit.reading;
+      fit::internal::ReadingProblem problem(*model_, prior_, options_.shape_deviations, surface);
+      problem.x() = parameters(start);
+      problem.set_facing(fit.facing);
+      problem.set_level(coarse_, coarse_tree_);
+      problem.run(astray);
+      c.value = problem.distance(judged);
+      c.x = problem.x();
+      evaluations += problem.evaluations();
+    }
+    std::ranges::stable_sort(candidates, {}, &Candidate::value);
+    ReadingFit best = fit;
+    for (std::size_t i = 0; i < std::min<std::size_t>(candidates.size(), 2); ++i) {
+      if (candidates[i].value > 1.3 * candidates.front().value) break;
+      ReadingFit result = finished(surface, candidates[i]);
+      if (result.relative_distance < best.relative_distance) best = std::move(result);
+    }
+    best.body.evaluations += evaluations;
+    return best;
   }
 
   /// The next frame of a sequence: a few steps from the last one's fit, with its shape.
@@ -512,6 +550,15 @@ class ReadingFitter {
                                 .probes = 500,
                                 .samples = 600,
                                 .places = 200};
+  static constexpr Stage astray{.iterations = 6,
+                                .scale = 0.08,
+                                .surface_weight = 1,
+                                .facing = 0.2,
+                                .pose_prior = 0.003,
+                                .bend_prior = 0.003,
+                                .shape_prior = 0.005,
+                                .probes = 400,
+                                .samples = 500};
   static constexpr Stage judged{.scale = 0.1, .surface_weight = 1, .facing = 0.2, .probes = 300, .samples = 400};
   static constexpr Stage fine{.iterations = 4,
                               .usual_distance = 0.1,
@@ -691,12 +738,23 @@ class ReadingFitter {
     result.relative_distance = result.body.distance / size;
     const std::size_t probes = problem.probe_matches();
     double body = 0, mesh = 0, body_all = 0, mesh_all = 0;
+    std::array<double, smpl_joint_count> part_sums{}, part_weights{};
     for (std::size_t i = 0; i < problem.matches().size(); ++i) {
       const auto& m = problem.matches()[i];
+      if (i < probes || m.squared >= 0) {
+        const std::size_t vertex = i < probes ? full_.probes()[i].vertex : m.at.corners[0];
+        const std::size_t part = main_part_[vertex];
+        const double squared =
+            m.squared < 0 ? m.scale * m.scale : m.squared * m.scale * m.scale / (m.squared + m.scale * m.scale);
+        part_sums[part] += m.weight * squared;
+        part_weights[part] += m.weight;
+      }
       const bool near = m.squared >= 0 && m.squared < 0.03 * 0.03 * size * size;
       (i < probes ? body_all : mesh_all) += m.weight;
       if (near) (i < probes ? body : mesh) += m.weight;
     }
+    for (std::size_t j = 0; j < smpl_joint_count; ++j)
+      if (part_weights[j] > 0) result.part_distances[j] = std::sqrt(part_sums[j] / part_weights[j]) / size;
     result.body_explained = body_all > 0 ? body / body_all : 0;
     result.mesh_explained = mesh_all > 0 ? mesh / mesh_all : 0;
     result.reading = c.reading;
@@ -718,6 +776,7 @@ class ReadingFitter {
   ReadTemplate template_;
   PosePrior prior_;
   double area_ = 0;
+  std::vector<std::uint8_t> main_part_;  ///< [V] joint with the greatest weight
 };
 
 }  // namespace npt::inline NPT_ABI

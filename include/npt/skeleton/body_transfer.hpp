@@ -20,6 +20,7 @@
 #include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/fit/fit_surface.hpp>
+#include <npt/fit/limb_search.hpp>
 #include <npt/fit/reading_fit.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/mesh_view.hpp>
@@ -55,7 +56,23 @@ struct BodyReading {
   double trust() const {
     if (fit.body.axis_angles.empty()) return 0;
     const auto falling = [](double x, double from, double to) { return std::clamp((to - x) / (to - from), 0.0, 1.0); };
-    return fit.trust() * falling(fit.reading_residual, 0.08, 0.2) * falling(fit.relative_distance, 0.010, 0.020);
+    // Where all limbs lie as near as the trunk, the fit has put right what the reading contradicts.
+    const double more = doubtful(LimbPair::arms) || doubtful(LimbPair::legs) ? 0 : 0.06;
+    return fit.trust() * falling(fit.reading_residual, 0.08 + more, 0.2 + more) *
+           falling(fit.relative_distance, 0.010, 0.020);
+  }
+  /// Whether an arm or a leg is that much farther from the surface than the other parts that it may be in the wrong
+  /// place: people of other models' shapes have up to 1.4 times the parts' median, limbs in the wrong place twice and
+  /// more. Bodies of the model's own shapes have 0.001 to 0.002.
+  bool doubtful(LimbPair pair) const {
+    using enum SmplJoint;
+    std::array<double, smpl_joint_count> all = fit.part_distances;
+    const auto worst = [&all](auto... joints) { return std::max({all[joint_index(joints)]...}); };
+    const double off = pair == LimbPair::legs
+                           ? worst(left_hip, right_hip, left_knee, right_knee, left_ankle, right_ankle)
+                           : worst(left_shoulder, right_shoulder, left_elbow, right_elbow, left_wrist, right_wrist);
+    std::ranges::nth_element(all, all.begin() + smpl_joint_count / 2);
+    return off > std::max(0.003, 1.7 * all[smpl_joint_count / 2]);
   }
   /// The body's own vertical axis, from pelvis to chest, in the mesh's coordinates; unit.
   Vec3d up() const {
@@ -71,6 +88,13 @@ struct BodyReading {
       text = "reads as upside down";
     else if (axis.y < 0.5)
       text = std::abs(axis.z) > 0.85 ? "reads as lying, or its vertical axis is z" : "reads as lying or bent over";
+    const bool arms = doubtful(LimbPair::arms), legs = doubtful(LimbPair::legs);
+    if (!fit.body.axis_angles.empty() && (arms || legs))
+      text += std::string(text.empty() ? "" : "; ") + "its " +
+              (arms && legs ? "arms and legs"
+               : arms       ? "arms"
+                            : "legs") +
+              " may be misread";
     if (fit.facing < 0) text += std::string(text.empty() ? "" : "; ") + "its faces are turned inwards";
     return text;
   }
@@ -99,7 +123,8 @@ class BasicBodyTransfer {
         options_(std::move(options)),
         fitter_(std::make_unique<ReadingFitter>(
             std::make_shared<const BodyModel>(with_proportions(mannequin(), human_proportion_deviations)),
-            options_.fit)) {}
+            options_.fit)),
+        limbs_(fitter_->shared_model()) {}
 
   const BodyModel& body() const noexcept { return fitter_->model(); }
   const ReadingFitter& fitter() const noexcept { return *fitter_; }
@@ -118,11 +143,8 @@ class BasicBodyTransfer {
       readings = reader_.read(samples, {.turns = options_.turns, .upright = upright});
     }
     fit(surface, readings, reading);
-    // What is hardly like a person isn't worth the second look.
-    const bool likely = reading.fit.trust() > 0.7 && reading.fit.reading_residual < 0.15;
-    if (likely && (reading.trust() < sure_fit || reading.fit.relative_distance > usual_distance))
-      read_again(surface, samples, reading);
-    if (likely && reading.fit.relative_distance > near_distance) swap_ends(surface, reading);
+    search_limbs(surface, readings, reading);
+    if (likely(reading) && in_doubt(reading)) read_again(surface, samples, reading);
     if (reading.trust() < sure_fit) read_turned(surface, samples, reading);
     return reading;
   }
@@ -179,8 +201,15 @@ class BasicBodyTransfer {
   /// Relative distance of a fit beyond which it is worth a second look: people of other models' shapes end at 0.007,
   /// fits with a limb in the wrong place mostly above 0.008.
   static constexpr double usual_distance = 0.0075;
-  /// Bodies of the model's own shapes end within 0.002: from here on swapped shins are tried, which takes 50 ms.
-  static constexpr double near_distance = 0.004;
+
+  /// What is hardly like a person isn't worth a second look.
+  static bool likely(const BodyReading& reading) {
+    return reading.fit.trust() > 0.7 && reading.fit.reading_residual < 0.15;
+  }
+  static bool in_doubt(const BodyReading& reading) {
+    return reading.trust() < sure_fit || reading.fit.relative_distance > usual_distance ||
+           reading.doubtful(LimbPair::legs) || reading.doubtful(LimbPair::arms);
+  }
 
   /// A second look in the directions between the first ones, each reading fitted for itself; kept where it is nearer.
   void read_again(const FitSurface& surface, std::span<const FitSurface::Sample> samples, BodyReading& reading) const {
@@ -188,41 +217,47 @@ class BasicBodyTransfer {
     for (const Reading& r : reader_.read(samples, {.turns = options_.turns, .upright = between})) {
       BodyReading other = reading;
       fit(surface, std::span(&r, 1), other);
+      if (other.fit.relative_distance < 1.3 * reading.fit.relative_distance)
+        search_limbs(surface, std::span(&r, 1), other);
       if (other.trust() > 0.5 * reading.trust() && other.fit.relative_distance < reading.fit.relative_distance)
         reading = std::move(other);
-      if (reading.fit.relative_distance < 0.6 * usual_distance) return;
+      if (!in_doubt(reading)) return;
     }
   }
 
-  void swap_ends(const FitSurface& surface, BodyReading& reading) const {
-    using enum SmplJoint;
-    for (const auto& [left, right] : {std::pair(left_knee, right_knee), std::pair(left_elbow, right_elbow)}) {
-      BodyReading other = reading;
-      other.fit = fitter_->refit(surface, with_swapped_ends(reading.fit, joint_index(left), joint_index(right)));
-      if (other.fit.relative_distance < reading.fit.relative_distance) reading = std::move(other);
+  /// Other poses of arms or legs that are in doubt.
+  void search_limbs(const FitSurface& surface, std::span<const Reading> readings, BodyReading& reading) const {
+    if (reading.fit.trust() < 0.7) return;
+    std::vector<LimbSearch::Angles> read;
+    for (int round = 0; round < 2; ++round) {
+      const double before = reading.fit.relative_distance;
+      for (const LimbPair pair : {LimbPair::legs, LimbPair::arms}) {
+        if (!reading.doubtful(pair)) continue;
+        if (read.empty()) read = read_angles(readings, reading);
+        const std::vector<BodyFit> starts = limbs_(surface, reading.fit.body, pair, reading.fit.facing, read, 4);
+        reading.fit = fitter_->nearest(surface, reading.fit, starts);
+      }
+      if (reading.fit.relative_distance > 0.97 * before) return;
     }
   }
 
-  /// The fit with both shins (or forearms) turned to where the other one ends: where limbs cross or lie close, each
-  /// half may be near the surface though it belongs to the other side.
-  ReadingFit with_swapped_ends(ReadingFit swapped, std::size_t left, std::size_t right) const {
-    std::vector<float>& angles = swapped.body.axis_angles;
-    const std::vector<RigidMotion> motions = body().bone_motions(swapped.body.betas, angles);
-    const std::vector<Vec3d> rest = body().joints(swapped.body.betas);
-    const auto place = [&](std::size_t j) { return motions[j](rest[j]); };
-    for (const auto& [joint, other] : {std::pair(left, right), std::pair(right, left)}) {
-      const auto end = [](std::size_t j) { return j + 3 - (j >= joint_index(SmplJoint::left_elbow) ? 1 : 0); };
-      const Vec3d from = normalised(place(end(joint)) - place(joint)),
-                  to = normalised(place(end(other)) - place(joint));
-      const Vec3d axis = cross(from, to);
-      const double angle = std::atan2(length(axis), dot(from, to));
-      const Matrix3 turned = rotation_matrix(normalised(axis) * angle) * motions[joint].rotation;
-      const auto parent = static_cast<std::size_t>(smpl_parents[joint]);
-      const Vec3f local =
-          fit::internal::axis_angle_of(motions[parent].rotation.transposed() * turned).template as<float>();
-      angles[3 * joint] = local.x, angles[3 * joint + 1] = local.y, angles[3 * joint + 2] = local.z;
+  /// Of each reading the angles of the motion, limbs hung on the fitted trunk.
+  std::vector<LimbSearch::Angles> read_angles(std::span<const Reading> readings, const BodyReading& reading) const {
+    std::vector<LimbSearch::Angles> all;
+    const std::vector<RigidMotion> fitted = body().bone_motions(reading.fit.body.betas, reading.fit.body.axis_angles);
+    for (const Reading& r : readings) {
+      const PartMotion motion =
+          part_motion(fitter_->read_template(), std::span(r).first(std::min<std::size_t>(r.size(), 400)));
+      LimbSearch::Angles& angles = all.emplace_back(motion.axis_angles.begin(), motion.axis_angles.end());
+      for (const std::size_t j : {1U, 2U, 13U, 14U}) {
+        const auto parent = static_cast<std::size_t>(smpl_parents[j]);
+        const Vec3f local =
+            fit::internal::axis_angle_of(fitted[parent].rotation.transposed() * motion.parts[j].rotation)
+                .template as<float>();
+        angles[3 * j] = local.x, angles[3 * j + 1] = local.y, angles[3 * j + 2] = local.z;
+      }
     }
-    return swapped;
+    return all;
   }
 
   /// Reads meshes that lie, stand on their hands, or have another vertical axis: turned so that each axis points up,
@@ -231,7 +266,9 @@ class BasicBodyTransfer {
     const auto [best, least] = best_turn(samples);
     if (reading.trust() > 0 && least > 1.1 * reading.fit.reading_residual) return;
     BodyReading other = reading;
-    fit(surface, reader_.read(samples, {.turns = options_.turns, .upright = best}), other);
+    const std::vector<Reading> turned = reader_.read(samples, {.turns = options_.turns, .upright = best});
+    fit(surface, turned, other);
+    search_limbs(surface, turned, other);
     if (other.trust() > reading.trust()) reading = std::move(other);
   }
 
@@ -318,6 +355,7 @@ class BasicBodyTransfer {
   BasicReader<Exec> reader_;
   BodyTransferOptions options_;
   std::unique_ptr<const ReadingFitter> fitter_;
+  LimbSearch limbs_;
 };
 
 using BodyTransfer = BasicBodyTransfer<>;
