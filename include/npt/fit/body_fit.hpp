@@ -74,13 +74,14 @@ class BodyFitter {
   const BodyModel& model() const noexcept { return *model_; }
   std::shared_ptr<const BodyModel> shared_model() const noexcept { return model_; }
 
-  /// `name` stands in errors.
-  BodyFit fit(std::span<const Vec3d> points, std::span<const Triangle> triangles,
-              const std::string& name = "mesh") const {
+  /// `name` stands in errors. start: a fit to begin with, such as a reader's; the search follows only where it isn't
+  /// good.
+  BodyFit fit(std::span<const Vec3d> points, std::span<const Triangle> triangles, const std::string& name = "mesh",
+              const BodyFit* start = nullptr) const {
     const FitTarget target(points, triangles, options_.samples, name);
     check_size(target, name);
     BodyFit result;
-    Candidate best = search(target, result);
+    Candidate best = search(target, start, result);
     BodyDistance distance(full_, target, finish, prior_);
     descend(distance, finish, 60, model_->shape_count(), best, result);
     result.distance = std::sqrt(distance.data_value() / (BodyDistance::per_square_metre * (1 + finish.mesh_share)));
@@ -145,10 +146,17 @@ class BodyFitter {
                  .expected = "about that of the body model, " + std::to_string(area) + ": the model's unit"});
   }
 
-  Candidate search(const FitTarget& target, BodyFit& result) const {
+  Candidate search(const FitTarget& target, const BodyFit* given, BodyFit& result) const {
     BodySketch sketch(tiny_, target);
     BodyDistance distance(coarse_, target, first, prior_);
     std::vector<Candidate> found;
+    if (given) {
+      Candidate& start = found.emplace_back(candidate_of(*given));
+      descend(distance, second, 25, model_->shape_count(), start, result);
+      descend(distance, third, 30, model_->shape_count(), start, result);
+      ++result.starts;
+      if (start.value < good) return start;
+    }
     for (Candidate& start : starts(sketch)) {
       optimise(distance, start, result);
       ++result.starts;
@@ -159,6 +167,21 @@ class BodyFitter {
     Candidate best = *std::ranges::min_element(found, {}, &Candidate::value);
     free_limbs(sketch, distance, best, result);
     return best;
+  }
+
+  Candidate candidate_of(const BodyFit& fit) const {
+    if (fit.axis_angles.size() != 3 * model_->joint_count() || fit.betas.size() > model_->shape_count())
+      throw Error({.file = "start",
+                   .found = std::to_string(fit.axis_angles.size()) + " angles, " + std::to_string(fit.betas.size()) +
+                            " shape parameters",
+                   .expected = std::to_string(3 * model_->joint_count()) + " angles, at most " +
+                               std::to_string(model_->shape_count()) + " shape parameters"});
+    Candidate candidate;
+    candidate.x = {fit.translation.x, fit.translation.y, fit.translation.z};
+    candidate.x.insert(candidate.x.end(), fit.axis_angles.begin(), fit.axis_angles.end());
+    candidate.x.insert(candidate.x.end(), fit.betas.begin(), fit.betas.end());
+    candidate.x.resize(tiny_.body().parameter_count());
+    return candidate;
   }
 
   /// A limb may be stuck, such as an arm inside the trunk. Or two may have changed places. Where the fit isn't good,

@@ -35,32 +35,35 @@
 
 namespace npt::inline NPT_ABI {
 
-/// Fits a body to a mesh in the library's own types. `name` stands in errors.
+/// Fits a body to a mesh in the library's own types. `name` stands in errors; start: as BodyFitter::fit's.
 inline BodyFit fit_body(const BodyFitter& fitter, std::span<const float> xyz, std::span<const Triangle> triangles,
-                        const std::string& name = "mesh") {
+                        const std::string& name = "mesh", const BodyFit* start = nullptr) {
   std::vector<Vec3d> points(xyz.size() / 3);
   for (std::size_t v = 0; v < points.size(); ++v) points[v] = {xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]};
-  return fitter.fit(points, triangles, name);
+  return fitter.fit(points, triangles, name, start);
 }
 
-inline BodyFit fit_body(const BodyFitter& fitter, const Mesh& mesh, const std::string& name = "mesh") {
+inline BodyFit fit_body(const BodyFitter& fitter, const Mesh& mesh, const std::string& name = "mesh",
+                        const BodyFit* start = nullptr) {
   validate(mesh, name);
-  return fit_body(fitter, mesh.coordinates(), triangulate(mesh), name);
+  return fit_body(fitter, mesh.coordinates(), triangulate(mesh), name, start);
 }
 
 class SkeletonTransfer {
  public:
-  /// `name` stands in errors.
-  SkeletonTransfer(std::shared_ptr<const BodyFitter> fitter, const Mesh& identity, const std::string& name = "identity")
-      : SkeletonTransfer(std::move(fitter), validated(identity, name).coordinates(), triangulate(identity), name) {
+  /// `name` stands in errors; start: as BodyFitter::fit's.
+  SkeletonTransfer(std::shared_ptr<const BodyFitter> fitter, const Mesh& identity, const std::string& name = "identity",
+                   const BodyFit* start = nullptr)
+      : SkeletonTransfer(std::move(fitter), validated(identity, name).coordinates(), triangulate(identity), name, {},
+                         start) {
     mesh_ = identity;
   }
 
   /// Requires  finite coordinates, triangles of vertices below V
   SkeletonTransfer(std::shared_ptr<const BodyFitter> fitter, std::span<const float> identity,
                    std::span<const Triangle> triangles, const std::string& name = "identity",
-                   const BoneHeatOptions& options = {})
-      : fitter_(std::move(fitter)), fit_(fit_body(*fitter_, identity, triangles, name)) {
+                   const BoneHeatOptions& options = {}, const BodyFit* start = nullptr)
+      : fitter_(std::move(fitter)), fit_(fit_body(*fitter_, identity, triangles, name, start)) {
     for (std::size_t v = 0; v < identity.size() / 3; ++v)
       points_.push_back({identity[3 * v], identity[3 * v + 1], identity[3 * v + 2]});
     bones_ = bones_of(fitter_->model(), fit_);
