@@ -153,7 +153,7 @@ class BodyFitter {
     if (given) {
       Candidate& start = found.emplace_back(candidate_of(*given));
       descend(distance, second, 25, model_->shape_count(), start, result);
-      descend(distance, third, 30, model_->shape_count(), start, result);
+      descend(distance, third, 60, model_->shape_count(), start, result);
       ++result.starts;
       if (start.value < good) return start;
     }

@@ -1,0 +1,38 @@
+#include <doctest/doctest.h>
+
+#include <npt/body/natural_poses.hpp>
+#include <npt/mannequin/mannequin.hpp>
+#include <npt/mesh/triangles.hpp>
+#include <npt/skeleton/reading_start.hpp>
+#include <npt/skeleton/skeleton_transfer.hpp>
+
+#include <filesystem>
+#include <vector>
+
+TEST_CASE("a fit that begins where a mesh was read needs no search") {
+  const npt::BodyTransfer transfer(
+      npt::Reader::open(std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/readers/human.safetensors", 1));
+  const npt::BodyFitter fitter(npt::borrowed(npt::mannequin()));
+  int at_once = 0;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    npt::Random random(812, seed);
+    const npt::NaturalPoses::Pose pose = npt::natural_poses().sample(random);
+    npt::Mesh mesh = npt::to_mesh(npt::mannequin(), npt::sample_shape(random, npt::mannequin().shape_count()), pose);
+    for (npt::Vec3f& p : mesh.positions) p += npt::Vec3f{3, -2, 1};
+    const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
+    const npt::BodyReading reading = transfer.read({mesh.coordinates(), triangles, "person"});
+    REQUIRE(reading.trust() > npt::sure_start);
+    const npt::BodyFit start = npt::start_of(transfer.body(), reading, fitter.model());
+    const npt::BodyFit fit = npt::fit_body(fitter, mesh, "person", &start);
+    at_once += fit.starts == 1;
+    CHECK(fit.distance < 0.004);
+  }
+  CHECK(at_once >= 2);
+}
+
+TEST_CASE("a start of another model is refused") {
+  const npt::BodyFitter fitter(npt::borrowed(npt::mannequin()));
+  npt::BodyFit start;
+  start.axis_angles.resize(6);
+  CHECK_THROWS_AS(npt::fit_body(fitter, npt::to_mesh(npt::mannequin()), "person", &start), npt::Error);
+}
