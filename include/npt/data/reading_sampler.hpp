@@ -150,7 +150,7 @@ class SurfaceCloud {
 struct ReadingSampleOptions {
   std::uint64_t seed = 0;
   std::size_t points = 512;
-  double natural = 0.6;   ///< share of poses that `natural_pose` draws; the others are uniform in wide ranges
+  double natural = 0.7;   ///< share of poses that `natural_pose` draws; the others are uniform in wide ranges
   double fallen = 0.15;   ///< share that points anywhere
   double dressed = 0.45;  ///< share with clothes
   double plain = 0.15;    ///< share of bare bodies of human proportions without any of the below

@@ -21,7 +21,7 @@
 
 namespace npt::inline NPT_ABI {
 
-template <int C = 128>
+template <int C = 256>
 struct ReaderNet {
   static constexpr int width = C;
 

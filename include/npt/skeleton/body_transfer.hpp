@@ -198,23 +198,23 @@ class BasicBodyTransfer {
   /// 0.98.
   static constexpr double sure_fit = 0.92;
 
-  /// Relative distance of a fit beyond which it is worth a second look: people of other models' shapes end at 0.007,
-  /// fits with a limb in the wrong place mostly above 0.008.
-  static constexpr double usual_distance = 0.0075;
-
   /// What is hardly like a person isn't worth a second look.
   static bool likely(const BodyReading& reading) {
     return reading.fit.trust() > 0.7 && reading.fit.reading_residual < 0.15;
   }
   static bool in_doubt(const BodyReading& reading) {
-    return reading.trust() < sure_fit || reading.fit.relative_distance > usual_distance ||
-           reading.doubtful(LimbPair::legs) || reading.doubtful(LimbPair::arms);
+    return reading.trust() < sure_fit || reading.doubtful(LimbPair::legs) || reading.doubtful(LimbPair::arms);
   }
 
-  /// A second look in the directions between the first ones, each reading fitted for itself; kept where it is nearer.
+  /// A second look in the directions between the first ones, the likeliest readings fitted each for itself; kept where
+  /// it is nearer.
   void read_again(const FitSurface& surface, std::span<const FitSurface::Sample> samples, BodyReading& reading) const {
+    constexpr std::size_t looks = 3;
     const Matrix3 between = rotation_matrix({0, std::numbers::pi / options_.turns, 0});
-    for (const Reading& r : reader_.read(samples, {.turns = options_.turns, .upright = between})) {
+    std::vector<Reading> readings = reader_.read(samples, {.turns = options_.turns, .upright = between});
+    std::ranges::stable_sort(readings, {}, [this](const Reading& r) { return residual_of(r); });
+    readings.resize(std::min(looks, readings.size()));
+    for (const Reading& r : readings) {
       BodyReading other = reading;
       fit(surface, std::span(&r, 1), other);
       if (other.fit.relative_distance < 1.3 * reading.fit.relative_distance)
@@ -278,11 +278,11 @@ class BasicBodyTransfer {
 
   double least_residual(std::span<const Reading> readings) const {
     double least = std::numeric_limits<double>::infinity();
-    for (const Reading& r : readings)
-      least = std::min(
-          least,
-          part_motion(fitter_->read_template(), std::span(r).first(std::min<std::size_t>(r.size(), 400))).residual);
+    for (const Reading& r : readings) least = std::min(least, residual_of(r));
     return least;
+  }
+  double residual_of(const Reading& r) const {
+    return part_motion(fitter_->read_template(), std::span(r).first(std::min<std::size_t>(r.size(), 400))).residual;
   }
 
   struct Turn {

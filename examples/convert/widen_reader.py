@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+"""Makes weights of a reader twice as wide that reads the same: a start for training a wider one.
+
+    widen_reader.py narrow.safetensors wide.safetensors
+
+Every hidden channel of the decoder and the encoder's last layer stands twice; weights that read a pair of twins are divided between
+the two at random, so that training takes them apart. Source: Chen et al., "Net2Net", ICLR 2016.
+"""
+
+import argparse
+import json
+import struct
+import sys
+
+try:
+    import numpy as np
+except ImportError:
+    sys.exit("error: this converter needs numpy (Debian: python3-numpy)")
+
+from convert_common import ConvertError, run, write_safetensors
+
+
+def read(path):
+    try:
+        with open(path, "rb") as file:
+            data = file.read()
+        size = struct.unpack("<Q", data[:8])[0]
+        header = json.loads(data[8 : 8 + size])
+        metadata = header.pop("__metadata__", {})
+        tensors = {}
+        for name, entry in header.items():
+            begin, end = entry["data_offsets"]
+            if entry["dtype"] != "F32":
+                raise ConvertError(f"{path}: {name}: found {entry['dtype']}, expected F32")
+            tensors[name] = np.frombuffer(data[8 + size + begin : 8 + size + end], np.float32).reshape(entry["shape"])
+    except OSError as error:
+        raise ConvertError(f"{path}: {error.strerror}") from None
+    except (struct.error, ValueError, KeyError):
+        raise ConvertError(f"{path}: found something else, expected a complete safetensors file") from None
+    if metadata.get("net") != "reader":
+        raise ConvertError(f"{path}: found net {metadata.get('net')}, expected reader")
+    return metadata, tensors
+
+
+def widened(tensors, width, random):
+    def inputs(weight, parts):
+        """parts: (channels, whether they stand twice now)"""
+        columns, at = [], 0
+        for channels, twice in parts:
+            part = weight[:, at : at + channels]
+            at += channels
+            share = (0.5 + 0.3 * random.standard_normal(part.shape)).astype(np.float32)
+            columns += [part * share, part * (1 - share)] if twice else [part]
+        return np.concatenate(columns, 1)
+
+    result = {}
+    for name, weight in tensors.items():
+        first = name.startswith(("encoder.conv1.", "encoder.conv2.")) or name == "output_scale"
+        last = name.startswith("decoder.conv4.")
+        if not first and not last:
+            weight = np.concatenate([weight, weight])
+        if name == "decoder.conv1.weight":
+            weight = inputs(weight, [(width, True), (width, True), (6, False)])
+        elif name in ("decoder.conv2.weight", "decoder.conv3.weight"):
+            weight = inputs(weight, [(width, True), (width, True)])
+        elif name.startswith("decoder.") and name.endswith(".weight") and "spadain" not in name:
+            weight = inputs(weight, [(weight.shape[1], True)])
+        result[name] = weight
+    return result
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("narrow")
+    parser.add_argument("wide")
+    arguments = parser.parse_args()
+    metadata, tensors = read(arguments.narrow)
+    width = int(metadata["width"])
+    wide = widened(tensors, width, np.random.default_rng(5))
+    metadata = {"net": "reader", "width": 2 * width, "output_scale": metadata["output_scale"], "normalisation": "none", "unit": "metre"}
+    write_safetensors(arguments.wide, {k: ("F32", w.shape, np.ascontiguousarray(w, np.float32).tobytes()) for k, w in wide.items()}, metadata)
+
+
+if __name__ == "__main__":
+    run(main)
