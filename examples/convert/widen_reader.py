@@ -49,8 +49,11 @@ def widened(tensors, width, random):
         for channels, twice in parts:
             part = weight[:, at : at + channels]
             at += channels
-            share = (0.5 + 0.3 * random.standard_normal(part.shape)).astype(np.float32)
-            columns += [part * share, part * (1 - share)] if twice else [part]
+            if twice:
+                share = (0.5 + 0.3 * random.standard_normal(part.shape)).astype(np.float32)
+                columns += [part * share, part * (1 - share)]
+            else:
+                columns.append(part)
         return np.concatenate(columns, 1)
 
     result = {}
