@@ -35,6 +35,8 @@ if(NPT_BUILD_PROGRAMS)
     list(APPEND npt_missing_packages libstb-dev)
   endif()
 endif()
+# Optional: without it glTF that Draco compressed is refused.
+find_package(draco QUIET)
 # Optional: without them the refinement of results and transfer without networks, their commands and their tests are
 # left out.
 find_package(Eigen3 QUIET NO_MODULE)

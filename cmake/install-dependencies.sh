@@ -6,7 +6,7 @@
 set -euo pipefail
 
 packages=(libxtensor-dev libxsimd-dev libtbb-dev libtinyobjloader-dev doctest-dev libcli11-dev
-  nlohmann-json3-dev libstb-dev libeigen3-dev liblbfgs-dev)
+  nlohmann-json3-dev libstb-dev libeigen3-dev liblbfgs-dev libdraco-dev)
 for argument in "$@"; do
   case "$argument" in
     --tests) packages+=(python3-numpy) ;;

@@ -115,7 +115,7 @@ class Deform {
     }
     for (const TransferJob& job : jobs_) files.insert(files.end(), {job.identity, job.pose, job.out});
     if (options_.registered) {
-      program::expect_extension(*options_.registered, program::mesh_extensions);
+      program::expect_extension(*options_.registered, program::output_extensions);
       program::check_output(*options_.registered, files);
     }
   }
@@ -259,10 +259,10 @@ void run(const Options& options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  CLI::Option* source = command.add_option("--source", o->source, "Rest mesh of the source (.ply, .obj)");
+  CLI::Option* source = command.add_option("--source", o->source, "Rest mesh of the source (.ply, .obj, .glb)");
   command.add_option("--pose", o->pose, "The source deformed, same vertices; or a folder of such meshes");
   command.add_option("--target", o->target, "Rest mesh of the target, which gets the poses");
-  command.add_option("-o,--out", o->out, "Result (.ply, .obj); a folder for a folder of poses");
+  command.add_option("-o,--out", o->out, "Result (.ply, .obj, .glb); a folder for a folder of poses");
   CLI::Option* markers =
       command.add_option("--markers", o->markers, "File with lines of: source_vertex target_vertex, numbered from 0");
   command

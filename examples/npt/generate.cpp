@@ -123,7 +123,7 @@ class Generator {
 
 /// Where the meshes go: the named file, or body_0000.ply and so on in the named folder.
 std::vector<fs::path> output_files(const Options& options) {
-  static constexpr std::array<std::string_view, 2> extensions{".ply", ".obj"};
+  static constexpr std::array<std::string_view, 3> extensions{".ply", ".obj", ".glb"};
   const std::string extension = program::extension_of(options.out);
   std::error_code code;
   if (std::ranges::find(extensions, extension) != extensions.end() && !fs::is_directory(options.out, code)) {
@@ -169,7 +169,7 @@ void run(const Options& options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  command.add_option("-o,--out", o->out, "File (.ply, .obj) for one mesh, or a folder")->required();
+  command.add_option("-o,--out", o->out, "File (.ply, .obj, .glb) for one mesh, or a folder")->required();
   command.add_option("--count", o->count, "Number of meshes")->check(CLI::Range(1, 1000000))->capture_default_str();
   command.add_option("--body", o->body, "Body in SMPL's layout (.safetensors); without: the built-in mannequin");
   command.add_option("--shape", o->shape, "random, zero, or numbers \"b0,b1,...\"")->capture_default_str();

@@ -8,11 +8,13 @@
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/union_find.hpp>
+#include <npt/scene/pose.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -129,14 +131,51 @@ void describe_attributes(Report& report, const npt::Mesh& mesh) {
   if (!tags.empty()) report["tags"] = tags;
 }
 
+/// What only a scene has: its parts, materials, joints and clips.
+void describe_scene(Report& report, const npt::Scene& scene) {
+  Report parts = Report::array(), materials = Report::array(), clips = Report::array(), joints = Report::array();
+  for (const std::size_t n : scene.shown) {
+    const npt::SceneNode& node = scene.nodes[n];
+    const npt::SceneMesh& mesh = scene.meshes[node.mesh];
+    std::size_t targets = mesh.weights.size();
+    Report part{{"name", node.name.empty() ? mesh.name : node.name}};
+    part["primitives"] = std::to_string(mesh.primitives.size()) + " primitives";
+    if (node.skin != npt::no_item) part["skin"] = "skinned";
+    if (targets != 0) part["targets"] = std::to_string(targets) + " morph targets";
+    parts.push_back(part);
+  }
+  if (scene.appearance != nullptr)
+    for (const npt::AppearanceMaterial& material : scene.appearance->materials) materials.push_back(material.label);
+  std::set<std::size_t> nodes;
+  for (const npt::Skin& skin : scene.skins)
+    for (const std::size_t joint : skin.joints)
+      if (nodes.insert(joint).second) joints.push_back(scene.nodes[joint].name);
+  for (const npt::Clip& clip : scene.clips) {
+    char seconds[32];
+    std::snprintf(seconds, sizeof seconds, "%.3f s", clip.length());
+    clips.push_back({{"name", clip.name}, {"length", seconds}});
+  }
+  if (!parts.empty()) report["parts"] = parts;
+  if (!materials.empty()) report["materials"] = materials;
+  if (scene.appearance != nullptr && !scene.appearance->images.empty())
+    report["images"] = scene.appearance->images.size();
+  if (!joints.empty()) report["joint_count"] = joints.size();
+  if (!joints.empty()) report["joints"] = joints;
+  if (!clips.empty()) report["clips"] = clips;
+}
+
 Report describe_mesh(const fs::path& file) {
-  const npt::Mesh mesh = npt::read_mesh(file);
+  const npt::MeshFormat format = npt::mesh_format(file);
+  const bool is_scene = format == npt::MeshFormat::glb || format == npt::MeshFormat::gltf;
+  const npt::Scene scene = is_scene ? npt::read_scene(file) : npt::Scene{};
+  const npt::Mesh mesh = is_scene ? npt::ScenePoser(scene, file.string()).mesh() : npt::read_mesh(file);
   Report report{{"file", file.string()}, {"kind", mesh.face_count() == 0 ? "points" : "mesh"}};
   report["vertices"] = mesh.vertex_count();
   report["faces"] = mesh.face_count();
   describe_topology(report, mesh);
   describe_box(report, mesh);
   describe_attributes(report, mesh);
+  if (is_scene) describe_scene(report, scene);
   return report;
 }
 
@@ -238,7 +277,7 @@ void run(const Options& options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  command.add_option("FILE", o->files, "Meshes (.ply, .obj), weights and bodies (safetensors, under any name)")
+  command.add_option("FILE", o->files, "Meshes (.ply, .obj, .glb), weights and bodies (safetensors, under any name)")
       ->required();
   command.add_flag("--json", o->json, "For programs: an array with an object for each file");
   command.callback([o] { run(*o); });

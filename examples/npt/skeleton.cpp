@@ -100,7 +100,7 @@ class Skeleton {
     }
     for (const TransferJob& job : jobs_) files.insert(files.end(), {job.identity, job.pose, job.out});
     if (options_.fitted) {
-      program::expect_extension(*options_.fitted, program::mesh_extensions);
+      program::expect_extension(*options_.fitted, program::output_extensions);
       program::check_output(*options_.fitted, files);
     }
   }
@@ -212,11 +212,11 @@ void run(const Options& options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  CLI::Option* identity = command.add_option("--identity", o->identity, "Mesh that gives the shape (.ply, .obj)");
+  CLI::Option* identity = command.add_option("--identity", o->identity, "Mesh that gives the shape (.ply, .obj, .glb)");
   command.add_option("--pose", o->pose, "Mesh that gives the pose, or a folder of them");
-  command.add_option("-o,--out", o->out, "Result (.ply, .obj); a folder for a folder of poses");
+  command.add_option("-o,--out", o->out, "Result (.ply, .obj, .glb); a folder for a folder of poses");
   command.add_option("--body", o->body, "Body model to fit (.safetensors); without: the built-in mannequin");
-  command.add_option("--fitted", o->fitted, "Also write the body as it was fitted to the identity mesh (.ply, .obj)");
+  command.add_option("--fitted", o->fitted, "Also write the body as it was fitted to the identity mesh (.ply, .obj, .glb)");
   command.add_option("--format", o->format, "ply or obj: of the results in a folder; without: as the identity")
       ->check(CLI::IsMember({"ply", "obj"}));
   command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)");

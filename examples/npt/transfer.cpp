@@ -5,6 +5,7 @@
 #include "progress.hpp"
 #include "stopwatch.hpp"
 #include "subcommand.hpp"
+#include "transfer_animation.hpp"
 #include "transfer_arguments.hpp"
 #include "transfer_batch.hpp"
 #include "transfer_jobs.hpp"
@@ -47,6 +48,7 @@ struct Options {
   std::optional<fs::path> identity, pose, out, pairs, picture, page, report;
   std::optional<std::string> format, shard;
   program::TransferArguments transfer;
+  program::AnimationArguments animation;
   int in_flight = 0;  ///< 0: as many as the threads
   bool keep_going = false, skip_existing = false, each = false;
 };
@@ -453,27 +455,40 @@ class Transfer {
 void run(Options options) {
   if (!options.pairs && !(options.identity && options.pose && options.out))
     throw CLI::RequiredError("--identity, --pose and --out, or --pairs");
+  if (!options.pairs && program::is_animation(options.animation, *options.pose, *options.out)) {
+    if (options.page || options.report || options.shard || options.skip_existing || options.each ||
+        options.keep_going || fs::is_directory(*options.identity))
+      throw npt::Error({"arguments",
+                        {},
+                        "a sequence in one .glb beside an option for many files",
+                        "one identity, without --view, --report, --shard, --skip-existing, --each and --keep-going"});
+    return program::animate(
+        {*options.identity, *options.pose, *options.out, options.format, options.picture, options.animation},
+        options.transfer);
+  }
   Transfer(options).run();
 }
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  CLI::Option* identity =
-      command.add_option("--identity", o->identity, "Mesh that gives the shape (.ply, .obj), or a folder of them");
-  CLI::Option* pose =
-      command.add_option("--pose", o->pose, "Mesh that gives the pose, or a folder of them: a sequence");
-  CLI::Option* out =
-      command.add_option("-o,--out", o->out, "Result (.ply, .obj); a folder for a folder of poses or identities");
+  CLI::Option* identity = command.add_option("--identity", o->identity,
+                                             "Mesh that gives the shape (.ply, .obj, .glb), or a folder of them");
+  CLI::Option* pose = command.add_option("--pose", o->pose,
+                                         "Mesh that gives the pose, a folder of them or a clip of a .glb: a sequence");
+  CLI::Option* out = command.add_option(
+      "-o,--out", o->out,
+      "Result (.ply, .obj, .glb); a folder for folders of poses or identities, or a .glb that moves for a sequence");
   command.add_option("--pairs", o->pairs, "File with lines of: identity pose output")
       ->excludes(identity)
       ->excludes(pose)
       ->excludes(out);
+  program::add_animation_options(command, o->animation);
   program::add_transfer_options(command, o->transfer);
   command.add_option("--seed", o->transfer.options.seed, "Of pairings, drawn points and random weights")
       ->check(program::whole_number())
       ->capture_default_str();
-  command.add_option("--format", o->format, "ply or obj: of the results in a folder; without: as the identity")
-      ->check(CLI::IsMember({"ply", "obj"}))
+  command.add_option("--format", o->format, "ply, obj or glb: of the results in a folder; without: as the identity")
+      ->check(CLI::IsMember({"ply", "obj", "glb"}))
       ->excludes("--pairs");
   command.add_flag("--each", o->each, "Poses of a folder are no sequence: each is taken for itself, several at a time")
       ->excludes("--pairs");

@@ -22,7 +22,9 @@
 
 namespace program {
 
-inline constexpr std::array<std::string_view, 2> mesh_extensions{".ply", ".obj"};
+inline constexpr std::array<std::string_view, 4> mesh_extensions{".ply", ".obj", ".glb", ".gltf"};
+/// Those that are written.
+inline constexpr std::array<std::string_view, 3> output_extensions{".ply", ".obj", ".glb"};
 
 struct TransferJob {
   std::filesystem::path identity, pose, out;
@@ -48,7 +50,7 @@ inline std::vector<std::filesystem::path> meshes_in(const std::filesystem::path&
     if (entry.is_regular_file() && std::ranges::find(mesh_extensions, own) != mesh_extensions.end())
       files.push_back(entry.path());
   }
-  if (files.empty()) throw npt::Error({folder.string(), {}, "a folder without meshes", ".ply or .obj files"});
+  if (files.empty()) throw npt::Error({folder.string(), {}, "a folder without meshes", ".ply, .obj or .glb files"});
   std::ranges::sort(files);
   return files;
 }
@@ -63,6 +65,12 @@ inline std::vector<TransferJob> folder_jobs(const std::filesystem::path& identit
   return jobs;
 }
 
+/// Of results in a folder: `format`, or as the identity.
+inline std::string result_extension(const std::filesystem::path& identity, const std::optional<std::string>& format) {
+  const std::string extension = format ? "." + *format : extension_of(identity);
+  return extension == ".gltf" ? ".glb" : extension;
+}
+
 /// A job for the pose mesh, or one for each of the folder `pose`, which makes the folder `out`. `format`: of the
 /// results in a folder; without: as the identity.
 inline std::vector<TransferJob> pose_jobs(const std::filesystem::path& identity, const std::filesystem::path& pose,
@@ -73,7 +81,7 @@ inline std::vector<TransferJob> pose_jobs(const std::filesystem::path& identity,
     return {{identity, pose, out, {}, 0}};
   }
   folder.emplace(out);
-  return folder_jobs(identity, pose, out, format ? "." + *format : extension_of(identity));
+  return folder_jobs(identity, pose, out, result_extension(identity, format));
 }
 
 /// Jobs for every mesh of the folder `identities`: OUT/IDENTITY.ext for one pose, OUT/IDENTITY/POSE.ext for a folder of
@@ -88,7 +96,7 @@ inline std::vector<TransferJob> identity_jobs(const std::filesystem::path& ident
   const bool many = std::filesystem::is_directory(pose);
   std::size_t series = 0;
   for (const std::filesystem::path& identity : meshes_in(identities)) {
-    const std::string extension = format ? "." + *format : extension_of(identity);
+    const std::string extension = result_extension(identity, format);
     if (many) {
       folders.push_back(std::make_unique<OutputFolder>(out / identity.stem()));
       for (TransferJob& job : folder_jobs(identity, pose, out / identity.stem(), extension)) {
@@ -114,7 +122,7 @@ inline void check_job(const TransferJob& job) {
                         std::filesystem::exists(input, code) ? "no file but a folder or device" : "no such file",
                         "a mesh"});
   }
-  expect_extension(job.out, mesh_extensions);
+  expect_extension(job.out, output_extensions);
   check_output(job.out, std::array{job.identity, job.pose});
 }
 

@@ -58,10 +58,10 @@ inline std::array<std::vector<LimbPose>, 4> limb_poses() {
 /// points elsewhere. All directions of one `up` stand together, [6][yaws]: y first, then z, -z, x, -x, -y.
 inline std::vector<Vec3d> start_directions(int yaws) {
   /// w, x, y, z
-  using Quaternion = std::array<double, 4>;
+  using Turn = std::array<double, 4>;
   const double h = std::sqrt(0.5);
-  constexpr Quaternion none{1, 0, 0, 0}, over{0, 1, 0, 0};
-  const std::array<Quaternion, 6> ups{none, {h, h, 0, 0}, {h, -h, 0, 0}, {h, 0, 0, -h}, {h, 0, 0, h}, over};
+  constexpr Turn none{1, 0, 0, 0}, over{0, 1, 0, 0};
+  const std::array<Turn, 6> ups{none, {h, h, 0, 0}, {h, -h, 0, 0}, {h, 0, 0, -h}, {h, 0, 0, h}, over};
   std::vector<Vec3d> result;
   for (const auto& [w, x, y, z] : ups)
     for (int i = 0; i < yaws; ++i) {

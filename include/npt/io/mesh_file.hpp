@@ -1,9 +1,10 @@
-/// Meshes in files, by the name's extension: .obj or .ply, in any case.
+/// Meshes in files, by the name's extension: .obj, .ply, .glb or, for reading, .gltf, in any case.
 /// Errors    npt::Error that names the file, and for another extension the ones that are known
 #pragma once
 
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
+#include <npt/io/gltf.hpp>
 #include <npt/io/obj.hpp>
 #include <npt/io/ply.hpp>
 #include <npt/mesh/mesh.hpp>
@@ -13,7 +14,7 @@
 
 namespace npt::inline NPT_ABI {
 
-enum class MeshFormat { obj, ply };
+enum class MeshFormat { obj, ply, glb, gltf };
 
 /// The format that a file's name stands for. Call it before long work whose result goes to `path`.
 inline MeshFormat mesh_format(const std::filesystem::path& path) {
@@ -22,22 +23,37 @@ inline MeshFormat mesh_format(const std::filesystem::path& path) {
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   if (extension == ".obj") return MeshFormat::obj;
   if (extension == ".ply") return MeshFormat::ply;
+  if (extension == ".glb") return MeshFormat::glb;
+  if (extension == ".gltf") return MeshFormat::gltf;
   throw Error({.file = path.string(),
                .found = extension.empty() ? "no extension" : "extension " + in_quotes(extension),
-               .expected = "a mesh file, .obj or .ply"});
+               .expected = "a mesh file, .obj, .ply or .glb"});
 }
 
 inline Mesh read_mesh(const std::filesystem::path& path) {
-  return mesh_format(path) == MeshFormat::obj ? read_obj(path) : read_ply(path);
+  switch (mesh_format(path)) {
+    case MeshFormat::obj:
+      return read_obj(path);
+    case MeshFormat::ply:
+      return read_ply(path);
+    default:
+      return read_gltf(path);
+  }
 }
 
 /// Writes a mesh completely or not at all. `ply_format` is used for .ply.
 inline void write_mesh(const std::filesystem::path& path, const Mesh& mesh,
                        PlyFormat ply_format = PlyFormat::binary_little_endian) {
-  if (mesh_format(path) == MeshFormat::obj) {
-    write_obj(path, mesh);
-  } else {
-    write_ply(path, mesh, ply_format);
+  switch (mesh_format(path)) {
+    case MeshFormat::obj:
+      return write_obj(path, mesh);
+    case MeshFormat::ply:
+      return write_ply(path, mesh, ply_format);
+    case MeshFormat::glb:
+      return write_gltf(path, mesh);
+    case MeshFormat::gltf:
+      throw Error(
+          {.file = path.string(), .found = "extension '.gltf'", .expected = ".glb, glTF in one file, to write"});
   }
 }
 

@@ -86,7 +86,8 @@ inline std::string format_obj(const Mesh& mesh, const std::string& name) {
   std::string text;
   text.reserve(40 * (mesh.vertex_count() + mesh.texcoords.size() + mesh.normals.size()) + 8 * mesh.corners.size());
   internal::obj::append_vertices(text, mesh);
-  for (const Vec3f& p : mesh.texcoords) {
+  for (Vec3f p : mesh.texcoords) {
+    if (mesh.texcoords_from_top) p.y = 1 - p.y;
     internal::obj::append_row(text, "vt", p, mesh.texcoord_size);
     text += '\n';
   }

@@ -172,7 +172,7 @@ inline void append_faces(Writer& writer, const Mesh& mesh, const Layout& layout)
       if (complete)
         for (const std::uint32_t t : uv) {
           writer.number(Type::f32, mesh.texcoords[t].x);
-          writer.number(Type::f32, mesh.texcoords[t].y);
+          writer.number(Type::f32, mesh.texcoords_from_top ? 1 - mesh.texcoords[t].y : mesh.texcoords[t].y);
         }
     }
     writer.end_row();

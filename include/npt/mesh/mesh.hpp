@@ -3,9 +3,11 @@
 
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/mesh/appearance.hpp>
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -39,12 +41,14 @@ struct Mesh {
   std::vector<std::size_t> face_start;  ///< [F + 1] or empty: face f has corners face_start[f] .. face_start[f + 1] - 1
   std::vector<std::uint32_t> corners;   ///< [N] vertex of each corner
   std::vector<Vec3f> normals;           ///< normals as stored: any number (OBJ), or one a vertex (PLY)
-  std::vector<std::uint32_t> corner_normal;    ///< [N] index into normals or no_index; empty: none, or one a vertex
-  std::vector<Vec3f> texcoords;                ///< (u, v, w) as stored
-  int texcoord_size = 0;                       ///< 0, 2 or 3 components in the file
-  std::vector<std::uint32_t> corner_texcoord;  ///< [N] index into texcoords or no_index; empty: none
-  std::vector<MeshTag> tags;                   ///< groups, objects, materials, smoothing, in file order
-  std::vector<VertexProperty> properties;      ///< further per-vertex scalars
+  std::vector<std::uint32_t> corner_normal;      ///< [N] index into normals or no_index; empty: none, or one a vertex
+  std::vector<Vec3f> texcoords;                  ///< (u, v, w) as stored
+  int texcoord_size = 0;                         ///< 0, 2 or 3 components in the file
+  std::vector<std::uint32_t> corner_texcoord;    ///< [N] index into texcoords or no_index; empty: none
+  bool texcoords_from_top = false;               ///< whether v counts from an image's top (glTF) or bottom (OBJ, PLY)
+  std::vector<MeshTag> tags;                     ///< groups, objects, materials, smoothing, in file order
+  std::vector<VertexProperty> properties;        ///< further per-vertex scalars
+  std::shared_ptr<const Appearance> appearance;  ///< materials that the tags "usemtl" name (glTF), or nullptr
 
   std::size_t vertex_count() const noexcept { return positions.size(); }
   std::size_t face_count() const noexcept { return face_start.empty() ? 0 : face_start.size() - 1; }

@@ -8,11 +8,14 @@
 #include <npt/core/sort.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/triangles.hpp>
+#include <npt/mesh/vertex_order.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -103,10 +106,43 @@ inline void recompute_corner_normals(Mesh& mesh) {
   }
 }
 
+/// Normals one a vertex. Formats that have no index for each kind of number split vertices along the seams of texture:
+/// vertices in one place whose stored normals are equal lie on one smooth piece, and take the mean of all their faces.
+inline void recompute_vertex_normals(Mesh& mesh) {
+  std::vector<Vec3d> sums(mesh.vertex_count());
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const Vec3d area = face_area_vector(mesh, f);
+    for (const std::uint32_t v : mesh.face(f)) sums[v] += area;
+  }
+  const std::vector<std::uint32_t> representative = coincident_representatives(std::as_const(mesh).coordinates());
+  std::vector<bool> shared(mesh.vertex_count());
+  for (std::uint32_t v = 0; v < representative.size(); ++v)
+    if (representative[v] != v) shared[v] = shared[representative[v]] = true;
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t v = 0; v < shared.size(); ++v) {
+    if (shared[v])
+      order.push_back(v);
+    else
+      set_direction(mesh.normals[v], sums[v]);
+  }
+  const auto key = [&](std::uint32_t v) {
+    const Vec3f n = mesh.normals[v];
+    return std::tuple(representative[v], order_key(n.x), order_key(n.y), order_key(n.z));
+  };
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
+  for (std::size_t first = 0, end = 0; first < order.size(); first = end) {
+    const auto own = key(order[first]);
+    Vec3d sum;
+    for (end = first; end < order.size() && key(order[end]) == own; ++end) sum += sums[order[end]];
+    for (std::size_t i = first; i < end; ++i) set_direction(mesh.normals[order[i]], sum);
+  }
+}
+
 }  // namespace internal
 
 /// Renews the normals of a mesh whose positions changed; a mesh without normals stays without. One normal a vertex:
-/// each becomes the area-weighted mean of the vertex's faces. An index at each corner: so does the normal of each
+/// each becomes the area-weighted mean of the faces around its point that had this normal. An index at each corner: so does the normal of each
 /// smooth piece around a vertex, so that hard edges stay hard. What no face determines (points, faces without area,
 /// normals that nothing refers to) keeps its value.
 inline void recompute_normals(Mesh& mesh) {
@@ -114,8 +150,7 @@ inline void recompute_normals(Mesh& mesh) {
   if (!mesh.corner_normal.empty()) {
     internal::recompute_corner_normals(mesh);
   } else if (mesh.normals.size() == mesh.vertex_count()) {
-    const std::vector<Vec3f> renewed = vertex_normals(mesh);
-    for (std::size_t v = 0; v < renewed.size(); ++v) internal::set_direction(mesh.normals[v], renewed[v].as<double>());
+    internal::recompute_vertex_normals(mesh);
   }
 }
 

@@ -17,6 +17,7 @@
 #include <span>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
@@ -55,6 +56,13 @@ class TransferByBodies final : public BodyMethod {
   void pose(const BodyBinding& identity, const BodyRead& pose, std::span<float> result) const override {
     transfer_.pose(static_cast<const BoundBody&>(identity).character, static_cast<const ReadBody&>(pose).reading,
                    result);
+  }
+  SkinnedSkeleton skeleton(const BodyBinding& identity) const override {
+    return transfer_.skeleton(static_cast<const BoundBody&>(identity).character);
+  }
+  std::vector<Affine> motions(const BodyBinding& identity, const BodyRead& pose) const override {
+    return transfer_.motions(static_cast<const BoundBody&>(identity).character,
+                             static_cast<const ReadBody&>(pose).reading);
   }
 
  private:

@@ -25,13 +25,17 @@
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/reading/reader.hpp>
+#include <npt/scene/affine.hpp>
+#include <npt/scene/skinned_skeleton.hpp>
 #include <npt/skeleton/body_weights.hpp>
+#include <npt/skeleton/joint_names.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <numbers>
@@ -172,6 +176,37 @@ class BasicBodyTransfer {
     character.weights =
         body_weights(body(), r.fit.body, character.points, identity.triangles, {.facing = r.fit.facing});
     return character;
+  }
+
+  /// An identity's skeleton and skin weights, in its own unit, place and pose. Joints have their usual humanoid names.
+  SkinnedSkeleton skeleton(const BoundCharacter& identity, JointNames names = JointNames::vrm) const {
+    const BodyFit& fit = identity.reading.fit.body;
+    const std::vector<RigidMotion> motions = body().bone_motions(fit.betas, fit.axis_angles);
+    const std::vector<Vec3d> rest = body().joints(fit.betas);
+    SkinnedSkeleton skeleton;
+    for (std::size_t j = 0; j < rest.size(); ++j) {
+      const int parent = body().tables().parents[j];
+      skeleton.names.emplace_back(joint_name(j, names));
+      skeleton.parents.push_back(parent < 0 ? SkinnedSkeleton::no_parent : static_cast<std::size_t>(parent));
+      skeleton.joints.push_back((motions[j](rest[j]) + fit.translation) / identity.reading.metres +
+                                identity.reading.centre);
+    }
+    const SparseMatrix& weights = identity.weights;
+    skeleton.start.assign(weights.start.begin(), weights.start.end());
+    for (std::size_t i = 0; i < weights.value.size(); ++i)
+      skeleton.influences.push_back({static_cast<std::uint16_t>(weights.column[i]), weights.value[i]});
+    return skeleton;
+  }
+
+  /// [J] How the identity's joints move to the pose's angles, in its own unit and place.
+  std::vector<Affine> motions(const BoundCharacter& identity, const BodyReading& pose) const {
+    expect_body(pose, "pose");
+    std::vector<Affine> result;
+    for (const RigidMotion& m : skeleton_motions(body(), identity.reading.fit.body, pose.fit.body.axis_angles)) {
+      const Vec3d centre = identity.reading.centre;
+      result.push_back({m.rotation, m.shift / identity.reading.metres + centre - m.rotation * centre});
+    }
+    return result;
   }
 
   /// The identity's vertices with the pose's joint angles, in its own unit and place.

@@ -5,11 +5,14 @@
 
 #include <npt/config.hpp>
 #include <npt/mesh/mesh_view.hpp>
+#include <npt/scene/affine.hpp>
+#include <npt/scene/skinned_skeleton.hpp>
 
 #include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
@@ -60,6 +63,11 @@ class BodyMethod {
   virtual std::shared_ptr<const BodyBinding> bind(const MeshView& identity, const BodyRead& read) const = 0;
   /// The identity's vertices with the pose's joint angles, in its own unit and place. result: [V, 3]
   virtual void pose(const BodyBinding& identity, const BodyRead& pose, std::span<float> result) const = 0;
+
+  /// The identity's skeleton and skin weights, in its own unit, place and pose.
+  virtual SkinnedSkeleton skeleton(const BodyBinding& identity) const = 0;
+  /// [J] How the joints move to the pose's angles: blended by all skin weights, these give what pose() does.
+  virtual std::vector<Affine> motions(const BodyBinding& identity, const BodyRead& pose) const = 0;
 };
 
 /// Opens a reader's weights. `threads` 0: as many as the process may use.

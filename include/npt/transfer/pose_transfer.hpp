@@ -24,6 +24,8 @@
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/parallel/default_executor.hpp>
+#include <npt/scene/affine.hpp>
+#include <npt/scene/skinned_skeleton.hpp>
 #include <npt/transfer/body_method.hpp>
 #include <npt/transfer/network_list.hpp>
 #include <npt/transfer/options.hpp>
@@ -245,6 +247,18 @@ class BasicPoseTransfer {
     }
     report.method = by_body(identity, pose) ? Method::body : Method::network;
     return report;
+  }
+
+  /// What moves a prepared identity where it goes through bodies: its skeleton and skin weights. Nothing where it
+  /// doesn't, and where results are refined, which no skeleton can say.
+  std::optional<SkinnedSkeleton> skeleton(const PreparedIdentity& identity) const {
+    if (identity.binding_ == nullptr || identity.refinement_ != nullptr) return std::nullopt;
+    return body_->skeleton(*identity.binding_);
+  }
+  /// [J] How the joints of skeleton() move to a prepared pose. Requires report().method == Method::body.
+  std::vector<Affine> motions(const PreparedIdentity& identity, const PreparedPose& pose) const {
+    NPT_ASSERT(by_body(identity, pose));
+    return body_->motions(*identity.binding_, *pose.body_);
   }
 
   /// Gives a prepared identity a prepared pose: writes its new positions [V, 3].

@@ -1,0 +1,9 @@
+#define NPT_PREBUILDING
+#include <npt/io/gltf.hpp>
+
+npt::Scene npt::read_scene(const std::filesystem::path& path) { return internal::read_scene_file(path); }
+npt::Mesh npt::read_gltf(const std::filesystem::path& path) { return internal::read_gltf_mesh(path); }
+void npt::write_scene(const std::filesystem::path& path, const Scene& scene) {
+  internal::write_scene_file(path, scene);
+}
+void npt::write_gltf(const std::filesystem::path& path, const Mesh& mesh) { internal::write_gltf_mesh(path, mesh); }

@@ -1,0 +1,71 @@
+/// glTF 2.0: .glb, and .gltf with the files beside it, in; .glb out. In metres, y up, as everything in glTF.
+///   read as a Scene     nodes, meshes, skins, morph targets, clips; materials with their textures, as they came
+///   read as a Mesh      all primitives as the scene stands; pose.hpp gives its clips' frames
+///   accessors           all kinds, interleaved, sparse, normalised and quantised (KHR_mesh_quantization)
+///   Draco               where built with libdraco (NPT_WITH_DRACO), else refused, as EXT_meshopt_compression is
+///   left out            lines, and points beside surfaces; cameras, lights, tangents, extras
+/// Images are never decoded. Numerics  positions are 32-bit floats
+/// Errors    npt::Error: whatever the specification forbids and matters here; files that leave the document's folder; a
+///           document that would make 64 times as many numbers as it has bytes
+/// Programs that link the library's prebuilt units (NPT_PREBUILT, config.hpp) only see the declarations.
+/// Source    Khronos, glTF 2.0 specification (ISO/IEC 12113:2022)
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/mesh/mesh.hpp>
+#include <npt/scene/scene.hpp>
+
+#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#include <npt/io/file.hpp>
+#include <npt/io/gltf_reader.hpp>
+#include <npt/io/gltf_writer.hpp>
+#include <npt/scene/from_mesh.hpp>
+#include <npt/scene/pose.hpp>
+#endif
+
+#include <filesystem>
+
+namespace npt::inline NPT_ABI {
+
+#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+
+namespace internal {
+
+inline Scene read_scene_file(const std::filesystem::path& path) {
+  return parse_gltf(read_file(path), path.string(), path.parent_path());
+}
+inline Mesh read_gltf_mesh(const std::filesystem::path& path) {
+  const Scene scene = read_scene_file(path);
+  return ScenePoser(scene, path.string()).mesh();
+}
+inline void write_scene_file(const std::filesystem::path& path, const Scene& scene) {
+  write_file(path, format_gltf(scene, path.string()));
+}
+inline void write_gltf_mesh(const std::filesystem::path& path, const Mesh& mesh) {
+  validate(mesh, path.string());
+  write_scene_file(path, scene_from(mesh, path.stem().string()).scene);
+}
+
+}  // namespace internal
+
+#endif
+
+#ifdef NPT_PREBUILT
+Scene read_scene(const std::filesystem::path& path);
+Mesh read_gltf(const std::filesystem::path& path);
+void write_scene(const std::filesystem::path& path, const Scene& scene);
+void write_gltf(const std::filesystem::path& path, const Mesh& mesh);
+#else
+inline Scene read_scene(const std::filesystem::path& path) { return internal::read_scene_file(path); }
+/// The scene as it stands, as one mesh.
+inline Mesh read_gltf(const std::filesystem::path& path) { return internal::read_gltf_mesh(path); }
+
+/// Writes a GLB completely or not at all.
+inline void write_scene(const std::filesystem::path& path, const Scene& scene) {
+  internal::write_scene_file(path, scene);
+}
+/// Writes a mesh as a GLB completely or not at all.
+inline void write_gltf(const std::filesystem::path& path, const Mesh& mesh) { internal::write_gltf_mesh(path, mesh); }
+#endif
+
+}  // namespace npt::inline NPT_ABI
