@@ -31,11 +31,13 @@ namespace npt::inline NPT_ABI {
 
 namespace internal {
 
-inline Scene read_scene_file(const std::filesystem::path& path) {
-  return parse_gltf(read_file(path), path.string(), path.parent_path());
+template <bool Draco = with_draco>
+Scene read_scene_file(const std::filesystem::path& path) {
+  return parse_gltf<Draco>(read_file(path), path.string(), path.parent_path());
 }
-inline Mesh read_gltf_mesh(const std::filesystem::path& path) {
-  const Scene scene = read_scene_file(path);
+template <bool Draco = with_draco>
+Mesh read_gltf_mesh(const std::filesystem::path& path) {
+  const Scene scene = read_scene_file<Draco>(path);
   return ScenePoser(scene, path.string()).mesh();
 }
 inline void write_scene_file(const std::filesystem::path& path, const Scene& scene) {

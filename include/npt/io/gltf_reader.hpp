@@ -34,6 +34,14 @@ namespace npt::inline NPT_ABI {
 
 namespace internal {
 
+#ifdef NPT_WITH_DRACO
+constexpr bool with_draco = true;
+#else
+constexpr bool with_draco = false;
+#endif
+
+/// `Draco`: with_draco. As a parameter it gives units with and without libdraco two classes, which one program may mix.
+template <bool Draco>
 class GltfReader {
  public:
   GltfReader(std::string_view file, const std::string& name, const std::optional<std::filesystem::path>& folder)
@@ -670,9 +678,10 @@ class GltfReader {
 
 /// A scene from the bytes of a glTF file, binary or text. `name` stands in the messages of errors; `folder`: where files
 /// that it names are looked for; nothing: they are refused.
-inline Scene parse_gltf(std::string_view file, const std::string& name,
-                        const std::optional<std::filesystem::path>& folder = {}) {
-  return internal::GltfReader(file, name, folder).read();
+template <bool Draco = internal::with_draco>
+Scene parse_gltf(std::string_view file, const std::string& name,
+                 const std::optional<std::filesystem::path>& folder = {}) {
+  return internal::GltfReader<Draco>(file, name, folder).read();
 }
 
 }  // namespace npt::inline NPT_ABI
