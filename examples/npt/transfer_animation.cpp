@@ -15,6 +15,7 @@
 #include <npt/mesh/validate.hpp>
 #include <npt/scene/animate.hpp>
 #include <npt/scene/pose.hpp>
+#include <npt/skeleton/joint_names.hpp>
 #include <npt/transfer/pose_sequence.hpp>
 
 #include <algorithm>
@@ -32,6 +33,18 @@ namespace {
 namespace fs = std::filesystem;
 
 bool is_gltf(const fs::path& path) { return extension_of(path) == ".glb" || extension_of(path) == ".gltf"; }
+
+/// The skeleton of a mesh that goes through bodies, with the names that were asked for.
+std::optional<npt::SkinnedSkeleton> named_skeleton(const PoseTransfer& transfer, const npt::PreparedIdentity& identity,
+                                                   const std::string& names) {
+  std::optional<npt::SkinnedSkeleton> skeleton = transfer.skeleton(identity);
+  const npt::JointNames how = names == "mixamo" ? npt::JointNames::mixamo
+                              : names == "smpl" ? npt::JointNames::smpl
+                                                : npt::JointNames::vrm;
+  for (std::size_t j = 0; skeleton && j < skeleton->joint_count(); ++j)
+    skeleton->names[j] = std::string(npt::joint_name(j, how));
+  return skeleton;
+}
 
 /// The poses of a sequence, one after another: a clip's at a rate, or a folder's meshes in the order of their names.
 class PoseFrames {
@@ -164,7 +177,7 @@ class AnimationTransfer {
     catch_interrupts();
     Progress progress("frames", frames_.size());
     transfer_->prepare_identity(view, prepared);
-    done_.skeleton = transfer_->skeleton(prepared);
+    done_.skeleton = named_skeleton(*transfer_, prepared, job_.animation.names);
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       stop_if_interrupted();
       const npt::Mesh& mesh = frames_.load(i);
@@ -264,6 +277,31 @@ void animate(const AnimationJob& job, const TransferArguments& arguments) {
     if (!fs::exists(input)) throw npt::Error({input.string(), {}, "no such file", "a mesh"});
   expect_extension(job.identity, mesh_extensions);
   AnimationTransfer(job, arguments).run();
+}
+
+void rig(const AnimationJob& job, const TransferArguments& arguments) {
+  static constexpr std::array<std::string_view, 1> moving{".glb"};
+  expect_extension(job.out, moving);
+  check_output(job.out, std::array{job.identity});
+  const Stopwatch watch;
+  const npt::Mesh mesh = npt::read_mesh(job.identity);
+  const PoseTransfer transfer = open_transfer(arguments);
+  const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
+  const std::string name = job.identity.string();
+  const npt::PreparedIdentity prepared = transfer.prepare_identity({mesh.coordinates(), triangles, name});
+  const auto skeleton = named_skeleton(transfer, prepared, job.animation.names);
+  if (!skeleton) throw npt::Error({name, {}, "a mesh without a skeleton", "a person, for npt rig"});
+  npt::MeshScene made = npt::scene_from(mesh, job.identity.stem().string());
+  npt::add_skeleton(made, *skeleton);
+  npt::write_scene(job.out, made.scene);
+  const long trust = std::lround(100 * prepared.body()->trust);
+  if (prepared.body()->trust < npt::sure_trust)
+    std::cerr << "npt: note: " << name << " reads as a person with a trust of only " << trust
+              << " %: look at the result before using it\n";
+  char time[32];
+  std::snprintf(time, sizeof time, "%.2f s", watch.seconds());
+  std::cout << job.out.string() << ": " << skeleton->joint_count() << " joints in " << time << " (trust " << trust
+            << " %)\n";
 }
 
 }  // namespace program

@@ -1,4 +1,4 @@
-/// Sequences that are one file: the pose a clip of a GLB, the result a GLB that moves, or both.
+/// Sequences that are one file: the pose a clip of a GLB, the result a GLB that moves, or both. And rigs.
 #pragma once
 
 #include "transfer_arguments.hpp"
@@ -12,12 +12,17 @@ namespace program {
 struct AnimationArguments {
   std::optional<std::string> clip;
   std::optional<double> fps, time;
+  std::string names = "vrm";  ///< of the joints in the result
 };
 
 inline void add_animation_options(CLI::App& command, AnimationArguments& arguments) {
   command.add_option("--clip", arguments.clip, "Clip of the pose .glb, by its name; npt info lists them");
   command.add_option("--fps", arguments.fps, "Frames a second of a sequence; without: 30")
       ->check(CLI::Range(0.001, 1000.0));
+  command
+      .add_option("--names", arguments.names, "What the joints of a result that moves are called: vrm, mixamo or smpl")
+      ->check(CLI::IsMember({"vrm", "mixamo", "smpl"}))
+      ->capture_default_str();
   command.add_option("--time", arguments.time, "Second of the clip, for one pose of it")->check(CLI::Range(0.0, 1e6));
 }
 
@@ -36,5 +41,9 @@ bool is_animation(const AnimationArguments& animation, const std::filesystem::pa
 /// through bodies, with morph targets where it doesn't; or a mesh a frame, in a folder.
 /// Errors    npt::Error
 void animate(const AnimationJob& job, const TransferArguments& arguments);
+
+/// Writes the job's identity with a skeleton and skin weights, in its own pose.
+/// Errors    npt::Error, also where no body can lie in the mesh
+void rig(const AnimationJob& job, const TransferArguments& arguments);
 
 }  // namespace program

@@ -1,0 +1,52 @@
+/// npt rig: a skeleton and skin weights for a person's mesh, and clips for it.
+#include "arguments.hpp"
+#include "subcommand.hpp"
+#include "transfer_animation.hpp"
+#include "transfer_arguments.hpp"
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+namespace rig_command {
+
+struct Options {
+  std::filesystem::path mesh, out;
+  std::optional<std::filesystem::path> pose;
+  program::TransferArguments transfer;
+  program::AnimationArguments animation;
+};
+
+void run(Options& options) {
+  options.transfer.method = "body";
+  static constexpr std::array<std::string_view, 1> moving{".glb"};
+  program::expect_extension(options.out, moving);
+  if (!options.pose && (options.animation.clip || options.animation.fps || options.animation.time))
+    throw CLI::RequiredError("--pose, for --clip, --fps and --time");
+  if (options.animation.time) throw CLI::ValidationError("--time", "asks for one pose: npt transfer writes it");
+  const program::AnimationJob job{options.mesh, options.pose.value_or(""), options.out, {}, {}, options.animation};
+  if (options.pose)
+    program::animate(job, options.transfer);
+  else
+    program::rig(job, options.transfer);
+}
+
+void add(CLI::App& command) {
+  auto o = std::make_shared<Options>();
+  command.add_option("--mesh", o->mesh, "Mesh of a person, in any pose (.ply, .obj, .glb)")->required();
+  command.add_option("-o,--out", o->out, "The mesh with a skeleton of 24 joints and skin weights (.glb)")->required();
+  command.add_option("--pose", o->pose, "Also put on a clip: a folder of poses, or a .glb with --clip");
+  program::add_animation_options(command, o->animation);
+  command.add_option("--reader", o->transfer.options.reader,
+                     "Weights of the network that reads bodies; without: those that the weights name");
+  command.add_option("--threads", o->transfer.threads, "Threads; 0: all that the process may use")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  command.callback([o] { run(*o); });
+}
+
+const program::Subcommand registered("rig", "Give a person's mesh a skeleton and skin weights", add);
+
+}  // namespace rig_command
