@@ -6,6 +6,7 @@
 #include <mesh/zoo.hpp>
 #include <npt/io/glb.hpp>
 #include <npt/io/gltf.hpp>
+#include <npt/io/gltf_document.hpp>
 #include <npt/io/gltf_reader.hpp>
 #include <npt/io/gltf_uri.hpp>
 #include <npt/io/gltf_writer.hpp>

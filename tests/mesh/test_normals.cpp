@@ -59,6 +59,24 @@ TEST_CASE("one normal a vertex turns with the mesh; what no face determines keep
   CHECK(mesh.normals[8] == npt::Vec3f{0, 1, 0});
 }
 
+TEST_CASE("vertices that a seam split stay smooth across it, and hard edges stay hard") {
+  // Two triangles with a fold between them, the fold's vertices doubled as along a seam of texture.
+  npt::Mesh mesh =
+      zoo::mesh({{0, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, 0, 0}, {0, 1, 0}, {1, 0, 0}}, {{0, 1, 2}, {4, 3, 5}});
+  npt::Mesh hard = mesh;
+  mesh.normals.assign(6, {0, 0, 1});
+  hard.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0.1F, 0, 1}, {0.1F, 0, 1}, {0.1F, 0, 1}};
+  for (npt::Mesh* each : {&mesh, &hard}) {
+    each->positions[5] = {0, 0, -1};  // now folded by a right angle
+    npt::recompute_normals(*each);
+  }
+  CHECK(mesh.normals[0] == mesh.normals[3]);
+  CHECK(mesh.normals[1] == mesh.normals[4]);
+  CHECK(mesh.normals[0].x == doctest::Approx(std::sqrt(0.5)));
+  CHECK(mesh.normals[2] != mesh.normals[0]);
+  CHECK(dot(hard.normals[0], hard.normals[3]) == doctest::Approx(0));
+}
+
 TEST_CASE("hard edges stay hard and the index structure stays as it was") {
   npt::Mesh mesh = zoo::hard_cube();
   const npt::Mesh before = mesh;

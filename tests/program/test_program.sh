@@ -284,6 +284,24 @@ test_transfer() {
   different 2.obj moved/2.obj
   rm -rf 1.obj 2.obj
 
+  # A sequence as one GLB that moves, and its clip as poses.
+  expect 0 --out "2 frames of frames as morph targets" -- transfer --method network --identity a.obj --pose frames --fps 2 --out moving.glb
+  expect 0 --out "frames  0.500 s" --out "2 morph targets" --out "skin" -- info moving.glb
+  expect 0 --out "1 frame of frames" -- transfer --method network --identity b.ply --pose moving.glb --time 0.25 --out t.obj
+  expect 0 --out "3 frames" -- transfer --method network --identity a.obj --pose moving.glb --clip frames --fps 4 --out clip --format ply
+  exists clip/frame_0002.ply
+  expect 0 --out "c.glb in" -- transfer --method network --identity moving.glb --pose b.ply --out c.glb
+  expect 0 --out "triangles 4" --out "texture coordinates" -- info c.glb
+  expect 1 --err "found no clip 'Walk', expected one of 'frames'" -- transfer --identity a.obj --pose moving.glb --clip Walk --out x.glb
+  expect 1 --err "at most 0.5" -- transfer --identity a.obj --pose moving.glb --time 7 --out x.glb
+  expect 1 --err "expected .glb or .gltf" -- transfer --identity a.obj --pose b.ply --clip Walk --out x.glb
+  expect 1 --err "x.obj: found extension .obj, expected .glb" -- transfer --identity a.obj --pose moving.glb --clip frames --out x.obj
+  expect 1 --err "0 clips" -- transfer --identity a.obj --pose c.glb --fps 5 --out x.glb
+  head -c 900 moving.glb > cut.glb
+  expect 1 --err "cut.glb: byte 8: found a length" -- transfer --identity a.obj --pose cut.glb --out x.glb
+  missing x.glb
+  rm -rf t.obj clip c.glb
+
   printf '# identity pose output\n\na.obj b.ply c.obj # comment\r\na.obj "poses/two words.ply" '"'d e.ply'"'\n' > pairs.txt
   expect 0 --out "2 meshes" -- transfer --method network --pairs pairs.txt
   exists c.obj

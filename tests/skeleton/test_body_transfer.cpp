@@ -4,6 +4,7 @@
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/skeleton/body_transfer.hpp>
+#include <npt/skeleton/joint_names.hpp>
 
 #include <cmath>
 #include <filesystem>
@@ -70,6 +71,34 @@ TEST_CASE("a person takes another's natural pose to 3 cm, whatever direction bot
   const npt::BodyReading other = transfer.read({far.coordinates(), npt::mannequin().triangles(), "far"});
   CHECK(other.metres == doctest::Approx(reading.metres / 100).epsilon(1e-4));
   CHECK(other.trust() == doctest::Approx(reading.trust()).epsilon(0.05));
+}
+
+TEST_CASE("a skeleton's motions, blended by all weights, are the pose; its joints lie in the mesh and have names") {
+  const npt::BodyTransfer& transfer = shipped_body_transfer();
+  Person a(4), b(5);
+  for (npt::Vec3f& p : a.mesh.positions) p = p * 100.0F + npt::Vec3f{7, -30, 2};
+  const npt::BoundCharacter character = transfer.bind(a.view());
+  const npt::BodyReading reading = transfer.read(b.view());
+  std::vector<float> result(a.mesh.coordinates().size());
+  transfer.pose(character, reading, result);
+  const npt::SkinnedSkeleton skeleton = transfer.skeleton(character, npt::JointNames::mixamo);
+  const std::vector<npt::Affine> motions = transfer.motions(character, reading);
+  REQUIRE(skeleton.joint_count() == 24);
+  CHECK(skeleton.names[0] == "mixamorig:Hips");
+  CHECK(transfer.skeleton(character).names[15] == npt::joint_name(15, npt::JointNames::vrm));
+  CHECK(npt::joint_name(20, npt::JointNames::smpl) == "l_wrist");
+  double worst = 0;
+  for (std::size_t v = 0; v < a.mesh.vertex_count(); ++v) {
+    npt::Vec3d sum;
+    for (std::size_t i = skeleton.start[v]; i < skeleton.start[v + 1]; ++i)
+      sum += motions[skeleton.influences[i].joint](a.mesh.positions[v].as<double>()) *
+             static_cast<double>(skeleton.influences[i].weight);
+    worst = std::max(worst, length(sum - npt::Vec3f{result[3 * v], result[3 * v + 1], result[3 * v + 2]}.as<double>()));
+  }
+  CHECK(worst < 1e-3);  // of 170
+  // A child's joint moves the same with its parent, so that a rotation says all of a joint.
+  for (std::size_t j = 1; j < 24; ++j)
+    CHECK(length(motions[j](skeleton.joints[j]) - motions[skeleton.parents[j]](skeleton.joints[j])) < 1e-6);
 }
 
 TEST_CASE("an upside-down person is read, and said to be") {
