@@ -232,8 +232,9 @@ void run(const Options& options) {
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   command
-      .add_option("MESH", o->files,
-                  "What to draw, one panel each: meshes (.ply, .obj, .glb), finished pictures (.png), - for an empty place")
+      .add_option(
+          "MESH", o->files,
+          "What to draw, one panel each: meshes (.ply, .obj, .glb), finished pictures (.png), - for an empty place")
       ->required();
   command.add_option("-o,--out", o->out, "Picture to write (.png)")->required();
   command.add_option("--captions", o->captions, "Texts below the panels: \"identity,pose,result\" (\\, is a comma)");

@@ -216,7 +216,8 @@ void add(CLI::App& command) {
   command.add_option("--pose", o->pose, "Mesh that gives the pose, or a folder of them");
   command.add_option("-o,--out", o->out, "Result (.ply, .obj, .glb); a folder for a folder of poses");
   command.add_option("--body", o->body, "Body model to fit (.safetensors); without: the built-in mannequin");
-  command.add_option("--fitted", o->fitted, "Also write the body as it was fitted to the identity mesh (.ply, .obj, .glb)");
+  command.add_option("--fitted", o->fitted,
+                     "Also write the body as it was fitted to the identity mesh (.ply, .obj, .glb)");
   command.add_option("--format", o->format, "ply or obj: of the results in a folder; without: as the identity")
       ->check(CLI::IsMember({"ply", "obj"}));
   command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)");

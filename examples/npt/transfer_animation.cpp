@@ -290,11 +290,13 @@ void rig(const AnimationJob& job, const TransferArguments& arguments) {
   const std::string name = job.identity.string();
   const npt::PreparedIdentity prepared = transfer.prepare_identity({mesh.coordinates(), triangles, name});
   const auto skeleton = named_skeleton(transfer, prepared, job.animation.names);
-  if (!skeleton) throw npt::Error({name, {}, "a mesh without a skeleton", "a person, for npt rig"});
+  const long trust = std::lround(100 * prepared.body()->trust);
+  if (!skeleton || prepared.body()->trust < npt::least_trust)
+    throw npt::Error(
+        {name, {}, "a mesh that doesn't read as a person (trust " + std::to_string(trust) + " %)", "a person"});
   npt::MeshScene made = npt::scene_from(mesh, job.identity.stem().string());
   npt::add_skeleton(made, *skeleton);
   npt::write_scene(job.out, made.scene);
-  const long trust = std::lround(100 * prepared.body()->trust);
   if (prepared.body()->trust < npt::sure_trust)
     std::cerr << "npt: note: " << name << " reads as a person with a trust of only " << trust
               << " %: look at the result before using it\n";

@@ -37,8 +37,8 @@ struct AnimationJob {
 bool is_animation(const AnimationArguments& animation, const std::filesystem::path& pose,
                   const std::filesystem::path& out);
 
-/// Transfers every frame and writes the result: one mesh for --time; else a .glb with a skeleton where the identity goes
-/// through bodies, with morph targets where it doesn't; or a mesh a frame, in a folder.
+/// Transfers every frame and writes the result: one mesh for --time; else a .glb with a skeleton where the identity
+/// goes through bodies, with morph targets where it doesn't; or a mesh a frame, in a folder.
 /// Errors    npt::Error
 void animate(const AnimationJob& job, const TransferArguments& arguments);
 

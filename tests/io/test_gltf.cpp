@@ -1,4 +1,4 @@
-/// io/gltf.hpp, gltf_reader.hpp, gltf_document.hpp, gltf_writer.hpp, gltf_uri.hpp, glb.hpp, json_tree.hpp, draco.hpp
+/// glTF in and out: what is read, what is written, and every kind of damage.
 #include <doctest/doctest.h>
 
 #include <io/scratch.hpp>

@@ -24,7 +24,8 @@ TEST_CASE("the extension decides, in any case") {
 TEST_CASE("other extensions are errors that name the known ones") {
   CHECK(error_of([] { npt::read_mesh("a.stl"); }) ==
         "a.stl: found extension '.stl', expected a mesh file, .obj, .ply or .glb");
-  CHECK(error_of([] { npt::mesh_format("mesh"); }) == "mesh: found no extension, expected a mesh file, .obj, .ply or .glb");
+  CHECK(error_of([] { npt::mesh_format("mesh"); }) ==
+        "mesh: found no extension, expected a mesh file, .obj, .ply or .glb");
   CHECK(error_of([] { npt::write_mesh("a.obj.gz", zoo::cube()); }).starts_with("a.obj.gz: found extension '.gz'"));
 }
 

@@ -1,4 +1,4 @@
-/// scene/affine.hpp, clip.hpp, scene.hpp, pose.hpp, from_mesh.hpp, skinned_skeleton.hpp, animate.hpp, mesh/appearance.hpp
+/// Scenes: what moves, a scene as a mesh, a mesh as a scene, rigs.
 #include <doctest/doctest.h>
 
 #include <mesh/zoo.hpp>

@@ -1,5 +1,5 @@
-/// A glTF document as its JSON and buffers, with every look at it checked: kinds of values, indices, byte ranges. Places
-/// in messages read "nodes[3].mesh".
+/// A glTF document as its JSON and buffers, with every look at it checked: kinds of values, indices, byte ranges.
+/// Places in messages read "nodes[3].mesh".
 /// Errors    npt::Error that names file, place, what was found and what was expected
 /// Source    glTF 2.0 specification, section 3.6; KHR_mesh_quantization
 #pragma once

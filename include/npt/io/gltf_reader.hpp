@@ -1,6 +1,6 @@
 /// Reading glTF 2.0, binary or as text, into a Scene; gltf.hpp says what is kept. The project's own JSON reader and no
-/// library for glTF: tinygltf 2.7 as Debian builds it refuses every Draco file, hands image loaders ranges that it hasn't
-/// checked, and each of its numbers would have to be checked again.
+/// library for glTF: tinygltf 2.7 as Debian builds it refuses every Draco file, hands image loaders ranges that it
+/// hasn't checked, and each of its numbers would have to be checked again.
 #pragma once
 
 #include <npt/config.hpp>
@@ -676,8 +676,8 @@ class GltfReader {
 
 }  // namespace internal
 
-/// A scene from the bytes of a glTF file, binary or text. `name` stands in the messages of errors; `folder`: where files
-/// that it names are looked for; nothing: they are refused.
+/// A scene from the bytes of a glTF file, binary or text. `name` stands in the messages of errors; `folder`: where
+/// files that it names are looked for; nothing: they are refused.
 template <bool Draco = internal::with_draco>
 Scene parse_gltf(std::string_view file, const std::string& name,
                  const std::optional<std::filesystem::path>& folder = {}) {

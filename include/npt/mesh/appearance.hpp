@@ -1,5 +1,5 @@
-/// How a mesh looks, as glTF says it: materials, textures, samplers and images. It rides along with a mesh untouched, so
-/// that what is written in another pose looks as what was read.
+/// How a mesh looks, as glTF says it: materials, textures, samplers and images. It rides along with a mesh untouched,
+/// so that what is written in another pose looks as what was read.
 #pragma once
 
 #include <npt/config.hpp>

@@ -142,9 +142,9 @@ inline void recompute_vertex_normals(Mesh& mesh) {
 }  // namespace internal
 
 /// Renews the normals of a mesh whose positions changed; a mesh without normals stays without. One normal a vertex:
-/// each becomes the area-weighted mean of the faces around its point that had this normal. An index at each corner: so does the normal of each
-/// smooth piece around a vertex, so that hard edges stay hard. What no face determines (points, faces without area,
-/// normals that nothing refers to) keeps its value.
+/// each becomes the area-weighted mean of the faces around its point that had this normal. An index at each corner: so
+/// does the normal of each smooth piece around a vertex, so that hard edges stay hard. What no face determines (points,
+/// faces without area, normals that nothing refers to) keeps its value.
 inline void recompute_normals(Mesh& mesh) {
   if (mesh.normals.empty()) return;
   if (!mesh.corner_normal.empty()) {

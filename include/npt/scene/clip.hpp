@@ -20,7 +20,7 @@ enum class ChannelPath { translation, rotation, scale, weights };
 
 /// One moving quantity of one node.
 /// Invariants  times: at least one, ascending, finite. values: `width` numbers a key; cubic: three times as many, each
-///             key's in-tangents, values and out-tangents. width: 3, for rotations 4, for weights the mesh's morph targets
+///             key's in-tangents, values and out-tangents. width: 3, for rotations 4, for weights the mesh's targets
 struct ClipChannel {
   std::size_t node = 0;
   ChannelPath path = ChannelPath::translation;

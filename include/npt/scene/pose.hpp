@@ -2,7 +2,7 @@
 ///   ScenePoser poser(scene);
 ///   Mesh mesh = poser.mesh();                                 as the scene stands
 ///   poser.positions(&clip, 0.5, mesh.coordinates());          the same vertices half a second into a clip
-/// Each node that shows a mesh is a part (tag "o", its name); materials are tags "usemtl". Morph targets are added, then
+/// Each node that shows a mesh is a part (tag "o", its name); materials are tags "usemtl". Morph targets are added, and
 /// linear blend skinning moves a vertex by its joints alone, as glTF wants it; other meshes are moved by their node.
 /// Numerics  in double, rounded once
 /// Errors    npt::Error for a scene that shows no vertices, and for points that leave the range of a float
