@@ -190,11 +190,13 @@ class AnimationTransfer {
       if (i == 0 || report.trust() < done_.worst.trust()) done_.worst = report, worst_name_ = pose_name;
       if (report.method != npt::Method::body) done_.skeleton.reset();
       if (done_.skeleton) done_.motions.push_back(transfer_->motions(prepared, pose));
-      if (report.method == npt::Method::network && i == 0) note_unit(*transfer_, view);
+      if (report.method == npt::Method::network && i == 0) unit_note_ = unit_note(*transfer_, view);
       progress.advance();
     }
     progress.clear();
-    note_method(done_.worst, name, worst_name_);
+    std::vector<std::string> notes = method_notes(done_.worst, name, worst_name_);
+    if (!unit_note_.empty()) notes.push_back(unit_note_);
+    for (const std::string& note : notes) std::cerr << "npt: note: " << note << '\n';
   }
 
   npt::Mesh frame(std::size_t i) const {
@@ -261,7 +263,7 @@ class AnimationTransfer {
   std::optional<OutputFolder> folder_;
   std::optional<PoseTransfer> transfer_;
   TransferredFrames done_;
-  std::string worst_name_, how_;
+  std::string worst_name_, how_, unit_note_;
 };
 
 }  // namespace
