@@ -23,6 +23,8 @@
 #include <npt/core/parameter.hpp>
 #include <npt/data/sample.hpp>
 #include <npt/engine/core.hpp>
+#include <npt/parallel/default_executor.hpp>
+#include <npt/tape/gradient_core.hpp>
 #include <npt/train/adam.hpp>
 #include <npt/train/checkpoint.hpp>
 #include <npt/train/clip.hpp>
@@ -390,5 +392,9 @@ class Trainer {
   std::vector<Losses> losses_;
   std::vector<double> partial_;
 };
+
+#ifdef NPT_PREBUILT
+extern template class Trainer<tape::GradientCore<float, DefaultExecutor>>;
+#endif
 
 }  // namespace npt::inline NPT_ABI
