@@ -5,11 +5,14 @@
 #include <npt/core/parameter.hpp>
 #include <npt/kernel/pointwise.hpp>
 
+#include <array>
+
 namespace random_networks {
 
 struct Blend : npt::kernel::Pointwise {
   static constexpr const char* name = "blend";
   static constexpr bool increasing = true;  // as long as neither is negative
+  static constexpr std::array<bool, npt::kernel::max_pointwise_parameters> per_channel{false, false};
   npt::Parameter relu{1};
   npt::Parameter tanh{1};
   static constexpr void visit(auto& self, auto&& visitor) {

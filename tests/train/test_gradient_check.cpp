@@ -8,6 +8,8 @@
 #include <npt/net/pose_transfer_net.hpp>
 #include <npt/train/gradient_check.hpp>
 
+#include <array>
+
 namespace {
 
 void expect_right(const npt::GradientReport& report) {
@@ -21,6 +23,7 @@ template <int Slopes, bool Wrong = false>
 struct PRelu : npt::kernel::Pointwise {
   static constexpr const char* name = "prelu";
   static constexpr bool increasing = true;  // as long as no slope is negative
+  static constexpr std::array<bool, 4> per_channel{Slopes != 1};
   npt::Parameter slope{Slopes};
   static constexpr void visit(auto& self, auto&& visitor) { visitor("slope", self.slope); }
   template <class T>

@@ -6,6 +6,7 @@
 #include <npt/train/gradients.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <initializer_list>
 #include <span>
@@ -120,6 +121,61 @@ struct LearnedOnInputs {
   }
 };
 
+/// y = a_0 x + a_1 x^2 + ... with coefficients that all channels share.
+template <int Count>
+struct Polynomial : npt::kernel::Pointwise {
+  static constexpr const char* name = "polynomial";
+  static constexpr std::array<bool, 4> per_channel{false};
+  npt::Parameter coefficients{Count};
+  static constexpr void visit(auto& self, auto&& visitor) { visitor("coefficients", self.coefficients); }
+  template <class T>
+  struct Row {
+    npt::simd::Batch<T> a[Count];
+  };
+  template <class T>
+  static Row<T> row(const npt::kernel::PointwiseArgs<T>& args, int) {
+    Row<T> row;
+    for (int k = 0; k < Count; ++k) row.a[k] = npt::simd::broadcast(args.parameters[0][k]);
+    return row;
+  }
+  template <class T>
+  static npt::simd::Batch<T> apply(npt::simd::Batch<T> x, const Row<T>& row, Nothing) {
+    npt::simd::Batch<T> y = row.a[Count - 1] * x;
+    for (int k = Count - 2; k >= 0; --k) y = (y + row.a[k]) * x;
+    return y;
+  }
+  static constexpr int sums_per_channel = Count;
+  template <class T>
+  static npt::simd::Batch<T> vjp(const npt::simd::Batch<T>& x, const npt::simd::Batch<T>& dy, const Row<T>& row,
+                                 Nothing, npt::simd::Batch<T>* sums) {
+    npt::simd::Batch<T> power = dy, slope = npt::simd::broadcast(T(0));
+    for (int k = 0; k < Count; ++k) {
+      slope = npt::simd::fma(power * npt::simd::broadcast(T(k + 1)), row.a[k], slope);
+      power = power * x;
+      sums[k] += power;
+    }
+    return slope;
+  }
+};
+
+/// Shared parameters, as many as there are channels, and a multiple: behind a concatenation, where a chain is applied to
+/// some of the channels, and behind a convolution.
+struct SharedParameters {
+  Conv1x1<3, 5> b;
+  Polynomial<8> p;
+  Conv1x1<8, 4> c;
+  Polynomial<4> q;
+  Conv1x1<4, 3> d;
+  static constexpr void visit(auto& self, auto&& visitor) {
+    visitor("b", self.b);
+    visitor("p", self.p);
+    visitor("c", self.c);
+    visitor("q", self.q);
+    visitor("d", self.d);
+  }
+  constexpr auto operator()(auto pose, auto identity) const { return cat(identity, pose | b) | p | c | q | d; }
+};
+
 template <class Net>
 double engine_error(std::size_t vertices, npt::Precision precision) {
   npt::Model<Net, double> model;
@@ -193,6 +249,46 @@ TEST_CASE("what doesn't reach the output changes nothing and costs nothing") {
 }
 
 TEST_CASE("a bias is only left out where every reader normalises") { check<NormalisedCondition>(); }
+
+TEST_CASE("parameters that all channels share are no channel's own, whatever their number") {
+  // By hand: the plain loops know the library's layers only.
+  npt::Model<SharedParameters, double> model;
+  npt::randomise(model, 5);
+  const SharedParameters& net = model.network();
+  const auto values = [&model](const npt::Parameter& p) { return model.values(p); };
+  const auto polynomial = [](std::span<const double> a, double x) {
+    double y = 0;
+    for (std::size_t k = a.size(); k-- > 0;) y = (y + a[k]) * x;
+    return y;
+  };
+  const auto convolve = [&values](const auto& conv, const std::vector<double>& x) {
+    std::vector<double> y(values(conv.bias).begin(), values(conv.bias).end());
+    for (std::size_t r = 0; r < y.size(); ++r)
+      for (std::size_t c = 0; c < x.size(); ++c) y[r] += values(conv.weight)[r * x.size() + c] * x[c];
+    return y;
+  };
+  const std::size_t vertices = 33;
+  const auto pose = support::random_points<double>(vertices, 1), identity = support::random_points<double>(vertices, 2);
+  std::vector<double> result(identity.size()), expected;
+  npt::Engine<SharedParameters, double>(model, 1)(pose, identity, result);
+  for (std::size_t v = 0; v < vertices; ++v) {
+    const auto point = [v](const std::vector<double>& xyz) {
+      return std::vector<double>(xyz.begin() + static_cast<std::ptrdiff_t>(3 * v),
+                                 xyz.begin() + static_cast<std::ptrdiff_t>(3 * v + 3));
+    };
+    std::vector<double> h = point(identity);
+    const std::vector<double> b = convolve(net.b, point(pose));
+    h.insert(h.end(), b.begin(), b.end());
+    for (double& x : h) x = polynomial(values(net.p.coefficients), x);
+    h = convolve(net.c, h);
+    for (double& x : h) x = polynomial(values(net.q.coefficients), x);
+    for (const double x : convolve(net.d, h)) expected.push_back(x);
+  }
+  CHECK(support::relative_error(result, support::to_map(expected)) < 1e-10);
+  const auto report = npt::check_gradients<SharedParameters>();
+  CAPTURE(report.where);
+  CHECK(report.worst < 1e-6);
+}
 
 TEST_CASE("learned layers on inputs get their gradients whether or not the meshes do") { check<LearnedOnInputs>(); }
 

@@ -95,8 +95,11 @@ constexpr Node pointwise_node(const Graph& graph, int operand, const L& layer, i
     for_each_parameter(layer, [&](const Parameter& p) {
       node.parameters[static_cast<std::size_t>(count)] = p.offset;
       node.parameter_sizes[static_cast<std::size_t>(count)] = p.size();
+      if (Op::per_channel[static_cast<std::size_t>(count)] && p.size() % C != 0)
+        throw "npt: a parameter whose size is no multiple of the channels: shared ones need per_channel (kernel/pointwise.hpp)";
       ++count;
     });
+    node.per_channel = Op::per_channel;
   }
   return node;
 }

@@ -51,6 +51,7 @@ struct Node {
   bool normalises = false, increasing = false;
   std::array<int, kernel::max_pointwise_parameters> parameters{-1, -1, -1, -1};
   std::array<int, kernel::max_pointwise_parameters> parameter_sizes{};  ///< elements
+  std::array<bool, kernel::max_pointwise_parameters> per_channel{};     ///< or shared by all channels
 };
 
 /// A recorded network: nodes in an order in which operands come first.

@@ -18,9 +18,10 @@ constexpr Step step_of(const Node& node, int first, int channels, int other) {
   for (std::size_t i = 0; i < step.parameters.size(); ++i) {
     if (node.parameters[i] < 0) continue;
     const int size = node.parameter_sizes[i];
-    const int a_channel = size % node.channels == 0 ? size / node.channels : 0;  // 0: not per channel
+    const int a_channel = node.per_channel[i] ? size / node.channels : 0;
     step.parameters[i] = node.parameters[i] + first * a_channel;
-    step.sizes[i] = a_channel == 0 ? size : channels * a_channel;
+    step.sizes[i] = node.per_channel[i] ? channels * a_channel : size;
+    step.per_channel[i] = node.per_channel[i];
   }
   return step;
 }

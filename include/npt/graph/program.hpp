@@ -29,6 +29,7 @@ struct Step {
   int other = -1;                                                                ///< activation that it also reads
   std::array<int, kernel::max_pointwise_parameters> parameters{-1, -1, -1, -1};  ///< offsets in the parameter buffer
   std::array<int, kernel::max_pointwise_parameters> sizes{};                     ///< their elements
+  std::array<bool, kernel::max_pointwise_parameters> per_channel{};              ///< or shared by all channels
 
   constexpr bool operator==(const Step&) const = default;
 };

@@ -9,10 +9,13 @@
 #include <npt/core/parameter.hpp>
 #include <npt/kernel/pointwise.hpp>
 
+#include <array>
+
 namespace npt::inline NPT_ABI {
 
 struct ScaledTanh : kernel::Pointwise {
   static constexpr const char* name = "tanh";
+  static constexpr std::array<bool, kernel::max_pointwise_parameters> per_channel{false};
   Parameter scale = Parameter::number(1.0);
 
   static constexpr void visit(auto& self, auto&& visitor) { visitor("scale", self.scale); }

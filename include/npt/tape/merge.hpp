@@ -215,7 +215,7 @@ class Merge : protected View<T> {
       int at = first;
       for (std::size_t k = 0; k < step.parameters.size() && at < first + loops.operation_sums[index(s)]; ++k) {
         if (step.parameters[k] < 0) continue;
-        const bool by_channel = step.sizes[k] % channels == 0;
+        const bool by_channel = step.per_channel[k];
         const int elements = by_channel ? step.sizes[k] / channels : step.sizes[k];
         T* gradient = gradients_.parameters.data() + step.parameters[k];
         for (int c = 0; c < channels; ++c)
