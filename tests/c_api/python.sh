@@ -33,6 +33,10 @@ weights=$project/examples/weights/human.safetensors
 transfer --pairings 2 --mirror --seed 4 "$library" "$weights" identity.obj frames/0.obj frames/1.obj found.obj
 same found_000.obj expected/0.obj
 same found_001.obj expected/1.obj
+"$npt" transfer --weights "$weights" --identity identity.obj --pose frames/0.obj --out refined.obj --refine
+transfer --refine "$library" "$weights" identity.obj frames/0.obj found.obj
+same found.obj refined.obj
+cmp -s refined.obj expected/0.obj && { echo "refining changes nothing" >&2; exit 1; }
 cmp -s found_000.obj found_001.obj && { echo "two frames are one" >&2; exit 1; }
 
 # Bad input is a message, and leaves no output.

@@ -6,7 +6,6 @@
 #include <npt/config.hpp>
 #include <npt/core/as_span.hpp>
 #include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
 #include <npt/core/sort.hpp>
 #include <npt/mesh/mesh.hpp>
 
@@ -85,17 +84,6 @@ inline std::vector<std::uint32_t> canonical_order(std::span<const float> xyz) {
   std::vector<std::uint32_t> order;
   canonical_order(xyz, keys, order);
   return order;
-}
-
-/// canonical_order followed by a fixed permutation that depends on the seed and V only. Pose and identity vertices are
-/// paired by position in the network's input; paired in lexicographic order they would be correlated by x, which
-/// training, on shuffled pairs, never shows. As invariant under permutation of the input as canonical_order.
-inline std::vector<std::uint32_t> canonical_shuffle(std::span<const float> xyz, std::uint64_t seed) {
-  const std::vector<std::uint32_t> order = canonical_order(xyz);
-  Random random(seed);
-  std::vector<std::uint32_t> shuffled = random_permutation(static_cast<std::uint32_t>(order.size()), random);
-  for (std::uint32_t& place : shuffled) place = order[place];
-  return shuffled;
 }
 
 /// representative[v]: the vertex that comes first in canonical_order among those at the same point as v (v itself where
