@@ -4,6 +4,7 @@
 #include "interrupt.hpp"
 #include "progress.hpp"
 #include "protocol_arguments.hpp"
+#include "shipped_weights.hpp"
 #include "stopwatch.hpp"
 #include "subcommand.hpp"
 #include "transfer_jobs.hpp"
@@ -11,11 +12,15 @@
 #include "transfer_view.hpp"
 
 #include <npt/body/body_file.hpp>
+#include <npt/body/skeleton.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>
+#include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/parallel/tbb_executor.hpp>
+#include <npt/skeleton/body_method.hpp>
+#include <npt/skeleton/reading_start.hpp>
 #include <npt/skeleton/skeleton_transfer.hpp>
 
 #include <algorithm>
@@ -28,6 +33,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -50,6 +56,18 @@ std::shared_ptr<const npt::BodyModel> body_of(const Options& o) {
   return o.body ? std::make_shared<const npt::BodyModel>(npt::load_body(*o.body)) : npt::borrowed(npt::mannequin());
 }
 
+/// The reader that ships, from whose readings fits begin; nullptr where it isn't found: fits then search alone.
+std::shared_ptr<const npt::BodyMethod> shipped_reader(int threads) {
+  for (const fs::path& folder : program::weights_folders()) {
+    std::error_code code;
+    const fs::path file = folder / "readers/human.safetensors";
+    if (fs::is_regular_file(file, code)) return npt::body_method(file, threads);
+  }
+  std::cerr << "npt: note: found no reader (readers/human.safetensors beside the shipped weights): bodies are searched "
+               "from the usual poses\n";
+  return nullptr;
+}
+
 class Skeleton {
  public:
   explicit Skeleton(const Options& options)
@@ -67,6 +85,7 @@ class Skeleton {
     program::catch_interrupts();
     const program::Stopwatch watch;
     fitter_ = std::make_shared<const npt::BodyFitter>(body_of(options_));
+    reader_ = shipped_reader(options_.threads);
     program::Progress progress("poses", jobs_.size());
     prepare();
     std::mutex mutex;
@@ -109,16 +128,35 @@ class Skeleton {
   void prepare() {
     identity_ = npt::read_mesh(*options_.identity);
     executor_.for_each(2, [&](int i, int) {
-      if (i == 0)
-        transfer_.emplace(fitter_, identity_, options_.identity->string());
-      else
+      if (i == 0) {
+        const std::string name = options_.identity->string();
+        npt::validate(identity_, name);
+        const std::optional<npt::BodyFit> start = start_of(identity_, name);
+        transfer_.emplace(fitter_, identity_, name, start ? &*start : nullptr);
+      } else {
         first_fit_ = fit(jobs_.front().pose, npt::read_mesh(jobs_.front().pose));
+      }
     });
     note_fit(transfer_->fit(), options_.identity->string());
   }
 
   npt::BodyFit fit(const fs::path& file, const npt::Mesh& mesh) const {
-    return npt::fit_body(*fitter_, mesh, file.string());
+    npt::validate(mesh, file.string());
+    const std::optional<npt::BodyFit> start = start_of(mesh, file.string());
+    return npt::fit_body(*fitter_, mesh, file.string(), start ? &*start : nullptr);
+  }
+
+  /// Where a mesh reads as a person, the pose that was read.
+  std::optional<npt::BodyFit> start_of(const npt::Mesh& mesh, const std::string& name) const {
+    if (!reader_ || fitter_->model().joint_count() != npt::smpl_joint_count) return std::nullopt;
+    const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
+    try {
+      const auto read = reader_->read({mesh.coordinates(), triangles, name});
+      if (read->trust < npt::sure_start) return std::nullopt;
+      return npt::start_of(reader_->joints(*read), fitter_->model());
+    } catch (const npt::Error&) {
+      return std::nullopt;  // what is wrong with the mesh, the fit says
+    }
   }
 
   void run_job(std::size_t i, std::mutex& mutex) {
@@ -167,6 +205,7 @@ class Skeleton {
   std::optional<program::OutputFolder> folder_;
   std::vector<TransferJob> jobs_;
   std::shared_ptr<const npt::BodyFitter> fitter_;
+  std::shared_ptr<const npt::BodyMethod> reader_;
   npt::Mesh identity_;
   std::optional<npt::SkeletonTransfer> transfer_;
   npt::BodyFit first_fit_;

@@ -3,6 +3,7 @@
 #include <npt/body/natural_poses.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
+#include <npt/skeleton/body_transfer.hpp>
 #include <npt/skeleton/reading_start.hpp>
 #include <npt/skeleton/skeleton_transfer.hpp>
 
@@ -22,7 +23,7 @@ TEST_CASE("a fit that begins where a mesh was read needs no search") {
     const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
     const npt::BodyReading reading = transfer.read({mesh.coordinates(), triangles, "person"});
     REQUIRE(reading.trust() > npt::sure_start);
-    const npt::BodyFit start = npt::start_of(transfer.body(), reading, fitter.model());
+    const npt::BodyFit start = npt::start_of(transfer.joints(reading), fitter.model());
     const npt::BodyFit fit = npt::fit_body(fitter, mesh, "person", &start);
     at_once += fit.starts == 1;
     CHECK(fit.distance < 0.004);

@@ -57,6 +57,9 @@ class TransferByBodies final : public BodyMethod {
     transfer_.pose(static_cast<const BoundBody&>(identity).character, static_cast<const ReadBody&>(pose).reading,
                    result);
   }
+  ReadJoints joints(const BodyRead& read) const override {
+    return transfer_.joints(static_cast<const ReadBody&>(read).reading);
+  }
   SkinnedSkeleton skeleton(const BodyBinding& identity) const override {
     return transfer_.skeleton(static_cast<const BoundBody&>(identity).character);
   }

@@ -30,6 +30,7 @@
 #include <npt/skeleton/body_weights.hpp>
 #include <npt/skeleton/joint_names.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>
+#include <npt/transfer/body_method.hpp>
 
 #include <algorithm>
 #include <array>
@@ -164,6 +165,13 @@ class BasicBodyTransfer {
     reading.fit = fitter_->refit(*reading.surface, last.fit);
     // A jump, or a fit that lost its way: read anew.
     return reading.trust() < last.trust() - 0.03 ? read(mesh) : reading;
+  }
+
+  /// Of a mesh in which a body lies.
+  ReadJoints joints(const BodyReading& reading) const {
+    expect_body(reading, "mesh");
+    const BodyFit& fit = reading.fit.body;
+    return {fit.axis_angles, (body().joints(fit.betas)[0] + fit.translation) / reading.metres + reading.centre};
   }
 
   BoundCharacter bind(const MeshView& identity) const { return bind(identity, read(identity)); }

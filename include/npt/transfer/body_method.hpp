@@ -4,6 +4,7 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/scene/affine.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
@@ -39,6 +40,12 @@ class BodyRead {
   std::string notes;  ///< what the user should know: "lies, or its vertical axis is z"
 };
 
+/// The joint angles that a mesh was read in.
+struct ReadJoints {
+  std::vector<float> axis_angles;  ///< [J, 3], radians
+  Vec3d root;                      ///< where the root joint is, in the mesh's unit and place
+};
+
 /// An identity bound to its body.
 class BodyBinding {
  public:
@@ -64,6 +71,7 @@ class BodyMethod {
   /// The identity's vertices with the pose's joint angles, in its own unit and place. result: [V, 3]
   virtual void pose(const BodyBinding& identity, const BodyRead& pose, std::span<float> result) const = 0;
 
+  virtual ReadJoints joints(const BodyRead& read) const = 0;
   /// The identity's skeleton and skin weights, in its own unit, place and pose.
   virtual SkinnedSkeleton skeleton(const BodyBinding& identity) const = 0;
   /// [J] How the joints move to the pose's angles: blended by all skin weights, these give what pose() does.
