@@ -2,6 +2,7 @@
 
 #include <mesh/zoo.hpp>
 #include <npt/core/error.hpp>
+#include <npt/core/random.hpp>
 #include <npt/mesh/permute.hpp>
 #include <npt/mesh/resample.hpp>
 

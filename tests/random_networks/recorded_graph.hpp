@@ -54,6 +54,7 @@ class Recorder {
     node.operation = npt::graph::operation_id<Op>;
     node.normalises = Op::normalises;
     node.increasing = Op::increasing;
+    node.per_channel = Op::per_channel;
   }
 
   void add(const Step& step, const std::string& name) {
