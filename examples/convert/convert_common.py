@@ -51,6 +51,26 @@ def unpickle(stream, file, place, allowed, load_persistent=None, **options):
         raise ConvertError(f"{file}: {place}: {error or type(error).__name__}") from None
 
 
+def read_safetensors(path, holding=""):
+    """Metadata, and {name: (dtype, shape, bytes)}. holding: what the file should hold, for the message."""
+    try:
+        with open(path, "rb") as stream:
+            data = stream.read()
+    except OSError as error:
+        raise ConvertError(f"{path}: cannot read: {error.strerror}") from None
+    try:
+        length = struct.unpack("<Q", data[:8])[0]
+        header = json.loads(data[8 : 8 + length])
+        metadata = header.pop("__metadata__", {})
+        tensors = {}
+        for name, entry in header.items():
+            begin, end = entry["data_offsets"]
+            tensors[name] = (entry["dtype"], entry["shape"], data[8 + length + begin : 8 + length + end])
+    except (struct.error, ValueError, KeyError, TypeError, AttributeError):
+        raise ConvertError(f"{path}: found no safetensors file{holding}") from None
+    return metadata, tensors
+
+
 def write_safetensors(path, tensors, metadata):
     """Writes {name: (dtype, shape, bytes)} in the given order. The file appears under its name only when it is complete."""
     header, offset = {"__metadata__": {key: str(value) for key, value in metadata.items()}}, 0

@@ -13,10 +13,8 @@ a diagonal. Modes that the poses lack (arms overhead, sitting, lying, crouching)
 """
 
 import argparse
-import json
 import math
 import os
-import struct
 import sys
 import tempfile
 
@@ -25,7 +23,7 @@ try:
 except ImportError:
     sys.exit("error: this converter needs numpy (Debian: python3-numpy)")
 
-from convert_common import ConvertError, run
+from convert_common import ConvertError, read_safetensors, run
 
 JOINTS = ("pelvis l_hip r_hip spine1 l_knee r_knee spine2 l_ankle r_ankle spine3 l_foot r_foot neck l_collar r_collar head "
           "l_shoulder r_shoulder l_elbow r_elbow l_wrist r_wrist l_hand r_hand").split()
@@ -193,26 +191,20 @@ def fit(x, importance, count, rank, shrink, floor, random, rounds=40):
 
 def read_poses(path):
     """[N, 24, 3] and the clip of each."""
+    holding = " with a tensor poses"
+    metadata, tensors = read_safetensors(path, holding)
     try:
-        with open(path, "rb") as stream:
-            data = stream.read()
-    except OSError as error:
-        raise ConvertError(f"{path}: cannot read: {error.strerror}") from None
-    try:
-        length = struct.unpack("<Q", data[:8])[0]
-        header = json.loads(data[8:8 + length])
-        entry = header["poses"]
-        begin, end = entry["data_offsets"]
-        if entry["dtype"] != "F32":
-            raise ConvertError(f"{path}: poses: found {entry['dtype']}, expected F32")
-        poses = np.frombuffer(data[8 + length + begin:8 + length + end], "<f4").astype(float).reshape(entry["shape"])
-    except (struct.error, ValueError, KeyError, TypeError, UnicodeDecodeError):
-        raise ConvertError(f"{path}: found no safetensors file with a tensor poses") from None
+        dtype, shape, data = tensors["poses"]
+        if dtype != "F32":
+            raise ConvertError(f"{path}: poses: found {dtype}, expected F32")
+        poses = np.frombuffer(data, "<f4").astype(float).reshape(shape)
+    except (ValueError, KeyError, TypeError):
+        raise ConvertError(f"{path}: found no safetensors file{holding}") from None
     if poses.ndim != 3 or poses.shape[1:] != (24, 3) or len(poses) < 8:
         raise ConvertError(f"{path}: poses: found shape {list(poses.shape)}, expected [at least 8, 24, 3]")
     if not np.all(np.isfinite(poses)):
         raise ConvertError(f"{path}: poses: found a number that is not finite")
-    names = header.get("__metadata__", {}).get("names", "").split("\n")
+    names = metadata.get("names", "").split("\n")
     if len(names) != len(poses):
         names = [str(i) for i in range(len(poses))]
     return poses, [name.split("@")[0] for name in names]

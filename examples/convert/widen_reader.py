@@ -8,8 +8,6 @@ the two at random, so that training takes them apart. Source: Chen et al., "Net2
 """
 
 import argparse
-import json
-import struct
 import sys
 
 try:
@@ -17,28 +15,21 @@ try:
 except ImportError:
     sys.exit("error: this converter needs numpy (Debian: python3-numpy)")
 
-from convert_common import ConvertError, run, write_safetensors
+from convert_common import ConvertError, read_safetensors, run, write_safetensors
 
 
 def read(path):
-    try:
-        with open(path, "rb") as file:
-            data = file.read()
-        size = struct.unpack("<Q", data[:8])[0]
-        header = json.loads(data[8 : 8 + size])
-        metadata = header.pop("__metadata__", {})
-        tensors = {}
-        for name, entry in header.items():
-            begin, end = entry["data_offsets"]
-            if entry["dtype"] != "F32":
-                raise ConvertError(f"{path}: {name}: found {entry['dtype']}, expected F32")
-            tensors[name] = np.frombuffer(data[8 + size + begin : 8 + size + end], np.float32).reshape(entry["shape"])
-    except OSError as error:
-        raise ConvertError(f"{path}: {error.strerror}") from None
-    except (struct.error, ValueError, KeyError):
-        raise ConvertError(f"{path}: found something else, expected a complete safetensors file") from None
+    metadata, stored = read_safetensors(path)
     if metadata.get("net") != "reader":
         raise ConvertError(f"{path}: found net {metadata.get('net')}, expected reader")
+    tensors = {}
+    for name, (dtype, shape, data) in stored.items():
+        if dtype != "F32":
+            raise ConvertError(f"{path}: {name}: found {dtype}, expected F32")
+        try:
+            tensors[name] = np.frombuffer(data, "<f4").reshape(shape)
+        except ValueError:
+            raise ConvertError(f"{path}: {name}: found {len(data)} bytes, expected shape {shape}") from None
     return metadata, tensors
 
 

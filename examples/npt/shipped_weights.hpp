@@ -6,6 +6,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -24,16 +25,23 @@ inline std::vector<std::filesystem::path> weights_folders() {
   return folders;
 }
 
+/// A file that ships in one of these folders: the first that is there.
+inline std::optional<std::filesystem::path> find_shipped(const char* name) {
+  for (const std::filesystem::path& folder : weights_folders()) {
+    std::error_code code;
+    if (std::filesystem::path file = folder / name; std::filesystem::is_regular_file(file, code)) return file;
+  }
+  return std::nullopt;
+}
+
 /// The shipped weights of people for a feature ("per-vertex" or "pooled").
 /// Errors    npt::Error that names every folder that was looked in
 inline std::filesystem::path shipped_weights(const std::string& feature) {
   const char* name = feature == "pooled" ? "human-pooled.safetensors" : "human.safetensors";
+  if (const auto file = find_shipped(name)) return *file;
   std::string looked;
-  for (const std::filesystem::path& folder : weights_folders()) {
-    std::error_code code;
-    if (const std::filesystem::path file = folder / name; std::filesystem::is_regular_file(file, code)) return file;
+  for (const std::filesystem::path& folder : weights_folders())
     looked += (looked.empty() ? "" : ", ") + folder.string();
-  }
   throw npt::Error({.file = name,
                     .found = "no such file in " + (looked.empty() ? "any folder that is known" : looked),
                     .expected =

@@ -33,7 +33,6 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -58,11 +57,7 @@ std::shared_ptr<const npt::BodyModel> body_of(const Options& o) {
 
 /// The reader that ships, from whose readings fits begin; nullptr where it isn't found: fits then search alone.
 std::shared_ptr<const npt::BodyMethod> shipped_reader(int threads) {
-  for (const fs::path& folder : program::weights_folders()) {
-    std::error_code code;
-    const fs::path file = folder / "readers/human.safetensors";
-    if (fs::is_regular_file(file, code)) return npt::body_method(file, threads);
-  }
+  if (const auto file = program::find_shipped("readers/human.safetensors")) return npt::body_method(*file, threads);
   std::cerr << "npt: note: found no reader (readers/human.safetensors beside the shipped weights): bodies are searched "
                "from the usual poses\n";
   return nullptr;
@@ -130,7 +125,6 @@ class Skeleton {
     executor_.for_each(2, [&](int i, int) {
       if (i == 0) {
         const std::string name = options_.identity->string();
-        npt::validate(identity_, name);
         const std::optional<npt::BodyFit> start = start_of(identity_, name);
         transfer_.emplace(fitter_, identity_, name, start ? &*start : nullptr);
       } else {
@@ -141,7 +135,6 @@ class Skeleton {
   }
 
   npt::BodyFit fit(const fs::path& file, const npt::Mesh& mesh) const {
-    npt::validate(mesh, file.string());
     const std::optional<npt::BodyFit> start = start_of(mesh, file.string());
     return npt::fit_body(*fitter_, mesh, file.string(), start ? &*start : nullptr);
   }

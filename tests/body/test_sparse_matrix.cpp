@@ -34,3 +34,8 @@ TEST_CASE("a NaN is stored") {
   REQUIRE(m.value.size() == 1);
   CHECK(std::isnan(m.value[0]));
 }
+
+TEST_CASE("each row's heaviest column, of equal ones the first") {
+  const std::vector<float> dense{0.2F, 0.5F, 0.3F, 0, 0, 1, 0.5F, 0, 0.5F};
+  CHECK(npt::SparseMatrix::from_dense(dense, 3, 3).heaviest_columns() == std::vector<std::uint32_t>{1, 2, 0});
+}

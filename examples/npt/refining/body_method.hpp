@@ -1,6 +1,6 @@
 /// The way through bodies as `npt transfer` and `npt evaluate` take it. A build with Eigen has it
-/// (body_method_eigen.cpp);
-/// any other leaves all transfers to the network, and asking for it is an error (body_method_missing.cpp).
+/// (body_method_eigen.cpp); any other leaves all transfers to the network, and asking for it is an error
+/// (body_method_missing.cpp).
 #pragma once
 
 #include <npt/body/body_model.hpp>

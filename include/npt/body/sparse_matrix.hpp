@@ -57,6 +57,20 @@ struct SparseMatrix {
     return sum;
   }
 
+  /// [rows] column of the greatest entry of each row; of equal ones the first.
+  /// Requires  no empty row
+  std::vector<std::uint32_t> heaviest_columns() const {
+    std::vector<std::uint32_t> result;
+    for (std::size_t r = 0; r < rows; ++r) {
+      NPT_ASSERT(start[r] < start[r + 1]);
+      std::size_t heaviest = start[r];
+      for (std::size_t i = heaviest; i < start[r + 1]; ++i)
+        if (value[i] > value[heaviest]) heaviest = i;
+      result.push_back(column[heaviest]);
+    }
+    return result;
+  }
+
   /// Row i of the result is row rows_of[i] of this matrix.
   SparseMatrix gathered(std::span<const std::uint32_t> rows_of) const {
     SparseMatrix result;

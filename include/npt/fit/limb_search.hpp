@@ -1,12 +1,12 @@
-/// Other poses of a fitted body's arms or legs that a surface allows: where limbs cross, lie close or were read wrong, a
-/// fit ends in the wrong valley, and no small step leads out of it.
+/// Other poses of a fitted body's arms or legs that a surface allows: where limbs cross, lie close or were read wrong,
+/// a fit ends in the wrong valley, and no small step leads out of it.
 /// 1. poses of each limb alone: draws from the prior of natural poses, and what the caller read; each judged by how far
 ///    its points are from the surface
 /// 2. the best ones of the left limb with the best ones of the right, judged also by how much of the surface that the
 ///    rest of the body leaves alone lies near one of the two
 /// Shapes    fits: as BodyFit, with other axis angles of the limbs
 /// Units     metres
-/// Numerics  double; the same answer for the same input. Some 10 ms for a pair of limbs on one core
+/// Numerics  double; the same answer for the same input. 90 to 150 ms for a pair of limbs on one core of a Xeon
 /// Threads   a search may be used by several threads at a time
 /// Source    the idea of hypotheses that are tested: Fischler and Bolles, "Random sample consensus", 1981
 #pragma once
@@ -45,13 +45,7 @@ class LimbSearch {
 
   explicit LimbSearch(std::shared_ptr<const BodyModel> model) : model_(std::move(model)) {
     const BodyTables& tables = model_->tables();
-    std::vector<std::uint8_t> part(model_->vertex_count());
-    for (std::size_t v = 0; v < part.size(); ++v) {
-      const auto begin = tables.weights.value.begin() + static_cast<std::ptrdiff_t>(tables.weights.start[v]),
-                 end = tables.weights.value.begin() + static_cast<std::ptrdiff_t>(tables.weights.start[v + 1]);
-      part[v] = static_cast<std::uint8_t>(
-          tables.weights.column[static_cast<std::size_t>(std::max_element(begin, end) - tables.weights.value.begin())]);
-    }
+    const std::vector<std::uint32_t> part = tables.weights.heaviest_columns();
     const auto at = [&tables](std::uint32_t v) {
       return Vec3f{tables.v_template[3 * v], tables.v_template[3 * v + 1], tables.v_template[3 * v + 2]}.as<double>();
     };
@@ -67,10 +61,9 @@ class LimbSearch {
         if (in_limb(l, part[v]) && points_[l].size() < points_of_limb) points_[l].push_back({v, part[v], normal});
       if (others_.size() < points_of_body) others_.push_back({v, part[v], normal});
     }
-    const NaturalPoses natural;
     for (std::size_t i = 0; i < draws; ++i) {
       Random own(20260620, i);
-      const auto pose = natural.sample(own);
+      const auto pose = natural_poses().sample(own);
       natural_.emplace_back(pose.begin(), pose.end());
     }
   }
@@ -112,7 +105,7 @@ class LimbSearch {
 
   struct Point {
     std::uint32_t vertex = 0;
-    std::uint8_t part = 0;
+    std::uint32_t part = 0;
     Vec3d normal;  ///< of the resting body
   };
   struct Posed {
@@ -244,13 +237,12 @@ class LimbSearch {
     std::ranges::stable_sort(all, {}, &Hypothesis::distance);
     all.resize(std::min(screened, all.size()));
     for (Hypothesis& h : all) judge.measure(h, points_of_limb);
-    const LimbAngles own = angles_of(l, fit.axis_angles);
-    all.push_back(judge(own));
+    const Hypothesis now = judge(angles_of(l, fit.axis_angles));
+    all.push_back(now);
     for (const Angles& a : read) all.push_back(judge(angles_of(l, a)));
     const Limb& o = limbs[other];
     const Vec3d other_middle = judge.posed.motions[o.joints[o.middle()]](judge.posed.joints[o.joints[o.middle()]]),
                 other_end = judge.posed.motions[o.joints[o.middle() + 1]](judge.posed.joints[o.joints[o.middle() + 1]]);
-    const Hypothesis now = judge(own);
     all.push_back(judge(aimed(judge, now, other_middle, other_end)));
     all.push_back(judge(aimed(judge, now, now.middle, other_end)));
     std::ranges::stable_sort(all, {}, &Hypothesis::distance);

@@ -105,6 +105,9 @@ class ReadingProblem {
     BodyPoint at;
     double weight = 0;
     double scale = 0.1;
+
+    /// Its squared distance, cut off at the scale; all of that where nothing is near.
+    double robust() const { return squared < 0 ? scale * scale : rho(squared, scale); }
   };
 
   ReadingProblem(const BodyModel& model, const PosePrior& prior, std::span<const double> deviations,
@@ -220,8 +223,7 @@ class ReadingProblem {
     if (stage_->surface_weight > 0) {
       from_body(state, matches);
       from_mesh(matches);
-      for (const Match& m : matches)
-        data_value_ += m.weight * (m.squared < 0 ? m.scale * m.scale : rho(m.squared, m.scale));
+      for (const Match& m : matches) data_value_ += m.weight * m.robust();
     }
     double value = data_value_;
     const std::size_t surface_matches = matches.size();
@@ -417,14 +419,8 @@ class ReadingFitter {
         coarse_tree_(coarse_.rest_points(), coarse_.triangles()),
         full_tree_(full_.rest_points(), full_.triangles()),
         template_(*model_, coarse_),
-        prior_(PosePrior::natural(*model_)) {
-    const SparseMatrix& weights = model_->tables().weights;
-    for (std::size_t v = 0; v < model_->vertex_count(); ++v) {
-      std::size_t heaviest = weights.start[v];
-      for (std::size_t i = heaviest; i < weights.start[v + 1]; ++i)
-        if (weights.value[i] > weights.value[heaviest]) heaviest = i;
-      main_part_.push_back(static_cast<std::uint8_t>(weights.column[heaviest]));
-    }
+        prior_(PosePrior::natural(*model_)),
+        main_part_(model_->tables().weights.heaviest_columns()) {
     for (const Triangle& t : full_.triangles()) {
       const std::span<const Vec3d> rest = full_.rest_points();
       area_ += 0.5 * length(cross(rest[t[1]] - rest[t[0]], rest[t[2]] - rest[t[0]]));
@@ -744,9 +740,7 @@ class ReadingFitter {
       if (i < probes || m.squared >= 0) {
         const std::size_t vertex = i < probes ? full_.probes()[i].vertex : m.at.corners[0];
         const std::size_t part = main_part_[vertex];
-        const double squared =
-            m.squared < 0 ? m.scale * m.scale : m.squared * m.scale * m.scale / (m.squared + m.scale * m.scale);
-        part_sums[part] += m.weight * squared;
+        part_sums[part] += m.weight * m.robust();
         part_weights[part] += m.weight;
       }
       const bool near = m.squared >= 0 && m.squared < 0.03 * 0.03 * size * size;
@@ -775,8 +769,8 @@ class ReadingFitter {
   TriangleTree coarse_tree_, full_tree_;
   ReadTemplate template_;
   PosePrior prior_;
+  std::vector<std::uint32_t> main_part_;  ///< [V] joint with the greatest weight
   double area_ = 0;
-  std::vector<std::uint8_t> main_part_;  ///< [V] joint with the greatest weight
 };
 
 }  // namespace npt::inline NPT_ABI
