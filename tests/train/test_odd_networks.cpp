@@ -158,8 +158,8 @@ struct Polynomial : npt::kernel::Pointwise {
   }
 };
 
-/// Shared parameters, as many as there are channels, and a multiple: behind a concatenation, where a chain is applied to
-/// some of the channels, and behind a convolution.
+/// Shared parameters, as many as there are channels, and a multiple: behind a concatenation, where a chain is applied
+/// to some of the channels, and behind a convolution.
 struct SharedParameters {
   Conv1x1<3, 5> b;
   Polynomial<8> p;

@@ -59,8 +59,8 @@ class PosePrior {
   /// Requires  SMPL's joints
   static PosePrior natural(const BodyModel& model) {
     NPT_ASSERT(model.joint_count() == smpl_joint_count);
-    // Bodies of one model in poses of another: a squared distance of 6.4e-4 m^2 after a transfer without this prior, 5.7
-    // with it; a margin of 0.05 rad or a strength of 0.1 gave 5.8 and 6.0.
+    // Bodies of one model in poses of another: a squared distance of 6.4e-4 m^2 after a transfer without this prior,
+    // 5.7 with it; a margin of 0.05 rad or a strength of 0.1 gave 5.8 and 6.0.
     constexpr double margin = 0.15, strength = 0.3;
     PosePrior prior(model);
     const std::vector<std::array<Vec3d, 4>>& moments = natural_moments();
