@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# From nothing to a posed mesh and a picture of it: installs the Debian packages that are missing, builds the program,
-# makes an identity and a pose mesh from the built-in mannequin, transfers the pose, renders all three.
+# From nothing to a posed mesh and a picture of it: installs the Debian packages that are missing, builds npt-lite (npt without
+# training and measuring), makes an identity and a pose mesh from the built-in mannequin, transfers the pose, renders all three.
 # usage: examples/demo.sh [OUT]
 #   OUT   folder for the results (default build/demo)
 set -euo pipefail
@@ -18,13 +18,13 @@ cd "$root"
 bash cmake/install-dependencies.sh
 echo "Building (the first time takes some minutes)"
 log="$out/build.log"
-if ! { cmake --preset release && cmake --build --preset release --target npt_program; } > "$log" 2>&1; then
+if ! { cmake --preset release && cmake --build --preset release --target npt_lite; } > "$log" 2>&1; then
   tail -n 40 "$log" >&2
   echo "demo.sh: the build failed, all of its output is in $log" >&2
   exit 1
 fi
 
-npt=build/release/bin/npt
+npt=build/release/bin/npt-lite  # what poses and shows meshes: built in half the time
 "$npt" generate --out "$out/identity.obj" --seed 3 --pose rest
 "$npt" generate --out "$out/pose.obj" --seed 8 --pose natural
 

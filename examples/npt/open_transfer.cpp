@@ -54,7 +54,8 @@ PoseTransfer random_transfer(const TransferArguments& arguments, const npt::Tran
   if (arguments.network.order) variant.order = *arguments.network.order;
   if (arguments.network.feature) variant.feature = *arguments.network.feature;
   std::cerr << "npt: note: random weights (seed " << options.seed << "): the result is not a pose transfer\n";
-  return PoseTransfer::random(*find_network(variant), options.seed, options, npt::TbbExecutor(arguments.threads));
+  return PoseTransfer::random(*npt::find_network<npt::AllNetworks, npt::TbbExecutor>(variant.metadata()), options.seed,
+                              options, npt::TbbExecutor(arguments.threads));
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <regex>
 #include <set>
 #include <sstream>
+#include <string>
+#include <vector>
 
 namespace {
 
@@ -136,7 +138,109 @@ std::vector<SourceFile> public_headers() {
   return structure::read_tree(std::filesystem::path(NPT_SOURCE_DIR) / "include/npt", {".hpp"});
 }
 
+/// Standard names, by the header that declares them. Headers compile alone behind precompiled standard headers (CMakeLists.txt), which
+/// would hide that one of these is missing.
+const std::map<std::string, std::string>& standard_names() {
+  static const std::map<std::string, std::vector<std::string>> by_header{
+      {"vector", {"vector"}},
+      {"string", {"string", "to_string", "stoi"}},
+      {"span", {"span"}},
+      {"array", {"array"}},
+      {"optional", {"optional", "nullopt"}},
+      {"memory", {"unique_ptr", "shared_ptr", "make_unique", "make_shared", "weak_ptr", "addressof"}},
+      {"map", {"map", "multimap"}},
+      {"set", {"set"}},
+      {"unordered_map", {"unordered_map"}},
+      {"unordered_set", {"unordered_set"}},
+      {"functional", {"function", "hash", "less", "greater", "plus"}},
+      {"string_view", {"string_view"}},
+      {"filesystem", {"filesystem"}},
+      {"fstream", {"ifstream", "ofstream"}},
+      {"sstream", {"ostringstream", "istringstream", "stringstream"}},
+      {"mutex", {"mutex", "lock_guard", "unique_lock", "scoped_lock", "once_flag", "call_once"}},
+      {"atomic", {"atomic"}},
+      {"thread", {"thread"}},
+      {"chrono", {"chrono"}},
+      {"variant", {"variant", "visit"}},
+      {"tuple", {"tuple", "tie"}},
+      {"limits", {"numeric_limits"}},
+      {"utility", {"pair", "move", "forward", "exchange", "swap", "as_const"}},
+      {"cstdint", {"uint64_t", "int64_t", "uint32_t", "int32_t", "uint8_t", "uint16_t", "int8_t"}},
+      {"cstddef", {"size_t", "ptrdiff_t", "byte"}},
+      {"cmath",
+       {"sqrt", "exp", "sin", "cos", "tan", "atan2", "floor", "pow", "isfinite", "log", "tanh", "fma", "hypot", "acos",
+        "cbrt"}},
+      {"numbers", {"numbers"}},
+      {"bit", {"bit_cast", "endian", "has_single_bit", "countr_zero"}},
+      {"type_traits",
+       {"is_same_v", "conditional_t", "remove_cvref_t", "is_base_of_v", "decay_t", "enable_if_t", "true_type",
+        "false_type", "is_integral_v"}},
+      {"charconv", {"from_chars", "to_chars"}},
+      {"cstring", {"memcpy", "memcmp", "strerror", "strlen", "memset"}},
+      {"concepts", {"same_as", "invocable", "integral", "floating_point", "convertible_to"}},
+      {"initializer_list", {"initializer_list"}},
+      {"algorithm",
+       {"sort", "ranges::sort", "max", "min", "clamp", "copy", "fill", "max_element", "min_element", "lower_bound",
+        "upper_bound", "ranges::copy", "ranges::fill", "nth_element", "stable_sort", "reverse"}},
+      {"numeric", {"iota", "accumulate", "inner_product"}},
+      {"random", {"mt19937_64", "uniform_int_distribution"}},
+      {"iterator", {"back_inserter", "make_move_iterator"}},
+      {"exception", {"exception_ptr", "current_exception"}},
+      {"stdexcept", {"runtime_error", "logic_error", "invalid_argument", "out_of_range"}},
+      {"condition_variable", {"condition_variable"}},
+      {"complex", {"complex"}},
+      {"deque", {"deque"}},
+      {"queue", {"queue", "priority_queue"}},
+  };
+  static const std::map<std::string, std::string> names = [] {
+    std::map<std::string, std::string> result;
+    for (const auto& [header, declared] : by_header)
+      for (const std::string& name : declared) result[name] = header;
+    return result;
+  }();
+  return names;
+}
+
+/// The header's standard names, and libraries' namespaces, whose own headers it leaves to others to include.
+std::vector<std::string> missing_includes(const SourceFile& header) {
+  static const std::regex comment("//[^\n]*");
+  static const std::regex use(R"(\b(std|Eigen|xsimd|nlohmann|tinyobj|draco)::((?:ranges::)?\w+))");
+  std::set<std::string> included;
+  for (const Include& include : includes_of(header.text)) {
+    included.insert(include.name);
+    for (const std::string library : {"Eigen", "xsimd", "nlohmann", "tiny", "draco"})
+      if (include.name.starts_with(library)) included.insert(library);
+  }
+  const std::string code = std::regex_replace(header.text, comment, "");
+  std::map<std::string, std::string> missing;
+  for (auto match = std::sregex_iterator(code.begin(), code.end(), use); match != std::sregex_iterator(); ++match) {
+    std::string wanted = (*match)[1] == "tinyobj" ? "tiny" : (*match)[1].str();
+    if (wanted == "std") {
+      const auto found = standard_names().find((*match)[2]);
+      if (found == standard_names().end()) continue;
+      wanted = found->second;
+    }
+    if (!included.contains(wanted)) missing.emplace(wanted, match->str());
+  }
+  std::vector<std::string> complaints;
+  for (const auto& [wanted, name] : missing)
+    complaints.push_back(header.path + ": " + name + " without its own <" + wanted + ">");
+  return complaints;
+}
+
 }  // namespace
+
+TEST_CASE("every header includes what declares the standard names that it uses") {
+  std::vector<std::string> complaints;
+  for (const SourceFile& header : public_headers())
+    for (const std::string& complaint : missing_includes(header)) complaints.push_back(complaint);
+  CHECK_MESSAGE(complaints.empty(), structure::join(complaints));
+
+  CHECK(missing_includes({"a.hpp", "#include <vector>\nstd::vector<int> a;  // std::map"}).empty());
+  CHECK(missing_includes({"a.hpp", "#include <vector>\nstd::vector<std::string> a;"}) ==
+        std::vector<std::string>{"a.hpp: std::string without its own <string>"});
+  CHECK(missing_includes({"a.hpp", "Eigen::MatrixXd a;"}).size() == 1);
+}
 
 TEST_CASE("every include stays within the rooms its own room may include") {
   const std::vector<SourceFile> headers = public_headers();

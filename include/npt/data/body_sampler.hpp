@@ -27,6 +27,7 @@
 #include <numeric>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {

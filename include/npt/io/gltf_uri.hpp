@@ -9,11 +9,13 @@
 #include <npt/io/file.hpp>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace npt::inline NPT_ABI::internal {
 

@@ -20,6 +20,7 @@
 #include <npt/scene/scene.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>

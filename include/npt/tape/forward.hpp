@@ -6,6 +6,7 @@
 #include <npt/parallel/executor.hpp>
 #include <npt/tape/view.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>

@@ -12,6 +12,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <vector>
 
 namespace npt::inline NPT_ABI::tape {
 

@@ -37,6 +37,7 @@
 #include <npt/surface/piece_links.hpp>
 #include <npt/transfer/refinement.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
