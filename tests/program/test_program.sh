@@ -644,12 +644,12 @@ test_evaluate() {
 
   # The same for any threads; noise and seeds matter.
   pmd_of() { grep -o '"pmd":[^,]*' out.txt; }
-  expect 0 --out "fresh pairs of mannequin, seed 5" -- evaluate --pairs 2 --seed 5 --threads 1 --json
+  expect 0 --out "fresh pairs of mannequin, seed 5" -- evaluate --method network --pairs 2 --seed 5 --threads 1 --json
   local first
   first=$(pmd_of)
-  expect 0 -- evaluate --pairs 2 --seed 5 --threads 2 --json
+  expect 0 -- evaluate --method network --pairs 2 --seed 5 --threads 2 --json
   [ "$(pmd_of)" = "$first" ] || fail "threads change the result"
-  expect 0 -- evaluate --pairs 2 --seed 5 --noise 0.01 --json
+  expect 0 -- evaluate --method network --pairs 2 --seed 5 --noise 0.01 --json
   [ "$(pmd_of)" != "$first" ] || fail "noise changes nothing"
   [ "$(wc -l < out.txt)" -eq 1 ] || fail "JSON of more than one line"
 
@@ -675,10 +675,10 @@ test_evaluate() {
   expect 1 --err "walk.ply: found 5 vertices, expected 4" -- evaluate --family family
 
   # What makes results better, and sequences.
-  expect 0 -- evaluate --pairs 2 --seed 5 --json
+  expect 0 -- evaluate --method network --pairs 2 --seed 5 --json
   local plain
   plain=$(pmd_of)
-  if "$npt" evaluate --pairs 2 --seed 5 --json --refine > refined.txt 2> err.txt; then
+  if "$npt" evaluate --method network --pairs 2 --seed 5 --json --refine > refined.txt 2> err.txt; then
     grep -qF "$plain" refined.txt && fail "--refine changes nothing"
     grep -qF "refined within 0.04" refined.txt || fail "the refinement isn't named"
     expect 0 --out "refined within 0.1" -- evaluate --pairs 1 --refine --refine-radius 0.1
@@ -690,10 +690,10 @@ test_evaluate() {
   else
     grep -qF "built without Eigen" err.txt || fail "--refine: neither a result nor a reason"
   fi
-  expect 0 --out "mirrored" -- evaluate --pairs 2 --seed 5 --mirror
+  expect 0 --out "mirrored" -- evaluate --method network --pairs 2 --seed 5 --mirror
   expect 0 --err "--pairings changes nothing" -- evaluate --pairs 1 --pairings 3 --feature pooled
   expect 0 --out "3 pairings" -- evaluate --list lists/list.txt --pairings 3 --feature per-vertex
-  expect 0 --out '"jitter_mm":' --out '"true_jitter_mm":' -- evaluate --sequences 1 --frames 3 --json
+  expect 0 --out '"jitter_mm":' --out '"true_jitter_mm":' -- evaluate --method network --sequences 1 --frames 3 --json
   expect 0 --out "jitter mm" -- evaluate --sequences 1 --frames 3 --fresh-choices --invariant --feature per-vertex
   expect 0 --out "1 sequences in natural poses of mannequin" -- evaluate --sequences 1 --frames 3 --poses natural
   expect 2 --err "--frames" -- evaluate --frames 5
