@@ -71,9 +71,25 @@ PoseTransfer open_transfer(const TransferArguments& arguments) {
   return transfer;
 }
 
+namespace {
+
+std::string percent(double trust) { return std::to_string(std::lround(100 * trust)) + " %"; }
+
+}  // namespace
+
+npt::Error with_trust(const npt::Error& refusal, const npt::TransferReport& report, const std::string& identity,
+                      const std::string& pose) {
+  if (!report.read || report.method != npt::Method::network) return refusal;
+  const bool of_identity = report.identity_trust < report.pose_trust;
+  npt::ErrorParts parts = refusal.parts();
+  parts.expected += "; the network was asked since " + (of_identity ? identity : pose) +
+                    " doesn't read as a person (trust " + percent(report.trust()) + ", asked " +
+                    percent(npt::least_trust) + ")";
+  return npt::Error(parts);
+}
+
 std::vector<std::string> method_notes(const npt::TransferReport& report, const std::string& identity,
                                       const std::string& pose) {
-  const auto percent = [](double trust) { return std::to_string(std::lround(100 * trust)) + " %"; };
   std::vector<std::string> notes;
   if (!report.read) return notes;
   if (report.method == npt::Method::body) {

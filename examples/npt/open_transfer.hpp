@@ -21,6 +21,10 @@ PoseTransfer open_transfer(const TransferArguments& arguments);
 std::vector<std::string> method_notes(const npt::TransferReport& report, const std::string& identity,
                                       const std::string& pose);
 
+/// The network's refusal of a pair that was read as bodies, with why the network was asked at all.
+npt::Error with_trust(const npt::Error& refusal, const npt::TransferReport& report, const std::string& identity,
+                      const std::string& pose);
+
 /// Metres in a unit of an identity whose result is a GLB, where numbers are metres, told from its size or by --unit; 1
 /// where its own file says them in metres, and where its unit can't be told. `note`: what the user should know of it.
 double metres_in(const PoseTransfer& transfer, const npt::MeshView& identity, const std::filesystem::path& file,

@@ -94,9 +94,13 @@ class Transferring {
   npt::Mesh run(const TransferJob& job, program::JobOutcome& outcome, double& metres) {
     const auto [new_identity, new_pose] = prepare(job);
     npt::Mesh result = identity_.mesh();
-    transfer_(prepared_identity_, prepared_pose_, result.coordinates());
-    npt::recompute_normals(result);
     const npt::TransferReport report = transfer_.report(prepared_identity_, prepared_pose_);
+    try {
+      transfer_(prepared_identity_, prepared_pose_, result.coordinates());
+    } catch (const npt::Error& error) {
+      throw program::with_trust(error, report, job.identity.string(), job.pose.string());
+    }
+    npt::recompute_normals(result);
     outcome.read = report.read;
     outcome.trust = report.trust();
     outcome.method = report.method == npt::Method::network ? "network" : "body";

@@ -23,6 +23,7 @@
 #include <npt/scene/pose.hpp>
 #include <npt/skeleton/joint_names.hpp>
 #include <npt/transfer/pose_sequence.hpp>
+#include <npt/transfer/unit.hpp>
 
 #include <algorithm>
 #include <array>
@@ -229,8 +230,12 @@ class AnimationTransfer {
         const std::string pose_name = frames_.name(i);
         frames.prepare({mesh.coordinates(), triangles, pose_name}, identity_.vertex_count(), pose);
         std::vector<float>& result = done_.positions.emplace_back(3 * identity_.vertex_count());
-        transfer(prepared, pose, result);
         const npt::TransferReport report = transfer.report(prepared, pose);
+        try {
+          transfer(prepared, pose, result);
+        } catch (const npt::Error& error) {
+          throw with_trust(error, report, name, pose_name);
+        }
         if (i == 0 || report.trust() < done_.worst.trust()) done_.worst = report, worst_name = pose_name;
         if (report.method != npt::Method::body) done_.skeleton.reset();
         if (done_.skeleton) done_.motions.push_back(transfer.motions(prepared, pose));
@@ -331,25 +336,27 @@ class AnimationTransfer {
     draw_rows(*all_.picture, cells);
   }
 
-  /// A group of the page: the result as a GLB where it is one, with its materials.
+  /// A group of the page: the result as a GLB where it is one, with its materials. A pose in quite another unit is shown
+  /// in the identity's size.
   void show(view::Page& page) {
     view::Group& group = page.groups.emplace_back(view::Group{job_.out.filename().string(), {}});
-    group.panels.push_back(view::mesh_panel("identity", identity_));
+    group.panels.push_back(view::mesh_panel("identity", scaled(identity_, metres_)));
     group.panels.back().colour = render::parse_colour("blue", "--view");
-    view::Panel pose = view::mesh_panel("pose", frames_.load(0));
+    const double ratio =
+        metres_ * npt::extent_of(identity_.coordinates()) / npt::extent_of(frames_.load(0).coordinates());
+    const double size = ratio > 1.5 || ratio < 1 / 1.5 ? ratio : 1;
+    view::Panel pose = view::mesh_panel("pose", scaled(frames_.load(0), size));
     pose.colour = render::parse_colour("sand", "--view");
-    for (std::size_t i = 1; i < frames_.size(); ++i) view::add_frame(pose, frames_.load(i), frames_.name(i));
+    for (std::size_t i = 1; i < frames_.size(); ++i)
+      view::add_frame(pose, scaled(frames_.load(i), size), frames_.name(i));
     group.panels.push_back(std::move(pose));
     if (extension_of(job_.out) == ".glb") {
       view::Panel result;
       result.caption = "result", result.detail = job_.out.filename().string();
       result.glb = npt::read_file(job_.out);
       group.panels.push_back(std::move(result));
-      if (identity_.appearance != nullptr) {
-        view::Panel& identity = group.panels.front();
-        identity.glb = npt::glb_bytes(npt::scene_from(identity_).scene, job_.identity.string());
-        identity.frames.clear();
-      }
+      if (identity_.appearance != nullptr)
+        group.panels.front().glb = npt::glb_bytes(npt::scene_from(identity_).scene, job_.identity.string());
     } else {
       view::Panel result = view::mesh_panel("result", frame(0));
       result.colour = render::parse_colour("blue", "--view");

@@ -1,14 +1,14 @@
-// usage: node look.mjs PLAYWRIGHT_CORE CHROMIUM PROGRAM FOLDER [SHARED]
+// usage: node look.mjs PLAYWRIGHT_CORE CHROMIUM PROGRAM FOLDER SHARED [VALIDATE_JS]
 // Opens pages of npt view in headless Chromium, as a user would from the disk, and looks: silhouettes, movement, colours of
 // errors, buttons and keys; no error in the console and no request for anything but the page. Screenshots stay in FOLDER.
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, readdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { inflateSync } from 'node:zlib';
 
-const [library, chromium, npt, folder, shared] = process.argv.slice(2);
+const [library, chromium, npt, folder, shared, validator] = process.argv.slice(2);
 const playwright = createRequire(import.meta.url)(library);
 mkdirSync(folder, { recursive: true });
 process.chdir(folder);
@@ -289,10 +289,55 @@ async function glb(file, clip) {
   await close();
 }
 
+// What npt rig and npt transfer --clip write: a body with a skeleton and a clip goes onto another one, which then moves in three.js by
+// its joints alone. The files are left in made/ for the validator.
+async function rigged() {
+  mkdirSync('made', { recursive: true });
+  // A body that walks forwards, turned frame by frame.
+  run('generate', '--out', 'walker.obj', '--shape-seed', '2', '--pose', 'rest');
+  const lines = readFileSync('walker.obj', 'utf8').split('\n');
+  mkdirSync('steps', { recursive: true });
+  const frames = 4;
+  for (let f = 0; f < frames; ++f) {
+    const angle = 0.5 * f;
+    const text = lines.map((line) => {
+      const [kind, x, y, z] = line.split(' ');
+      if (kind !== 'v') return line;
+      return `v ${x * Math.cos(angle) + z * Math.sin(angle)} ${y} ${z * Math.cos(angle) - x * Math.sin(angle) + 0.2 * f}`;
+    });
+    writeFileSync(`steps/frame_${f}.obj`, text.join('\n'));
+  }
+  run('rig', '--mesh', 'walker.obj', '--pose', 'steps', '--fps', '4', '--out', 'made/walker.glb');
+  run('generate', '--out', 'body.obj', '--proportions', '--shape-seed', '41', '--pose', 'rest');
+  run('rig', '--mesh', 'body.obj', '--names', 'mixamo', '--out', 'made/rig.glb');
+  run('transfer', '--identity', 'made/rig.glb', '--pose', 'made/walker.glb', '--clip', 'steps', '--fps', '4', '--out', 'made/result.glb',
+      '--view', 'result.html', '--report', 'result.jsonl');
+  const report = JSON.parse(readFileSync('result.jsonl', 'utf8'));
+  expect(report.status === 'done' && report.method === 'body' && report.frames === frames, `report: ${JSON.stringify(report)}`);
+  const { page, look, close } = await open('result.html');
+  expect(await page.textContent('#frame') === '1 / 4', `frame ${await page.textContent('#frame')}`);
+  await page.keyboard.press('1');
+  const first = await look('rigged_1');
+  for (const i of [0, 1, 2]) expect(first.figure(i, 3).length > 60, `rigged: panel ${i} has ${first.figure(i, 3).length} cells`);
+  await page.keyboard.press('End');
+  const last = await look('rigged_4');
+  const cells = (picture, i) => new Set(picture.figure(i, 3).map(({ c, r }) => `${c},${r}`));
+  const moved = (i) => [...cells(last, i)].filter((cell) => !cells(first, i).has(cell)).length +
+    [...cells(first, i)].filter((cell) => !cells(last, i).has(cell)).length;
+  expect(moved(0) < 4, `the identity moves: ${moved(0)} cells`);
+  expect(moved(1) > 30, `the pose stands still: ${moved(1)} cells`);
+  expect(moved(2) > 30, `the result stands still: ${moved(2)} cells`);
+  // Both turn alike: their outlines change by about as much.
+  expect(moved(2) > 0.3 * moved(1) && moved(2) < 3 * moved(1), `pose ${moved(1)} cells, result ${moved(2)}`);
+  await close();
+  await glb('made/rig.glb');
+}
+
 try {
   await pair();
   await sequence();
   await heat();
+  await rigged();
   const files = shared ? ['Knight', 'Horse'].map((name) => path.join(shared, 'data/glb', `${name}.glb`)) : [];
   for (const file of files) {
     if (existsSync(file)) await glb(file, 1);
@@ -300,6 +345,14 @@ try {
   }
 } finally {
   await browser.close();
+}
+if (validator) {
+  const written = readdirSync('made').map((name) => path.join('made', name));
+  try {
+    execFileSync(process.execPath, [validator, ...written], { encoding: 'utf8' });
+  } catch (error) {
+    expect(false, `the validator: ${error.stdout}${error.stderr}`);
+  }
 }
 console.log(failures === 0 ? 'all as expected' : `${failures} failures`);
 process.exit(failures === 0 ? 0 : 1);

@@ -47,7 +47,6 @@ class ForeignScene {
     if (source_ == nullptr) fail("", "what assimp refuses (" + one_line(importer_.GetErrorString()) + ")", kind());
     if ((source_->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0 || source_->mNumMeshes == 0 || source_->mRootNode == nullptr)
       fail("", "no mesh", "one at least");
-    check_counts(bytes);
     read_materials();
     scene_.nodes.push_back({.name = "scene", .matrix = to_metres()});
     add_node(*source_->mRootNode, 0);
@@ -66,7 +65,7 @@ class ForeignScene {
     return text;
   }
   std::string kind() const { return "a whole " + extension_ + " file"; }
-  bool is_soup() const { return extension_ == ".stl" || extension_ == ".off"; }
+  bool is_soup() const { return extension_ == ".stl"; }
 
   /// Names are kept as UTF-8, as glTF wants them.
   static std::string text(const aiString& string) {
@@ -85,39 +84,6 @@ class ForeignScene {
     }
     if (bytes.rfind("endsolid") == std::string::npos || bytes.rfind("endsolid") < bytes.rfind("facet"))
       fail("the end", "no 'endsolid'", kind());
-  }
-  /// And an OFF file too.
-  void check_counts(const std::string& bytes) const {
-    if (extension_ != ".off") return;
-    const std::vector<std::size_t> counts = off_counts(bytes);
-    std::size_t faces = 0;
-    for (unsigned m = 0; m < source_->mNumMeshes; ++m)
-      for (unsigned f = 0; f < source_->mMeshes[m]->mNumFaces; ++f)
-        faces += source_->mMeshes[m]->mFaces[f].mNumIndices == 3 ? 1 : 0;
-    // Polygons are triangles by now.
-    if (counts.size() < 2 || faces < counts[1])
-      fail("faces", std::to_string(faces) + " triangles",
-           counts.size() < 2 ? "the numbers of vertices and faces"
-                             : "one for each of " + std::to_string(counts[1]) + " faces at least");
-  }
-  /// The numbers that stand behind the word OFF, comments left out.
-  static std::vector<std::size_t> off_counts(const std::string& bytes) {
-    std::vector<std::size_t> counts;
-    std::size_t at = bytes.find("OFF");
-    at = at == std::string::npos ? 0 : at + 3;
-    while (at < bytes.size() && counts.size() < 3) {
-      if (bytes[at] == '#') {
-        at = std::min(bytes.find('\n', at), bytes.size());
-      } else if (bytes[at] >= '0' && bytes[at] <= '9') {
-        std::size_t value = 0;
-        for (; at < bytes.size() && bytes[at] >= '0' && bytes[at] <= '9' && value < (std::size_t{1} << 40); ++at)
-          value = 10 * value + static_cast<std::size_t>(bytes[at] - '0');
-        counts.push_back(value);
-      } else {
-        ++at;
-      }
-    }
-    return counts;
   }
 
   // Materials: a name, a colour, and a picture.
@@ -288,7 +254,7 @@ class ForeignScene {
   }
 
   /// Corners of faces have vertices of their own in these files, or in what assimp makes of them: those that are the
-  /// same in all that they have become one, in the order in which the file has them first. STL and OFF only know places.
+  /// same in all that they have become one, in the order in which the file has them first. STL only knows places.
   void add_part(const aiMesh& mesh, std::size_t node, npt::SceneMesh& made, npt::Skin& skin) {
     if ((total_ += mesh.mNumVertices) > most_vertices)
       fail("", "more than " + std::to_string(most_vertices) + " vertices", "fewer");

@@ -10,6 +10,8 @@ namespace formats {
 
 namespace {
 
+constexpr std::array<std::string_view, 1> off{".off"};
+
 bool is_one_of(const std::filesystem::path& path, std::span<const std::string_view> extensions) {
   std::string extension = path.extension().string();
   for (char& c : extension)
@@ -22,6 +24,7 @@ bool is_one_of(const std::filesystem::path& path, std::span<const std::string_vi
 bool is_scene(const std::filesystem::path& path) { return is_one_of(path, scenes); }
 
 npt::Mesh read_mesh(const std::filesystem::path& path) {
+  if (is_one_of(path, off)) return read_off(path);
   if (!is_one_of(path, foreign)) return npt::read_mesh(path);
   const npt::Scene scene = read_foreign(path);
   return npt::ScenePoser(scene, path.string()).mesh();

@@ -1,5 +1,5 @@
 /// Meshes and scenes of all formats that the program reads: the library's own, and through assimp, where this build has
-/// it (assimp.cpp), FBX, Collada, STL and OFF. Without it (assimp_missing.cpp) those are refused.
+/// it (assimp.cpp), FBX, Collada and STL; and OFF. Without it (assimp_missing.cpp) those are refused.
 /// Errors    npt::Error that names the file
 #pragma once
 
@@ -17,7 +17,7 @@ inline constexpr std::array<std::string_view, 8> all{".ply", ".obj", ".glb", ".g
 /// Those that have clips, in metres and with y up.
 inline constexpr std::array<std::string_view, 4> scenes{".glb", ".gltf", ".fbx", ".dae"};
 /// Those that are read through assimp.
-inline constexpr std::array<std::string_view, 4> foreign{".fbx", ".dae", ".stl", ".off"};
+inline constexpr std::array<std::string_view, 3> foreign{".fbx", ".dae", ".stl"};
 
 /// In any case of letters.
 bool is_scene(const std::filesystem::path& path);
@@ -30,5 +30,6 @@ npt::Scene read_scene(const std::filesystem::path& path);
 bool reads_foreign();
 /// A file in one of the formats in `foreign`.
 npt::Scene read_foreign(const std::filesystem::path& path);
+npt::Mesh read_off(const std::filesystem::path& path);
 
 }  // namespace formats
