@@ -3,12 +3,14 @@
 
 #include <doctest/doctest.h>
 
+#include <npt/io/gltf.hpp>
 #include <npt/scene/pose.hpp>
 
 #include <io/scratch.hpp>
 #include <support/needs.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -235,6 +237,29 @@ TEST_CASE("Files that end early, or aren't what they say, are errors" * assimp) 
       CHECK(scratch::error_of([&] { formats::read_mesh(folder / name); }).starts_with((folder / name).string() + ": "));
     }
   CHECK(scratch::error_of([&] { formats::read_mesh(folder / "none.fbx"); }).find("none.fbx: ") != std::string::npos);
+}
+
+TEST_CASE("Skins and clips through assimp are those of npt's own reader" *
+          support::Needs{formats::reads_foreign() && std::filesystem::exists(NPT_SHARED "/data/glb/Knight.glb"),
+                         "assimp (libassimp-dev) and ../shared/data/glb"}) {
+  const std::filesystem::path file = NPT_SHARED "/data/glb/Knight.glb";
+  const npt::Scene foreign = formats::read_foreign(file), own = npt::read_scene(file);
+  const npt::ScenePoser a(foreign), b(own);
+  npt::Mesh x = a.mesh(), y = b.mesh();
+  REQUIRE(x.corners == y.corners);
+  REQUIRE(foreign.clips.size() == own.clips.size());
+  for (const npt::Clip& clip : own.clips)
+    for (const double part : {0.0, 0.3, 0.71, 1.0}) {
+      double begin = clip.length();
+      for (const npt::ClipChannel& channel : clip.channels) begin = std::min(begin, double{channel.times.front()});
+      const double time = begin + part * (clip.length() - begin);
+      a.positions(&npt::find_clip(foreign, clip.name, "assimp"), time - begin, x.coordinates());
+      b.positions(&clip, time, y.coordinates());
+      double worst = 0;
+      for (std::size_t v = 0; v < x.vertex_count(); ++v)
+        worst = std::max(worst, static_cast<double>(length(x.positions[v] - y.positions[v])));
+      CHECK(worst < 1e-5);
+    }
 }
 
 TEST_CASE("Without assimp the message names its package") {
