@@ -278,7 +278,9 @@ void run(const Options& options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  command.add_option("FILE", o->files, "Meshes (.ply, .obj, .glb), weights and bodies (safetensors, under any name)")
+  command
+      .add_option("FILE", o->files,
+                  "Meshes (.ply, .obj, .glb, .fbx, ...), weights and bodies (safetensors, under any name)")
       ->required();
   command.add_flag("--json", o->json, "For programs: an array with an object for each file");
   command.callback([o] { run(*o); });

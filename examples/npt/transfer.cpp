@@ -506,10 +506,10 @@ void run(Options options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  CLI::Option* identity = command.add_option("--identity", o->identity,
-                                             "Mesh that gives the shape (.ply, .obj, .glb), or a folder of them");
-  CLI::Option* pose = command.add_option("--pose", o->pose,
-                                         "Mesh that gives the pose, a folder of them or a clip of a .glb: a sequence");
+  CLI::Option* identity = command.add_option(
+      "--identity", o->identity, "Mesh that gives the shape (.ply, .obj, .glb, .fbx, ...), or a folder of them");
+  CLI::Option* pose = command.add_option(
+      "--pose", o->pose, "Mesh that gives the pose, a folder of them or a clip of a .glb or .fbx: a sequence");
   CLI::Option* out = command.add_option(
       "-o,--out", o->out,
       "Result (.ply, .obj, .glb); a folder for folders of poses or identities, or a .glb that moves for a sequence");

@@ -19,7 +19,7 @@ struct AnimationArguments {
 };
 
 inline void add_animation_options(CLI::App& command, AnimationArguments& arguments) {
-  command.add_option("--clip", arguments.clip, "Clip of the pose .glb, by its name; npt info lists them");
+  command.add_option("--clip", arguments.clip, "Clip of the pose .glb or .fbx, by its name; npt info lists them");
   command.add_option("--fps", arguments.fps, "Frames a second of a sequence; without: 30")
       ->check(CLI::Range(0.001, 1000.0));
   command

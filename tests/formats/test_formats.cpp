@@ -18,6 +18,9 @@
 namespace {
 
 const support::Needs assimp{formats::reads_foreign(), "assimp (libassimp-dev)"};
+const support::Needs assimp_and_knight{
+    formats::reads_foreign() && std::filesystem::exists(NPT_SHARED "/data/glb/Knight.glb"),
+    "assimp (libassimp-dev) and ../shared/data/glb"};
 
 std::string stl_text() {
   std::string text = "solid square\n";
@@ -239,9 +242,7 @@ TEST_CASE("Files that end early, or aren't what they say, are errors" * assimp) 
   CHECK(scratch::error_of([&] { formats::read_mesh(folder / "none.fbx"); }).find("none.fbx: ") != std::string::npos);
 }
 
-TEST_CASE("Skins and clips through assimp are those of npt's own reader" *
-          support::Needs{formats::reads_foreign() && std::filesystem::exists(NPT_SHARED "/data/glb/Knight.glb"),
-                         "assimp (libassimp-dev) and ../shared/data/glb"}) {
+TEST_CASE("Skins and clips through assimp are those of npt's own reader" * assimp_and_knight) {
   const std::filesystem::path file = NPT_SHARED "/data/glb/Knight.glb";
   const npt::Scene foreign = formats::read_foreign(file), own = npt::read_scene(file);
   const npt::ScenePoser a(foreign), b(own);
