@@ -622,6 +622,36 @@ test_deform() {
   missing c.ply
 }
 
+# A body that goes half a metre forward and up, and another one, twice as large in its own unit, that takes the clip.
+test_clips() {
+  expect 0 -- generate --out a.obj --seed 3 --pose rest
+  mkdir way
+  cp a.obj way/1.obj
+  awk '$1 == "v" { printf "v %s %.6f %.6f\n", $2, $3 + 0.3, $4 + 0.5; next } { print }' a.obj > way/2.obj
+  awk '$1 == "v" { printf "v %.6f %.6f %.6f\n", 200 * $2, 200 * $3, 200 * $4; next } { print }' a.obj > large.obj
+  # How far the first vertex went from frame 0 to 1, in y and z, and whether the lowest point stayed: in thousandths.
+  went() {
+    awk -v file=0 'FNR == 1 { ++file } $1 == "v" { if (!seen[file]++) { y[file] = $3; z[file] = $4 } if (low == "" || $3 < low) low = $3 }
+      END { printf "%d %d %d\n", 1000 * (y[2] - y[1]) / '"$2"' + 0.5, 1000 * (z[2] - z[1]) / '"$2"' + 0.5, 1000 * low / '"$2"' + 0.5 }' "$1"/frame_*.obj
+  }
+  near() {
+    awk -v a="$1" -v b="$2" 'BEGIN { n = split(a, x, " "); split(b, y, " "); for (i = 1; i <= n; ++i) if ((x[i] - y[i])^2 > 225) exit 1 }' ||
+      fail "went '$1', expected '$2'"
+  }
+  expect 0 --out "2 frames of way on a skeleton of 24 joints" -- rig --mesh a.obj --pose way --fps 1 --out clip.glb
+  local low
+  low=$(awk '$1 == "v" && (low == "" || $3 < low) { low = $3 } END { printf "%d", 1000 * low + 0.5 }' a.obj)
+  expect 0 -- transfer --identity a.obj --pose clip.glb --clip way --fps 1 --out along
+  near "$(went along 1)" "300 500 $low"
+  expect 0 -- transfer --identity a.obj --pose clip.glb --clip way --fps 1 --out still --in-place
+  near "$(went still 1)" "0 0 $low"
+  expect 0 -- transfer --identity large.obj --unit 0.005 --pose clip.glb --clip way --fps 1 --out far
+  near "$(went far 200)" "300 500 $low"
+  expect 0 --err "is taken to be in units of" -- transfer --identity large.obj --unit 0.005 --pose clip.glb --clip way --fps 1 --out far.glb
+  expect 0 -- info far.glb
+  awk '$1 == "size" { gsub(",", ""); good = $3 > 1 && $3 < 2.5 } END { exit !good }' out.txt || fail "far.glb is not in metres"
+}
+
 test_skeleton() {
   make_meshes
   expect 0 -- generate --out bodies --count 3 --seed 7
