@@ -56,7 +56,7 @@ install_modules() {
   cp "$root"/tests/npm/package.json "$root"/tests/npm/package-lock.json "$folder"
   echo "Installing npm's packages into $folder"
   log=$(mktemp)
-  if (cd "$folder" && npm ci --ignore-scripts --no-audit --no-fund --omit=optional) > "$log" 2>&1; then
+  if (cd "$folder" && npm ci --ignore-scripts --no-audit --no-fund --omit=optional --fetch-retries=1 --fetch-timeout=20000) > "$log" 2>&1; then
     rm -f "$log"
     return 0
   fi
