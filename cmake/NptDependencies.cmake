@@ -37,6 +37,13 @@ if(NPT_BUILD_PROGRAMS)
 endif()
 # Optional: without it glTF that Draco compressed is refused.
 find_package(draco QUIET)
+# Optional, for the program: without it FBX, Collada and STL are refused.
+if(NPT_BUILD_PROGRAMS)
+  find_package(assimp QUIET)
+  if(NOT TARGET assimp::assimp AND PROJECT_IS_TOP_LEVEL)
+    message(STATUS "npt: assimp is missing (libassimp-dev): the program refuses FBX, Collada and STL files")
+  endif()
+endif()
 # Optional: without them the refinement of results and transfer without networks, their commands and their tests are
 # left out.
 find_package(Eigen3 QUIET NO_MODULE)

@@ -1,18 +1,31 @@
 #!/usr/bin/env bash
 # Installs the Debian 12 packages that npt needs, only those that are missing; done at once when none is.
-# usage: cmake/install-dependencies.sh [--tests] [--dev]
-#   --tests   also what tests need that the program doesn't: numpy, for the converters
-#   --dev     also the tools for work on npt itself: clang, clang-format, clang-tidy, doxygen, Google Benchmark, peers
+# usage: cmake/install-dependencies.sh [--tests] [--browser] [--dev]
+#   --tests     also what tests need that the program doesn't: numpy, for the converters; where npm is installed, two of its packages
+#               into build/npm: playwright-core for pages in a browser, gltf-validator for GLB files
+#   --browser   also what shows pages to the tests: Chromium, node, npm, and its two packages
+#   --dev       also the tools for work on npt itself: clang, clang-format, clang-tidy, doxygen, Google Benchmark, peers
 set -euo pipefail
 
 packages=(libxtensor-dev libxsimd-dev libtbb-dev libtinyobjloader-dev doctest-dev libcli11-dev
-  nlohmann-json3-dev libstb-dev libeigen3-dev liblbfgs-dev libdraco-dev)
+  nlohmann-json3-dev libstb-dev libeigen3-dev liblbfgs-dev libdraco-dev libassimp-dev)
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+modules=
 for argument in "$@"; do
   case "$argument" in
-    --tests) packages+=(python3-numpy) ;;
+    --tests)
+      packages+=(python3-numpy)
+      modules=${modules:-wanted}
+      ;;
+    --browser)
+      modules=needed
+      command -v chromium > /dev/null || packages+=(chromium)
+      command -v node > /dev/null || packages+=(nodejs)
+      command -v npm > /dev/null || packages+=(npm)
+      ;;
     --dev) packages+=(clang clang-format clang-tidy doxygen libbenchmark-dev libdnnl-dev) ;;
-    -h | --help) sed -n '2,5s/^# //p' "$0"; exit 0 ;;
-    *) echo "install-dependencies.sh: unknown argument '$argument' (--tests and --dev are known)" >&2; exit 2 ;;
+    -h | --help) sed -n '2,8s/^# //p' "$0"; exit 0 ;;
+    *) echo "install-dependencies.sh: unknown argument '$argument' (--tests, --browser and --dev are known)" >&2; exit 2 ;;
   esac
 done
 
@@ -32,7 +45,32 @@ for package in "${packages[@]}"; do
   status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2> /dev/null || true)
   [ "$status" = installed ] || missing+=("$package")
 done
-[ "${#missing[@]}" -eq 0 ] && exit 0
+
+# npm's packages, as tests/npm/package-lock.json pins them. No installation script of theirs is run.
+install_modules() {
+  [ -n "$modules" ] || return 0
+  local folder=$root/build/npm log
+  cmp -s "$root/tests/npm/package-lock.json" "$folder/package-lock.json" && [ -d "$folder/node_modules" ] && return 0
+  if ! command -v npm > /dev/null || ! command -v node > /dev/null; then return 0; fi
+  mkdir -p "$folder"
+  cp "$root"/tests/npm/package.json "$root"/tests/npm/package-lock.json "$folder"
+  echo "Installing npm's packages into $folder"
+  log=$(mktemp)
+  if (cd "$folder" && npm ci --ignore-scripts --no-audit --no-fund --omit=optional --fetch-retries=1 --fetch-timeout=20000) > "$log" 2>&1; then
+    rm -f "$log"
+    return 0
+  fi
+  rm -rf "$folder"
+  tail -n 5 "$log" >&2
+  rm -f "$log"
+  echo "install-dependencies.sh: npm could not install them: tests that need them will be skipped" >&2
+  [ "$modules" = wanted ]
+}
+
+if [ "${#missing[@]}" -eq 0 ]; then
+  install_modules
+  exit
+fi
 
 run=()
 if [ "$(id -u)" -ne 0 ]; then
@@ -57,3 +95,4 @@ if ! "${apt[@]}" install -y --no-install-recommends "${missing[@]}" >> "$log" 2>
   echo "install-dependencies.sh: apt-get could not install: ${missing[*]}" >&2
   exit 1
 fi
+install_modules

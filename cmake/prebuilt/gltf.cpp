@@ -7,3 +7,4 @@ void npt::write_scene(const std::filesystem::path& path, const Scene& scene) {
   internal::write_scene_file(path, scene);
 }
 void npt::write_gltf(const std::filesystem::path& path, const Mesh& mesh) { internal::write_gltf_mesh(path, mesh); }
+std::string npt::glb_bytes(const Scene& scene, const std::string& name) { return format_gltf(scene, name); }

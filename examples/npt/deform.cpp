@@ -11,12 +11,14 @@
 #include "transfer_picture.hpp"
 #include "transfer_view.hpp"
 
+#include <formats/read.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/deformation/control_points.hpp>
 #include <npt/deformation/correspondence.hpp>
 #include <npt/deformation/deformation_evaluation.hpp>
 #include <npt/deformation/deformation_transfer.hpp>
 #include <npt/deformation/markers.hpp>
+
 #include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/validate.hpp>
@@ -70,14 +72,14 @@ class Deform {
 
   void run() {
     program::catch_interrupts();
-    source_ = npt::read_mesh(*options_.source);
-    target_ = npt::read_mesh(*options_.target);
+    source_ = formats::read_mesh(*options_.source);
+    target_ = formats::read_mesh(*options_.target);
     const npt::DeformationTransfer transfer = prepare();
     program::Progress progress("poses", jobs_.size());
     const program::Stopwatch watch;
     for (const TransferJob& job : jobs_) {
       program::stop_if_interrupted();
-      npt::Mesh pose = npt::read_mesh(job.pose);
+      npt::Mesh pose = formats::read_mesh(job.pose);
       if (pose.vertex_count() != source_.vertex_count())
         throw npt::Error(
             {job.pose.string(),

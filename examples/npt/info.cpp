@@ -3,6 +3,8 @@
 #include "report.hpp"
 #include "subcommand.hpp"
 
+#include <formats/read.hpp>
+
 #include <npt/io/mesh_file.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/mesh.hpp>
@@ -165,10 +167,9 @@ void describe_scene(Report& report, const npt::Scene& scene) {
 }
 
 Report describe_mesh(const fs::path& file) {
-  const npt::MeshFormat format = npt::mesh_format(file);
-  const bool is_scene = format == npt::MeshFormat::glb || format == npt::MeshFormat::gltf;
-  const npt::Scene scene = is_scene ? npt::read_scene(file) : npt::Scene{};
-  const npt::Mesh mesh = is_scene ? npt::ScenePoser(scene, file.string()).mesh() : npt::read_mesh(file);
+  const bool is_scene = formats::is_scene(file);
+  const npt::Scene scene = is_scene ? formats::read_scene(file) : npt::Scene{};
+  const npt::Mesh mesh = is_scene ? npt::ScenePoser(scene, file.string()).mesh() : formats::read_mesh(file);
   Report report{{"file", file.string()}, {"kind", mesh.face_count() == 0 ? "points" : "mesh"}};
   report["vertices"] = mesh.vertex_count();
   report["faces"] = mesh.face_count();
@@ -277,7 +278,9 @@ void run(const Options& options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  command.add_option("FILE", o->files, "Meshes (.ply, .obj, .glb), weights and bodies (safetensors, under any name)")
+  command
+      .add_option("FILE", o->files,
+                  "Meshes (.ply, .obj, .glb, .fbx, ...), weights and bodies (safetensors, under any name)")
       ->required();
   command.add_flag("--json", o->json, "For programs: an array with an object for each file");
   command.callback([o] { run(*o); });

@@ -3,6 +3,7 @@
 #include "arguments.hpp"
 #include "shipped_weights.hpp"
 
+#include <formats/read.hpp>
 #include <refining/body_method.hpp>
 #include <refining/refinement.hpp>
 
@@ -71,9 +72,25 @@ PoseTransfer open_transfer(const TransferArguments& arguments) {
   return transfer;
 }
 
+namespace {
+
+std::string percent(double trust) { return std::to_string(std::lround(100 * trust)) + " %"; }
+
+}  // namespace
+
+npt::Error with_trust(const npt::Error& refusal, const npt::TransferReport& report, const std::string& identity,
+                      const std::string& pose) {
+  if (!report.read || report.method != npt::Method::network) return refusal;
+  const bool of_identity = report.identity_trust < report.pose_trust;
+  npt::ErrorParts parts = refusal.parts();
+  parts.expected += "; the network was asked since " + (of_identity ? identity : pose) +
+                    " doesn't read as a person (trust " + percent(report.trust()) + ", asked " +
+                    percent(npt::least_trust) + ")";
+  return npt::Error(parts);
+}
+
 std::vector<std::string> method_notes(const npt::TransferReport& report, const std::string& identity,
                                       const std::string& pose) {
-  const auto percent = [](double trust) { return std::to_string(std::lround(100 * trust)) + " %"; };
   std::vector<std::string> notes;
   if (!report.read) return notes;
   if (report.method == npt::Method::body) {
@@ -93,14 +110,43 @@ std::vector<std::string> method_notes(const npt::TransferReport& report, const s
   return notes;
 }
 
+namespace {
+
+std::string unit_name(double unit) {
+  for (const auto& [text, metres] : units)
+    if (metres == unit)
+      return text == std::string("foot") ? "feet" : text == std::string("inch") ? "inches" : text + std::string("s");
+  return "units of " + std::to_string(unit) + " metres";
+}
+
+}  // namespace
+
+double metres_in(const PoseTransfer& transfer, const npt::MeshView& identity, const std::filesystem::path& file,
+                 const std::filesystem::path& out, std::string& note) {
+  if (extension_of(out) != ".glb" || formats::is_scene(file)) return 1;
+  double unit = 1;
+  try {
+    unit = transfer.options().unit ? *transfer.options().unit : transfer.unit_of(identity);
+  } catch (const npt::Error&) {  // no person's size
+  }
+  if (unit != 1)
+    note = file.string() + " is taken to be in " + unit_name(unit) +
+           (transfer.options().unit ? "" : ", by its size (--unit says otherwise)") + ": " + out.string() +
+           " is in metres, as GLB files are";
+  return unit;
+}
+
+npt::Mesh scaled(npt::Mesh mesh, double factor) {
+  if (factor == 1) return mesh;
+  for (float& x : mesh.coordinates()) x = static_cast<float>(static_cast<double>(x) * factor);
+  return mesh;
+}
+
 std::string unit_note(const PoseTransfer& transfer, const npt::MeshView& mesh) {
   if (transfer.options().unit) return {};
   const double unit = transfer.unit_of(mesh);
   if (unit == 1) return {};
-  const char* name = "";
-  for (const auto& [text, metres] : units)
-    if (metres == unit) name = text;
-  return std::string(mesh.name) + " is taken to be in " + name + "s, by its size (--unit says otherwise)";
+  return std::string(mesh.name) + " is taken to be in " + unit_name(unit) + ", by its size (--unit says otherwise)";
 }
 
 }  // namespace program

@@ -4,6 +4,10 @@
 #include "networks.hpp"
 #include "transfer_arguments.hpp"
 
+#include <npt/mesh/mesh.hpp>
+#include <npt/mesh/mesh_view.hpp>
+
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -16,6 +20,18 @@ PoseTransfer open_transfer(const TransferArguments& arguments);
 /// What must be known of how a pair was transferred: a mesh that doesn't read as a person, or hardly.
 std::vector<std::string> method_notes(const npt::TransferReport& report, const std::string& identity,
                                       const std::string& pose);
+
+/// The network's refusal of a pair that was read as bodies, with why the network was asked at all.
+npt::Error with_trust(const npt::Error& refusal, const npt::TransferReport& report, const std::string& identity,
+                      const std::string& pose);
+
+/// Metres in a unit of an identity whose result is a GLB, where numbers are metres, told from its size or by --unit; 1
+/// where its own file says them in metres, and where its unit can't be told. `note`: what the user should know of it.
+double metres_in(const PoseTransfer& transfer, const npt::MeshView& identity, const std::filesystem::path& file,
+                 const std::filesystem::path& out, std::string& note);
+
+/// The mesh with all positions multiplied.
+npt::Mesh scaled(npt::Mesh mesh, double factor);
 
 /// A note where a mesh isn't taken for one in metres; else empty.
 std::string unit_note(const PoseTransfer& transfer, const npt::MeshView& mesh);

@@ -6,6 +6,8 @@
 #include <render/png.hpp>
 #include <render/render.hpp>
 
+#include <formats/read.hpp>
+
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/metrics.hpp>
 
@@ -74,7 +76,7 @@ struct Contents {
       if (is_picture(files[i]))
         pictures[i] = render::read_png(files[i]);
       else
-        meshes[i] = npt::read_mesh(files[i]);
+        meshes[i] = formats::read_mesh(files[i]);
     }
   }
   bool has_mesh(std::size_t i) const { return !meshes[i].positions.empty(); }
@@ -106,7 +108,7 @@ std::vector<double> heat_values(const npt::Mesh& mesh, const std::string& file, 
 
 /// Colours all meshes on one scale and adds its bar to the picture.
 void colour_by_numbers(std::vector<render::Panel>& panels, const Options& options, render::FigureOptions& figure) {
-  const npt::Mesh reference = options.distance_to ? npt::read_mesh(*options.distance_to) : npt::Mesh{};
+  const npt::Mesh reference = options.distance_to ? formats::read_mesh(*options.distance_to) : npt::Mesh{};
   std::vector<std::vector<double>> values(panels.size());
   double low = options.distance_to ? 0 : std::numeric_limits<double>::max(),
          high = std::numeric_limits<double>::lowest();
@@ -140,7 +142,7 @@ void colour_by_error(std::vector<render::Panel>& panels, const Options& options,
   std::vector<double> all;
   for (std::size_t i = 0; i < panels.size(); ++i) {
     if (panels[i].mesh == nullptr || truths[i] == nothing) continue;
-    const npt::Mesh truth = npt::read_mesh(truths[i]);
+    const npt::Mesh truth = formats::read_mesh(truths[i]);
     expect_same_count(*panels[i].mesh, options.files[i], truth, truths[i]);
     errors[i] = render::centred_distances(panels[i].mesh->coordinates(), truth.coordinates());
     for (double& e : errors[i]) all.push_back(e *= 1000);

@@ -14,7 +14,7 @@ namespace rig_command {
 
 struct Options {
   std::filesystem::path mesh, out;
-  std::optional<std::filesystem::path> pose;
+  std::optional<std::filesystem::path> pose, page;
   program::TransferArguments transfer;
   program::AnimationArguments animation;
 };
@@ -23,22 +23,29 @@ void run(Options& options) {
   options.transfer.method = "body";
   static constexpr std::array<std::string_view, 1> moving{".glb"};
   program::expect_extension(options.out, moving);
+  if (!options.pose && options.page) throw CLI::RequiredError("--pose, for --view: npt view shows the rig");
   if (!options.pose && (options.animation.clip || options.animation.fps || options.animation.time))
     throw CLI::RequiredError("--pose, for --clip, --fps and --time");
   if (options.animation.time) throw CLI::ValidationError("--time", "asks for one pose: npt transfer writes it");
-  const program::AnimationJob job{options.mesh, options.pose.value_or(""), options.out, {}, {}, options.animation};
-  if (options.pose)
-    program::animate(job, options.transfer);
-  else
-    program::rig(job, options.transfer);
+  if (!options.pose) return program::rig(options.mesh, options.out, options.animation, options.transfer);
+  program::Animations one;
+  one.jobs = {{options.mesh, *options.pose, options.out, {}, 0}};
+  one.page = options.page;
+  one.animation = options.animation;
+  program::animate(one, options.transfer);
 }
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  command.add_option("--mesh", o->mesh, "Mesh of a person, in any pose (.ply, .obj, .glb)")->required();
+  command.add_option("--mesh", o->mesh, "Mesh of a person, in any pose (.ply, .obj, .glb, .fbx, ...)")->required();
   command.add_option("-o,--out", o->out, "The mesh with a skeleton of 24 joints and skin weights (.glb)")->required();
-  command.add_option("--pose", o->pose, "Also put on a clip: a folder of poses, or a .glb with --clip");
+  command.add_option("--pose", o->pose, "Also put on a clip: a folder of poses, or a .glb or .fbx with --clip");
   program::add_animation_options(command, o->animation);
+  command.add_option("--view", o->page, "Also write a page to look at the clip in a browser (.html)");
+  command.add_option(
+      "--unit", o->transfer.unit,
+      "Of a mesh from .ply, .obj, .stl or .off: metre, centimetre, millimetre, inch, foot, or metres as a "
+      "number; without: told from its size");
   command.add_option("--reader", o->transfer.options.reader,
                      "Weights of the network that reads bodies; without: those that the weights name");
   command.add_option("--threads", o->transfer.threads, "Threads; 0: all that the process may use")

@@ -11,9 +11,11 @@
 #include "transfer_picture.hpp"
 #include "transfer_view.hpp"
 
+#include <formats/read.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/data/body_pairs.hpp>
+
 #include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
@@ -121,14 +123,14 @@ class Skeleton {
 
   /// Fits the identity mesh and, beside it, the first pose.
   void prepare() {
-    identity_ = npt::read_mesh(*options_.identity);
+    identity_ = formats::read_mesh(*options_.identity);
     executor_.for_each(2, [&](int i, int) {
       if (i == 0) {
         const std::string name = options_.identity->string();
         const std::optional<npt::BodyFit> start = start_of(identity_, name);
         transfer_.emplace(fitter_, identity_, name, start ? &*start : nullptr);
       } else {
-        first_fit_ = fit(jobs_.front().pose, npt::read_mesh(jobs_.front().pose));
+        first_fit_ = fit(jobs_.front().pose, formats::read_mesh(jobs_.front().pose));
       }
     });
     note_fit(transfer_->fit(), options_.identity->string());
@@ -155,7 +157,7 @@ class Skeleton {
   void run_job(std::size_t i, std::mutex& mutex) {
     const TransferJob& job = jobs_[i];
     npt::Mesh pose;
-    if (i > 0 || options_.picture || options_.page) pose = npt::read_mesh(job.pose);
+    if (i > 0 || options_.picture || options_.page) pose = formats::read_mesh(job.pose);
     const npt::BodyFit found = i == 0 ? first_fit_ : fit(job.pose, pose);
     npt::Mesh result = identity_;
     transfer_->pose(found.axis_angles, result.coordinates());

@@ -12,6 +12,7 @@
 #include "transfer_picture.hpp"
 #include "transfer_view.hpp"
 
+#include <formats/read.hpp>
 #include <training/group.hpp>
 
 #include <npt/io/file.hpp>
@@ -60,7 +61,7 @@ class LoadedMesh {
   bool load(const fs::path& file) {
     if (loaded_ && file == file_) return false;
     loaded_ = false;
-    mesh_ = npt::read_mesh(file);
+    mesh_ = formats::read_mesh(file);
     triangles_ = npt::triangulate(mesh_);
     name_ = file.string();
     file_ = file;
@@ -89,12 +90,17 @@ class Transferring {
   const npt::Mesh& identity() const { return identity_.mesh(); }
   const npt::Mesh& pose() const { return pose_.mesh(); }
 
-  npt::Mesh run(const TransferJob& job, program::JobOutcome& outcome) {
+  /// `metres`: in a unit of the result, where it is to be written in metres; else 1.
+  npt::Mesh run(const TransferJob& job, program::JobOutcome& outcome, double& metres) {
     const auto [new_identity, new_pose] = prepare(job);
     npt::Mesh result = identity_.mesh();
-    transfer_(prepared_identity_, prepared_pose_, result.coordinates());
-    npt::recompute_normals(result);
     const npt::TransferReport report = transfer_.report(prepared_identity_, prepared_pose_);
+    try {
+      transfer_(prepared_identity_, prepared_pose_, result.coordinates());
+    } catch (const npt::Error& error) {
+      throw program::with_trust(error, report, job.identity.string(), job.pose.string());
+    }
+    npt::recompute_normals(result);
     outcome.read = report.read;
     outcome.trust = report.trust();
     outcome.method = report.method == npt::Method::network ? "network" : "body";
@@ -103,6 +109,9 @@ class Transferring {
       if (new_identity) note_unit(identity_.view(), outcome);
       if (new_pose) note_unit(pose_.view(), outcome);
     }
+    std::string note;
+    metres = program::metres_in(transfer_, identity_.view(), job.identity, job.out, note);
+    if (!note.empty()) outcome.notes.push_back(std::move(note));
     return result;
   }
 
@@ -355,9 +364,10 @@ class Transfer {
     attempt(i, [&] {
       const program::Stopwatch watch;
       program::JobOutcome outcome;
-      const npt::Mesh result = worker.run(job, outcome);
+      double metres = 1;
+      const npt::Mesh result = worker.run(job, outcome, metres);
       npt::validate(result, "result for " + job.identity.string());
-      npt::write_mesh(job.out, result);
+      npt::write_mesh(job.out, program::scaled(result, metres));
       outcome.seconds = watch.seconds();
       outcome.status = Status::done;
       const std::lock_guard lock(mutex_);
@@ -452,29 +462,54 @@ class Transfer {
   std::optional<program::TransferPage> page_;
 };
 
+/// Sequences that are one file, or one pose of a clip: of one identity, of each in a folder, or of a list.
+void animate(const Options& options) {
+  if (options.each)
+    throw npt::Error({"--each", {}, "a sequence in one file", "a folder of poses and a folder for the results"});
+  program::Animations all{.jobs = {},
+                          .format = options.format,
+                          .picture = options.picture,
+                          .page = options.page,
+                          .report = options.report,
+                          .keep_going = options.keep_going,
+                          .skip_existing = options.skip_existing,
+                          .animation = options.animation};
+  std::optional<program::OutputFolder> folder;
+  if (options.pairs) {
+    all.jobs = program::read_pairs(*options.pairs);
+  } else if (fs::is_directory(*options.identity)) {
+    folder.emplace(*options.out);
+    for (const fs::path& identity : program::meshes_in(*options.identity)) {
+      const std::string extension =
+          options.animation.time ? program::result_extension(identity, options.format) : std::string(".glb");
+      const fs::path out = *options.out / identity.filename().replace_extension(extension);
+      all.jobs.push_back({identity, *options.pose, out, {}, all.jobs.size()});
+    }
+  } else {
+    all.jobs = {{*options.identity, *options.pose, *options.out, {}, 0}};
+  }
+  if (options.shard) {
+    all.jobs = program::jobs_of(std::move(all.jobs), program::parse_shard(*options.shard, "--shard"));
+    if (folder) folder->keep();
+  }
+  program::animate(all, options.transfer);
+}
+
 void run(Options options) {
   if (!options.pairs && !(options.identity && options.pose && options.out))
     throw CLI::RequiredError("--identity, --pose and --out, or --pairs");
-  if (!options.pairs && program::is_animation(options.animation, *options.pose, *options.out)) {
-    if (options.page || options.report || options.shard || options.skip_existing || options.each ||
-        options.keep_going || fs::is_directory(*options.identity))
-      throw npt::Error({"arguments",
-                        {},
-                        "a sequence in one .glb beside an option for many files",
-                        "one identity, without --view, --report, --shard, --skip-existing, --each and --keep-going"});
-    return program::animate(
-        {*options.identity, *options.pose, *options.out, options.format, options.picture, options.animation},
-        options.transfer);
-  }
+  const bool moves = options.pairs ? program::is_animation(options.animation, "", "")
+                                   : program::is_animation(options.animation, *options.pose, *options.out);
+  if (moves) return animate(options);
   Transfer(options).run();
 }
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  CLI::Option* identity = command.add_option("--identity", o->identity,
-                                             "Mesh that gives the shape (.ply, .obj, .glb), or a folder of them");
-  CLI::Option* pose = command.add_option("--pose", o->pose,
-                                         "Mesh that gives the pose, a folder of them or a clip of a .glb: a sequence");
+  CLI::Option* identity = command.add_option(
+      "--identity", o->identity, "Mesh that gives the shape (.ply, .obj, .glb, .fbx, ...), or a folder of them");
+  CLI::Option* pose = command.add_option(
+      "--pose", o->pose, "Mesh that gives the pose, a folder of them or a clip of a .glb or .fbx: a sequence");
   CLI::Option* out = command.add_option(
       "-o,--out", o->out,
       "Result (.ply, .obj, .glb); a folder for folders of poses or identities, or a .glb that moves for a sequence");

@@ -5,8 +5,14 @@
 #include "open_transfer.hpp"
 #include "progress.hpp"
 #include "stopwatch.hpp"
+#include "transfer_batch.hpp"
 #include "transfer_jobs.hpp"
 #include "transfer_picture.hpp"
+#include "transfer_view.hpp"
+
+#include <formats/read.hpp>
+#include <render/colour.hpp>
+#include <view/page.hpp>
 
 #include <npt/io/gltf.hpp>
 #include <npt/io/mesh_file.hpp>
@@ -17,12 +23,15 @@
 #include <npt/scene/pose.hpp>
 #include <npt/skeleton/joint_names.hpp>
 #include <npt/transfer/pose_sequence.hpp>
+#include <npt/transfer/unit.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -55,12 +64,12 @@ class PoseFrames {
       if (animation.clip || animation.time)
         throw npt::Error({animation.clip ? "--clip" : "--time", {}, "a folder of poses", "a .glb for --pose"});
       clip_name_ = fs::path(resolved(pose)).filename().string();
-      for (const TransferJob& job : folder_jobs({}, pose, {}, ".glb")) files_.push_back(job.pose);
+      files_ = meshes_in(pose);
       for (std::size_t i = 0; i < files_.size(); ++i) times_.push_back(static_cast<double>(i) / rate);
       return;
     }
-    expect_extension(pose, gltf_extensions);
-    scene_ = npt::read_scene(pose);
+    expect_extension(pose, formats::scenes);
+    scene_ = formats::read_scene(pose);
     poser_.emplace(scene_, name_);
     clip_ = &choose_clip(animation);
     clip_name_ = clip_->name;
@@ -92,14 +101,13 @@ class PoseFrames {
       poser_->positions(clip_, times_[i], mesh_.coordinates());
       npt::recompute_normals(mesh_);
     } else {
-      mesh_ = npt::read_mesh(files_[i]);
+      mesh_ = formats::read_mesh(files_[i]);
     }
     return mesh_;
   }
 
  private:
   static constexpr int most_frames = 100'000;
-  static constexpr std::array<std::string_view, 2> gltf_extensions{".glb", ".gltf"};
 
   const npt::Clip& choose_clip(const AnimationArguments& animation) const {
     if (animation.clip) return npt::find_clip(scene_, *animation.clip, name_);
@@ -129,74 +137,145 @@ struct TransferredFrames {
   npt::TransferReport worst;
 };
 
+double lowest(std::span<const float> xyz) {
+  float y = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 1; i < xyz.size(); i += 3) y = std::min(y, xyz[i]);
+  return static_cast<double>(y);
+}
+
 class AnimationTransfer {
  public:
-  AnimationTransfer(const AnimationJob& job, const TransferArguments& arguments)
-      : job_(job), frames_(job.pose, job.animation), identity_(npt::read_mesh(job.identity)) {
+  AnimationTransfer(const TransferJob& job, const Animations& all)
+      : job_(job), all_(all), frames_(job.pose, all.animation), identity_(formats::read_mesh(job.identity)) {
     check();
-    transfer_.emplace(open_transfer(arguments));
   }
 
-  void run() {
+  /// Whether a run before left all that this one would write.
+  bool is_done() const {
+    if (!to_folder() || all_.animation.time) return is_there(job_);
+    for (std::size_t i = 0; i < frames_.size(); ++i)
+      if (!is_there({{}, {}, frame_file(i), {}})) return false;
+    return true;
+  }
+
+  JobOutcome run(const PoseTransfer& transfer, view::Page* page) {
     const Stopwatch watch;
-    transfer_frames();
+    const std::vector<std::string> notes = transfer_frames(transfer);
+    for (const std::string& note : notes) std::cerr << "npt: note: " << note << '\n';
     write();
-    if (job_.picture) draw();
+    if (all_.picture) draw();
+    if (page != nullptr) show(*page);
+    const bool by_body = done_.worst.method != npt::Method::network;
+    const double seconds = watch.seconds();
     char time[32];
-    std::snprintf(time, sizeof time, "%.2f s", watch.seconds());
+    std::snprintf(time, sizeof time, "%.2f s", seconds);
     std::cout << job_.out.string() << ": " << frames_.size() << (frames_.size() == 1 ? " frame" : " frames") << " of "
-              << frames_.clip_name() << how_ << " in " << time << " (" << way() << ")\n";
+              << frames_.clip_name() << how_ << " in " << time << " ("
+              << (by_body ? "through bodies, trust " + std::to_string(std::lround(100 * done_.worst.trust())) + " %"
+                          : transfer.description())
+              << ")\n";
+    JobOutcome outcome;
+    outcome.status = JobOutcome::Status::done;
+    outcome.read = done_.worst.read;
+    outcome.method = by_body ? "body" : "network";
+    outcome.trust = done_.worst.trust();
+    outcome.seconds = seconds;
+    outcome.notes = notes;
+    outcome.frames = frames_.size();
+    return outcome;
   }
 
  private:
   bool to_folder() const { return extension_of(job_.out).empty(); }
+  fs::path frame_file(std::size_t i) const {
+    char name[32];
+    std::snprintf(name, sizeof name, "frame_%04zu", i);
+    return job_.out / (name + result_extension(job_.identity, all_.format));
+  }
 
   /// Before long work.
   void check() {
-    if (job_.picture) check_picture(*job_.picture, {{job_.identity, job_.pose, job_.out, {}}}, "frames");
-    if (to_folder() && !job_.animation.time) {
+    if (to_folder() && !all_.animation.time) {
       folder_.emplace(job_.out);
       return;
     }
-    if (job_.format) throw npt::Error({"--format", {}, "one output file", "a folder for the frames"});
+    if (all_.format && all_.jobs.size() == 1)
+      throw npt::Error({"--format", {}, "one output file", "a folder for the frames"});
     static constexpr std::array<std::string_view, 1> moving{".glb"};
-    if (job_.animation.time)
+    if (all_.animation.time)
       expect_extension(job_.out, output_extensions);
     else
       expect_extension(job_.out, moving);
     check_output(job_.out, std::array{job_.identity, job_.pose});
   }
 
-  void transfer_frames() {
+  std::vector<std::string> transfer_frames(const PoseTransfer& transfer) {
     const std::vector<npt::Triangle> own = npt::triangulate(identity_);
     const std::string name = job_.identity.string();
     const npt::MeshView view{identity_.coordinates(), own, name};
+    std::vector<npt::ReadJoints> poses;
+    std::string worst_name, of_unit;
     npt::PreparedIdentity prepared;
     npt::PreparedPose pose;
-    npt::PoseSequence frames(*transfer_);
+    npt::PoseSequence frames(transfer);
     catch_interrupts();
-    Progress progress("frames", frames_.size());
-    transfer_->prepare_identity(view, prepared);
-    done_.skeleton = named_skeleton(*transfer_, prepared, job_.animation.names);
-    for (std::size_t i = 0; i < frames_.size(); ++i) {
-      stop_if_interrupted();
-      const npt::Mesh& mesh = frames_.load(i);
-      const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
-      const std::string pose_name = frames_.name(i);
-      frames.prepare({mesh.coordinates(), triangles, pose_name}, identity_.vertex_count(), pose);
-      std::vector<float>& result = done_.positions.emplace_back(3 * identity_.vertex_count());
-      (*transfer_)(prepared, pose, result);
-      const npt::TransferReport report = transfer_->report(prepared, pose);
-      if (i == 0 || report.trust() < done_.worst.trust()) done_.worst = report, worst_name_ = pose_name;
-      if (report.method != npt::Method::body) done_.skeleton.reset();
-      if (done_.skeleton) done_.motions.push_back(transfer_->motions(prepared, pose));
-      if (report.method == npt::Method::network && i == 0) unit_note_ = unit_note(*transfer_, view);
-      progress.advance();
+    {
+      Progress progress("frames", frames_.size());
+      transfer.prepare_identity(view, prepared);
+      done_.skeleton = named_skeleton(transfer, prepared, all_.animation.names);
+      for (std::size_t i = 0; i < frames_.size(); ++i) {
+        stop_if_interrupted();
+        const npt::Mesh& mesh = frames_.load(i);
+        const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
+        const std::string pose_name = frames_.name(i);
+        frames.prepare({mesh.coordinates(), triangles, pose_name}, identity_.vertex_count(), pose);
+        std::vector<float>& result = done_.positions.emplace_back(3 * identity_.vertex_count());
+        const npt::TransferReport report = transfer.report(prepared, pose);
+        try {
+          transfer(prepared, pose, result);
+        } catch (const npt::Error& error) {
+          throw with_trust(error, report, name, pose_name);
+        }
+        if (i == 0 || report.trust() < done_.worst.trust()) done_.worst = report, worst_name = pose_name;
+        if (report.method != npt::Method::body) done_.skeleton.reset();
+        if (done_.skeleton) done_.motions.push_back(transfer.motions(prepared, pose));
+        if (report.method == npt::Method::body) poses.push_back(transfer.joints(pose));
+        if (report.method == npt::Method::network && i == 0) of_unit = unit_note(transfer, view);
+        progress.advance();
+      }
     }
-    progress.clear();
-    std::vector<std::string> notes = method_notes(done_.worst, name, worst_name_);
-    if (!unit_note_.empty()) notes.push_back(unit_note_);
-    for (const std::string& note : notes) std::cerr << "npt: note: " << note << '\n';
+    if (!all_.animation.time && !all_.animation.in_place && poses.size() == frames_.size())
+      follow_root(transfer.joints(prepared).leg, poses);
+    std::vector<std::string> notes = method_notes(done_.worst, name, worst_name);
+    if (!of_unit.empty()) notes.push_back(of_unit);
+    std::string in_metres;
+    metres_ = metres_in(transfer, view, job_.identity, to_folder() ? frame_file(0) : job_.out, in_metres);
+    if (!in_metres.empty()) notes.push_back(in_metres);
+    return notes;
+  }
+
+  /// Takes the frames, which all have their root joint in one place, along the pose's way: from where the identity is,
+  /// as far as its legs are longer or shorter. Its lowest point stays the lowest of the sequence, so that who walks
+  /// walks on the ground, and who only sits sits on it.
+  void follow_root(double leg, const std::vector<npt::ReadJoints>& poses) {
+    double legs = 0, deepest = std::numeric_limits<double>::infinity();
+    for (const npt::ReadJoints& pose : poses) legs += pose.leg / static_cast<double>(poses.size());
+    if (!(leg > 0 && legs > 0)) return;
+    std::vector<npt::Vec3d> way;
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      way.push_back((poses[i].root - poses[0].root) * (leg / legs));
+      deepest = std::min(deepest, lowest(done_.positions[i]) + way[i].y);
+    }
+    const double up = lowest(identity_.coordinates()) - deepest;
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const npt::Vec3d step{way[i].x, way[i].y + up, way[i].z};
+      std::vector<float>& xyz = done_.positions[i];
+      for (std::size_t v = 0; v < xyz.size(); v += 3)
+        for (const auto& [k, move] : {std::pair(0U, step.x), std::pair(1U, step.y), std::pair(2U, step.z)})
+          xyz[v + k] = static_cast<float>(static_cast<double>(xyz[v + k]) + move);
+      if (done_.skeleton)
+        for (npt::Affine& motion : done_.motions[i]) motion.shift += step;
+    }
   }
 
   npt::Mesh frame(std::size_t i) const {
@@ -208,15 +287,10 @@ class AnimationTransfer {
   }
 
   void write() {
-    if (job_.animation.time) {
-      npt::write_mesh(job_.out, frame(0));
+    if (all_.animation.time) {
+      npt::write_mesh(job_.out, scaled(frame(0), metres_));
     } else if (to_folder()) {
-      const std::string extension = result_extension(job_.identity, job_.format);
-      for (std::size_t i = 0; i < frames_.size(); ++i) {
-        char name[32];
-        std::snprintf(name, sizeof name, "frame_%04zu", i);
-        npt::write_mesh(job_.out / (name + extension), frame(i));
-      }
+      for (std::size_t i = 0; i < frames_.size(); ++i) npt::write_mesh(frame_file(i), scaled(frame(i), metres_));
     } else {
       write_moving();
     }
@@ -224,13 +298,23 @@ class AnimationTransfer {
 
   void write_moving() {
     for (std::size_t i = 0; i < frames_.size(); ++i) frame(i);  // validates
-    npt::MeshScene made = npt::scene_from(identity_, job_.identity.stem().string());
+    const npt::Mesh identity = scaled(identity_, metres_);
+    npt::MeshScene made = npt::scene_from(identity, job_.identity.stem().string());
     if (done_.skeleton) {
-      const std::size_t first = npt::add_skeleton(made, *done_.skeleton);
-      npt::add_skeleton_clip(made, *done_.skeleton, first, frames_.clip_name(), frames_.times(), done_.motions);
-      how_ = " on a skeleton of " + std::to_string(done_.skeleton->joint_count()) + " joints";
+      npt::SkinnedSkeleton skeleton = *done_.skeleton;
+      for (npt::Vec3d& joint : skeleton.joints) joint = joint * metres_;
+      std::vector<std::vector<npt::Affine>> motions = done_.motions;
+      for (auto& of_frame : motions)
+        for (npt::Affine& motion : of_frame) motion.shift = motion.shift * metres_;
+      const std::size_t first = npt::add_skeleton(made, skeleton);
+      npt::add_skeleton_clip(made, skeleton, first, frames_.clip_name(), frames_.times(), motions);
+      how_ = " on a skeleton of " + std::to_string(skeleton.joint_count()) + " joints";
     } else {
-      npt::add_morph_clip(made, identity_, frames_.clip_name(), frames_.times(), done_.positions);
+      std::vector<std::vector<float>> positions = done_.positions;
+      if (metres_ != 1)
+        for (std::vector<float>& xyz : positions)
+          for (float& x : xyz) x = static_cast<float>(static_cast<double>(x) * metres_);
+      npt::add_morph_clip(made, identity, frames_.clip_name(), frames_.times(), positions);
       how_ = " as morph targets";
     }
     npt::write_scene(job_.out, made.scene);
@@ -249,62 +333,151 @@ class AnimationTransfer {
     for (std::size_t r = 0; r < rows; ++r)
       cells.push_back(
           {{&identity_, "identity", "blue"}, {&meshes[2 * r], "pose", "sand"}, {&meshes[2 * r + 1], "result", "blue"}});
-    draw_rows(*job_.picture, cells);
+    draw_rows(*all_.picture, cells);
   }
 
-  std::string way() const {
-    if (done_.worst.method == npt::Method::network) return transfer_->description();
-    return "through bodies, trust " + std::to_string(std::lround(100 * done_.worst.trust())) + " %";
+  /// A group of the page: the result as a GLB where it is one, with its materials. A pose in quite another unit is shown
+  /// in the identity's size.
+  void show(view::Page& page) {
+    view::Group& group = page.groups.emplace_back(view::Group{job_.out.filename().string(), {}});
+    group.panels.push_back(view::mesh_panel("identity", scaled(identity_, metres_)));
+    group.panels.back().colour = render::parse_colour("blue", "--view");
+    const double ratio =
+        metres_ * npt::extent_of(identity_.coordinates()) / npt::extent_of(frames_.load(0).coordinates());
+    const double size = ratio > 1.5 || ratio < 1 / 1.5 ? ratio : 1;
+    view::Panel pose = view::mesh_panel("pose", scaled(frames_.load(0), size));
+    pose.colour = render::parse_colour("sand", "--view");
+    for (std::size_t i = 1; i < frames_.size(); ++i)
+      view::add_frame(pose, scaled(frames_.load(i), size), frames_.name(i));
+    group.panels.push_back(std::move(pose));
+    if (extension_of(job_.out) == ".glb") {
+      view::Panel result;
+      result.caption = "result", result.detail = job_.out.filename().string();
+      result.glb = npt::read_file(job_.out);
+      group.panels.push_back(std::move(result));
+      if (identity_.appearance != nullptr)
+        group.panels.front().glb = npt::glb_bytes(npt::scene_from(identity_).scene, job_.identity.string());
+    } else {
+      view::Panel result = view::mesh_panel("result", frame(0));
+      result.colour = render::parse_colour("blue", "--view");
+      for (std::size_t i = 1; i < frames_.size(); ++i) view::add_frame(result, frame(i), job_.out.string());
+      group.panels.push_back(std::move(result));
+    }
   }
 
-  const AnimationJob& job_;
+  const TransferJob& job_;
+  const Animations& all_;
   PoseFrames frames_;
   npt::Mesh identity_;
+  double metres_ = 1;  ///< in a unit of the identity, where the result is in metres
   std::optional<OutputFolder> folder_;
-  std::optional<PoseTransfer> transfer_;
   TransferredFrames done_;
-  std::string worst_name_, how_, unit_note_;
+  std::string how_;
 };
 
 }  // namespace
 
 bool is_animation(const AnimationArguments& animation, const fs::path& pose, const fs::path& out) {
-  if (animation.clip || animation.fps || animation.time) return true;
+  if (animation.clip || animation.fps || animation.time || animation.in_place) return true;
   return fs::is_directory(pose) && is_gltf(out);
 }
 
-void animate(const AnimationJob& job, const TransferArguments& arguments) {
-  // Links and pipes are left to the readers' own messages.
-  for (const fs::path& input : {job.identity, job.pose})
-    if (!fs::exists(input)) throw npt::Error({input.string(), {}, "no such file", "a mesh"});
-  expect_extension(job.identity, mesh_extensions);
-  AnimationTransfer(job, arguments).run();
+void animate(const Animations& all, const TransferArguments& arguments) {
+  using Status = JobOutcome::Status;
+  std::vector<fs::path> files;
+  for (const TransferJob& job : all.jobs) files.insert(files.end(), {job.identity, job.pose, job.out});
+  check_outputs_apart(all.jobs);
+  if (all.picture && all.jobs.size() != 1)
+    throw npt::Error({"--render", {}, std::to_string(all.jobs.size()) + " sequences", "one, or --view"});
+  if (all.picture) check_picture(*all.picture, all.jobs, "frames");
+  if (all.page) check_page(*all.page, all.jobs, "sequences");
+  if (all.report) check_output(*all.report, files);
+  std::vector<JobOutcome> outcomes(all.jobs.size());
+  std::optional<PoseTransfer> transfer;
+  view::Page page;
+  page.fps = all.animation.fps.value_or(30);
+  JobOutcome there;
+  there.status = Status::skipped;
+  const auto one = [&](const TransferJob& job) {
+    // Links and pipes are left to the readers' own messages.
+    for (const fs::path& input : {job.identity, job.pose})
+      if (!fs::exists(input)) throw npt::Error({input.string(), {}, "no such file", "a mesh"});
+    expect_extension(job.identity, mesh_extensions);
+    if (all.skip_existing && is_there(job)) return there;
+    AnimationTransfer own(job, all);
+    if (all.skip_existing && own.is_done()) return there;
+    if (!transfer) transfer.emplace(open_transfer(arguments));
+    return own.run(*transfer, all.page ? &page : nullptr);
+  };
+  const auto write_report = [&] {
+    if (!all.report) return;
+    std::string text;
+    for (std::size_t i = 0; i < all.jobs.size(); ++i)
+      if (outcomes[i].status != Status::none) text += report_line(all.jobs[i], outcomes[i]);
+    npt::write_file(*all.report, text);
+  };
+  std::size_t failed = 0, skipped = 0;
+  for (std::size_t i = 0; i < all.jobs.size(); ++i) {
+    try {
+      outcomes[i] = one(all.jobs[i]);
+      skipped += outcomes[i].status == Status::skipped ? 1 : 0;
+    } catch (const npt::Error& error) {
+      const std::string& place = all.jobs[i].place;
+      outcomes[i].status = Status::failed;
+      outcomes[i].error = (place.empty() ? "" : place + ": ") + error.what();
+      ++failed;
+      if (!all.keep_going) {
+        write_report();
+        throw npt::Error({outcomes[i].error, {}, {}, {}});
+      }
+      std::cerr << "npt: error: " << outcomes[i].error << '\n';
+    }
+  }
+  write_report();
+  if (!page.groups.empty()) {
+    page.title = all.jobs.size() == 1 ? all.jobs.front().out.filename().string()
+                                      : std::to_string(page.groups.size()) + " sequences";
+    view::write_page(*all.page, page);
+  }
+  if (skipped > 0)
+    std::cout << (skipped == all.jobs.size() ? "nothing to do: " : "") << skipped << (skipped == 1 ? " was" : " were")
+              << " there\n";
+  if (all.jobs.size() > 1) print_failures(std::cerr, all.jobs, outcomes);
+  if (failed > 0)
+    throw npt::Error(
+        {std::to_string(failed) + " of " + std::to_string(all.jobs.size()) + " sequences failed", {}, {}, {}});
 }
 
-void rig(const AnimationJob& job, const TransferArguments& arguments) {
+void rig(const fs::path& file, const fs::path& out, const AnimationArguments& animation,
+         const TransferArguments& arguments) {
   static constexpr std::array<std::string_view, 1> moving{".glb"};
-  expect_extension(job.out, moving);
-  check_output(job.out, std::array{job.identity});
+  expect_extension(out, moving);
+  check_output(out, std::array{file});
   const Stopwatch watch;
-  const npt::Mesh mesh = npt::read_mesh(job.identity);
+  const npt::Mesh mesh = formats::read_mesh(file);
   const PoseTransfer transfer = open_transfer(arguments);
   const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
-  const std::string name = job.identity.string();
-  const npt::PreparedIdentity prepared = transfer.prepare_identity({mesh.coordinates(), triangles, name});
-  const auto skeleton = named_skeleton(transfer, prepared, job.animation.names);
+  const std::string name = file.string();
+  const npt::MeshView view{mesh.coordinates(), triangles, name};
+  const npt::PreparedIdentity prepared = transfer.prepare_identity(view);
+  auto skeleton = named_skeleton(transfer, prepared, animation.names);
   const long trust = std::lround(100 * prepared.body()->trust);
   if (!skeleton || prepared.body()->trust < npt::least_trust)
     throw npt::Error(
         {name, {}, "a mesh that doesn't read as a person (trust " + std::to_string(trust) + " %)", "a person"});
-  npt::MeshScene made = npt::scene_from(mesh, job.identity.stem().string());
+  std::string note;
+  const double metres = metres_in(transfer, view, file, out, note);
+  for (npt::Vec3d& joint : skeleton->joints) joint = joint * metres;
+  npt::MeshScene made = npt::scene_from(scaled(mesh, metres), file.stem().string());
   npt::add_skeleton(made, *skeleton);
-  npt::write_scene(job.out, made.scene);
+  npt::write_scene(out, made.scene);
+  if (!note.empty()) std::cerr << "npt: note: " << note << '\n';
   if (prepared.body()->trust < npt::sure_trust)
     std::cerr << "npt: note: " << name << " reads as a person with a trust of only " << trust
               << " %: look at the result before using it\n";
   char time[32];
   std::snprintf(time, sizeof time, "%.2f s", watch.seconds());
-  std::cout << job.out.string() << ": " << skeleton->joint_count() << " joints in " << time << " (trust " << trust
+  std::cout << out.string() << ": " << skeleton->joint_count() << " joints in " << time << " (trust " << trust
             << " %)\n";
 }
 

@@ -2,10 +2,12 @@
 #pragma once
 
 #include "transfer_arguments.hpp"
+#include "transfer_jobs.hpp"
 
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace program {
 
@@ -13,23 +15,29 @@ struct AnimationArguments {
   std::optional<std::string> clip;
   std::optional<double> fps, time;
   std::string names = "vrm";  ///< of the joints in the result
+  bool in_place = false;      ///< the root joint stays where the identity has it
 };
 
 inline void add_animation_options(CLI::App& command, AnimationArguments& arguments) {
-  command.add_option("--clip", arguments.clip, "Clip of the pose .glb, by its name; npt info lists them");
+  command.add_option("--clip", arguments.clip, "Clip of the pose .glb or .fbx, by its name; npt info lists them");
   command.add_option("--fps", arguments.fps, "Frames a second of a sequence; without: 30")
       ->check(CLI::Range(0.001, 1000.0));
   command
       .add_option("--names", arguments.names, "What the joints of a result that moves are called: vrm, mixamo or smpl")
       ->check(CLI::IsMember({"vrm", "mixamo", "smpl"}))
       ->capture_default_str();
+  command.add_flag("--in-place", arguments.in_place,
+                   "The root joint of a sequence in one file stays where the identity has it; without: it goes as far "
+                   "as the pose's, for the length of the legs");
   command.add_option("--time", arguments.time, "Second of the clip, for one pose of it")->check(CLI::Range(0.0, 1e6));
 }
 
-struct AnimationJob {
-  std::filesystem::path identity, pose, out;
+/// Sequences, each from an identity and a clip or a folder of poses to a file or a folder.
+struct Animations {
+  std::vector<TransferJob> jobs;
   std::optional<std::string> format;
-  std::optional<std::filesystem::path> picture;
+  std::optional<std::filesystem::path> picture, page, report;
+  bool keep_going = false, skip_existing = false;
   AnimationArguments animation;
 };
 
@@ -37,13 +45,14 @@ struct AnimationJob {
 bool is_animation(const AnimationArguments& animation, const std::filesystem::path& pose,
                   const std::filesystem::path& out);
 
-/// Transfers every frame and writes the result: one mesh for --time; else a .glb with a skeleton where the identity
+/// Transfers every frame and writes the results: one mesh for --time; else a .glb with a skeleton where the identity
 /// goes through bodies, with morph targets where it doesn't; or a mesh a frame, in a folder.
 /// Errors    npt::Error
-void animate(const AnimationJob& job, const TransferArguments& arguments);
+void animate(const Animations& animations, const TransferArguments& arguments);
 
-/// Writes the job's identity with a skeleton and skin weights, in its own pose.
+/// Writes a mesh with a skeleton and skin weights, in its own pose.
 /// Errors    npt::Error, also where no body can lie in the mesh
-void rig(const AnimationJob& job, const TransferArguments& arguments);
+void rig(const std::filesystem::path& mesh, const std::filesystem::path& out, const AnimationArguments& animation,
+         const TransferArguments& arguments);
 
 }  // namespace program

@@ -69,6 +69,7 @@ struct JobOutcome {
   bool read = false;   ///< the meshes were read as bodies: there is a trust
   std::string method;  ///< "body" or "network"
   double trust = 0, seconds = 0;
+  std::size_t frames = 0;  ///< of a sequence in one file
   std::vector<std::string> notes;
   std::string error;
 };
@@ -85,6 +86,7 @@ inline std::string report_line(const TransferJob& job, const JobOutcome& outcome
     if (outcome.read) line["trust"] = outcome.trust;
     line["notes"] = outcome.notes;
     line["seconds"] = outcome.seconds;
+    if (outcome.frames > 0) line["frames"] = outcome.frames;
   }
   if (outcome.status == JobOutcome::Status::failed) line["error"] = outcome.error;
   return line.dump(-1, ' ', false, Report::error_handler_t::replace) + "\n";

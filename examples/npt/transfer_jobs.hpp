@@ -4,6 +4,8 @@
 
 #include "arguments.hpp"
 
+#include <formats/read.hpp>
+
 #include <npt/core/error.hpp>
 #include <npt/io/list_file.hpp>
 
@@ -22,7 +24,7 @@
 
 namespace program {
 
-inline constexpr std::array<std::string_view, 4> mesh_extensions{".ply", ".obj", ".glb", ".gltf"};
+inline constexpr auto& mesh_extensions = formats::all;
 /// Those that are written.
 inline constexpr std::array<std::string_view, 3> output_extensions{".ply", ".obj", ".glb"};
 
@@ -68,7 +70,8 @@ inline std::vector<TransferJob> folder_jobs(const std::filesystem::path& identit
 /// Of results in a folder: `format`, or as the identity.
 inline std::string result_extension(const std::filesystem::path& identity, const std::optional<std::string>& format) {
   const std::string extension = format ? "." + *format : extension_of(identity);
-  return extension == ".gltf" ? ".glb" : extension;
+  if (std::ranges::find(output_extensions, extension) != output_extensions.end()) return extension;
+  return formats::is_scene(identity) ? ".glb" : ".ply";
 }
 
 /// A job for the pose mesh, or one for each of the folder `pose`, which makes the folder `out`. `format`: of the

@@ -6,8 +6,10 @@
 #include <render/colour.hpp>
 #include <view/page.hpp>
 
+#include <formats/read.hpp>
 #include <npt/core/error.hpp>
 #include <npt/io/file.hpp>
+
 #include <npt/io/mesh_file.hpp>
 
 #include <nlohmann/json.hpp>
@@ -41,8 +43,6 @@ struct Options {
 
 constexpr std::string_view nothing = "-";
 
-bool is_glb(const fs::path& file) { return program::extension_of(file) == ".glb"; }
-
 /// The files of a panel: a mesh, or every so many-th of a folder.
 std::vector<fs::path> files_of(const fs::path& path, std::size_t every) {
   if (!fs::is_directory(path)) return {path};
@@ -60,11 +60,13 @@ std::vector<std::string> one_for_each(const std::string& argument, const std::st
   return parts;
 }
 
-/// The bytes of a GLB file that a page can show by itself: whole, without files beside it and without what needs a
-/// decoder.
-/// Errors    npt::Error that names the file and what stands in the way
-std::string read_glb(const fs::path& file) {
-  std::string bytes = npt::read_file(file);
+/// Extensions that no browser decodes by itself; of these the reader knows Draco's.
+constexpr std::array<std::string_view, 4> undecoded{"KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                                    "KHR_meshopt_compression", "KHR_texture_basisu"};
+
+/// Whether a page can show the GLB file as it is: whole, without files beside it and without what needs a decoder.
+/// Errors    npt::Error for a container that isn't one, and for textures that npt doesn't decode
+bool is_plain(const std::string& bytes, const fs::path& file) {
   const auto fail = [&](const std::string& place, const std::string& found, const std::string& expected) {
     return npt::Error({file.string(), place, found, expected});
   };
@@ -90,26 +92,37 @@ std::string read_glb(const fs::path& file) {
   const auto list = [&](const char* name) {
     return json.contains(name) && json[name].is_array() ? json[name] : nlohmann::json::array();
   };
-  static constexpr std::array<std::string_view, 4> undecoded{"KHR_draco_mesh_compression", "EXT_meshopt_compression",
-                                                             "KHR_meshopt_compression", "KHR_texture_basisu"};
-  for (const auto& name : list("extensionsRequired"))
-    if (name.is_string() && std::ranges::find(undecoded, name.get<std::string>()) != undecoded.end())
-      throw fail("extensionsRequired", name.get<std::string>(),
-                 "a file without this compression: the page has no decoder for it");
+  bool plain = true;
+  for (const auto& name : list("extensionsRequired")) {
+    if (name == "KHR_texture_basisu")
+      throw fail("extensionsRequired", "KHR_texture_basisu", "a file without it: the page has no decoder for it");
+    plain = plain && std::ranges::find(undecoded, name) == undecoded.end();
+  }
   for (const char* array : {"buffers", "images"})
     for (const auto& entry : list(array))
-      if (entry.is_object() && entry.contains("uri") && entry["uri"].is_string() &&
-          !entry["uri"].get<std::string>().starts_with("data:"))
-        throw fail(array, "'" + entry["uri"].get<std::string>() + "', outside of the file",
-                   "a file that holds all of its data");
-  return bytes;
+      plain = plain && !(entry.is_object() && entry.contains("uri") && entry["uri"].is_string() &&
+                         !entry["uri"].get<std::string>().starts_with("data:"));
+  return plain;
+}
+
+/// A scene's file as the bytes of a GLB that a page can show by itself: as it is, or as npt reads and writes it.
+/// Errors    npt::Error that names the file and what stands in the way
+std::string glb_of(const fs::path& file) {
+  if (program::extension_of(file) == ".glb") {
+    std::string bytes = npt::read_file(file);
+    if (is_plain(bytes, file)) return bytes;
+  }
+  const npt::Scene scene = formats::read_scene(file);
+  if (scene.shown.empty()) throw npt::Error({file.string(), {}, "a scene that shows no mesh", "one at least"});
+  return npt::glb_bytes(scene, file.string());
 }
 
 /// A panel of meshes: one, or a sequence.
 view::Panel panel_of(const std::vector<fs::path>& files, const std::string& caption) {
-  const npt::Mesh first = npt::read_mesh(files.front());
+  const npt::Mesh first = formats::read_mesh(files.front());
   view::Panel panel = view::mesh_panel(caption, first);
-  for (std::size_t i = 1; i < files.size(); ++i) view::add_frame(panel, npt::read_mesh(files[i]), files[i].string());
+  for (std::size_t i = 1; i < files.size(); ++i)
+    view::add_frame(panel, formats::read_mesh(files[i]), files[i].string());
   return panel;
 }
 
@@ -124,7 +137,7 @@ void compare(view::Panel& panel, const std::vector<fs::path>& files, const std::
   const auto frames = std::exchange(panel.frames, {});
   npt::Mesh mesh;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (i == 0 || truths.size() > 1) mesh = npt::read_mesh(truths[i]);
+    if (i == 0 || truths.size() > 1) mesh = formats::read_mesh(truths[i]);
     panel.frames.push_back(frames[i]);
     view::add_errors(panel, mesh, files[i].string(), (truths.size() > 1 ? truths[i] : truths[0]).string());
   }
@@ -132,12 +145,11 @@ void compare(view::Panel& panel, const std::vector<fs::path>& files, const std::
 
 void check(const Options& o) {
   static constexpr std::array<std::string_view, 2> page{".html", ".htm"};
-  static constexpr std::array<std::string_view, 3> shown{".ply", ".obj", ".glb"};
   program::expect_extension(o.out, page);
   std::vector<fs::path> inputs;
   for (const std::string& file : o.files) {
     if (!fs::exists(file)) throw npt::Error({file, {}, "no such file", "a mesh, a folder of meshes or a GLB file"});
-    if (!fs::is_directory(file)) program::expect_extension(file, shown);
+    if (!fs::is_directory(file)) program::expect_extension(file, formats::all);
     inputs.emplace_back(file);
   }
   program::check_output(o.out, inputs);
@@ -173,9 +185,9 @@ void run(const Options& o) {
   bool compared = false;
   for (std::size_t i = 0; i < count; ++i) {
     view::Panel panel;
-    if (is_glb(o.files[i]) && !fs::is_directory(o.files[i])) {
+    if (formats::is_scene(o.files[i]) && !fs::is_directory(o.files[i])) {
       panel.caption = captions[i];
-      panel.glb = read_glb(o.files[i]);
+      panel.glb = glb_of(o.files[i]);
     } else {
       const std::vector<fs::path> files = files_of(o.files[i], o.every);
       panel = panel_of(files, captions[i]);
@@ -197,9 +209,10 @@ void run(const Options& o) {
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   command
-      .add_option(
-          "MESH", o->files,
-          "What to show, one panel each: meshes (.ply, .obj), folders of them as sequences, GLB files with their clips")
+      .add_option("MESH", o->files,
+                  "What to show, one panel each: meshes (.ply, .obj, ...), folders of them as sequences, GLB and FBX "
+                  "files with "
+                  "their clips")
       ->required();
   command.add_option("-o,--out", o->out, "Page to write (.html)")->required();
   command.add_option("--captions", o->captions, "Texts below the panels: \"identity,pose,result\" (\\, is a comma)");

@@ -6,10 +6,48 @@
 #include <io/small_gltf.hpp>
 #include <mesh/zoo.hpp>
 
+#ifdef NPT_WITH_DRACO
+#include <draco/compression/encode.h>
+#include <draco/mesh/triangle_soup_mesh_builder.h>
+#endif
+
 #include <string>
 #include <vector>
 
 namespace {
+
+#ifdef NPT_WITH_DRACO
+/// Two triangles with normals, by one of Draco's methods.
+std::string compressed(bool edgebreaker) {
+  const float xyz[][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, up[] = {0, 0, 1};
+  const std::size_t corners[2][3] = {{0, 1, 2}, {2, 1, 3}};
+  draco::TriangleSoupMeshBuilder builder;
+  builder.Start(2);
+  const int position = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+  const int normal = builder.AddAttribute(draco::GeometryAttribute::NORMAL, 3, draco::DT_FLOAT32);
+  for (std::uint32_t f = 0; f < 2; ++f) {
+    const auto& c = corners[f];
+    builder.SetAttributeValuesForFace(position, draco::FaceIndex(f), xyz[c[0]], xyz[c[1]], xyz[c[2]]);
+    builder.SetAttributeValuesForFace(normal, draco::FaceIndex(f), up, up, up);
+  }
+  const auto mesh = builder.Finalize();
+  draco::Encoder encoder;
+  encoder.SetEncodingMethod(edgebreaker ? draco::MESH_EDGEBREAKER_ENCODING : draco::MESH_SEQUENTIAL_ENCODING);
+  encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, 11);
+  draco::EncoderBuffer buffer;
+  if (!encoder.EncodeMeshToBuffer(*mesh, &buffer).ok()) return {};
+  const std::string bytes(buffer.data(), buffer.size());
+  return small_gltf::file(
+      R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{)"
+      R"("attributes":{"POSITION":0,"NORMAL":1},"indices":2,"extensions":{"KHR_draco_mesh_compression":{)"
+      R"("bufferView":0,"attributes":{"POSITION":0,"NORMAL":1}}}}]}],)"
+      R"("extensionsUsed":["KHR_draco_mesh_compression"],"extensionsRequired":["KHR_draco_mesh_compression"],)"
+      R"("accessors":[{"componentType":5126,"count":4,"type":"VEC3"},{"componentType":5126,"count":4,"type":"VEC3"},)"
+      R"({"componentType":5123,"count":6,"type":"SCALAR"}],"bufferViews":[{"buffer":0,"byteLength":)" +
+          std::to_string(bytes.size()) + R"(}],"buffers":[{"byteLength":)" + std::to_string(bytes.size()) + "}]}",
+      bytes);
+}
+#endif
 
 std::vector<std::string> seeds() {
   std::vector<std::string> result{small_gltf::file(), small_gltf::json()};
@@ -21,6 +59,9 @@ std::vector<std::string> seeds() {
       R"("componentType":5121},"values":{"bufferView":1}})"));
   result.push_back(
       small_gltf::changed(R"({"input":6,"output":7})", R"({"input":6,"output":7,"interpolation":"CUBICSPLINE"})"));
+#ifdef NPT_WITH_DRACO
+  for (const bool edgebreaker : {false, true}) result.push_back(compressed(edgebreaker));
+#endif
   return result;
 }
 

@@ -1,5 +1,15 @@
-# cmake -DDUMP=dump_gltf -DNODE=node -DFILES=LIST -DFOLDER=FOLDER -P validate.cmake: writes GLB files of every kind, and FILES again, and
-# runs Khronos' validator on them.
+# cmake -DDUMP=dump_gltf -DNODE=node -DMODULES=FOLDER -DFILES=LIST -DFOLDER=FOLDER -P validate.cmake: writes GLB files of every kind, and
+# FILES again, and runs Khronos' validator, which stands in MODULES, on them.
+if(NOT NODE)
+  message("SKIPPED: node is not installed")
+  return()
+endif()
+set(ENV{NODE_PATH} "${MODULES}:$ENV{NODE_PATH}")
+execute_process(COMMAND "${NODE}" -e "require('gltf-validator')" RESULT_VARIABLE missing OUTPUT_QUIET ERROR_QUIET)
+if(missing)
+  message("SKIPPED: npm's gltf-validator is not there (cmake/install-dependencies.sh --browser)")
+  return()
+endif()
 file(REMOVE_RECURSE "${FOLDER}")
 file(MAKE_DIRECTORY "${FOLDER}/made")
 execute_process(COMMAND "${DUMP}" --made "${FOLDER}/made" COMMAND_ERROR_IS_FATAL ANY)

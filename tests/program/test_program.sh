@@ -300,7 +300,30 @@ test_transfer() {
   head -c 900 moving.glb > cut.glb
   expect 1 --err "cut.glb: byte 8: found a length" -- transfer --identity a.obj --pose cut.glb --out x.glb
   missing x.glb
-  rm -rf t.obj clip c.glb
+  # Several sequences, and what comes beside them.
+  expect 0 --out "2 frames" -- transfer --method network --identity a.obj --pose moving.glb --clip frames --fps 2 --out m.glb --view m.html --report m.jsonl
+  grep -qF '"caption":"result"' m.html || fail "no result on the page"
+  grep -qF '"status":"done"' m.jsonl && grep -qF '"frames":2' m.jsonl || fail "report: $(cat m.jsonl)"
+  expect 0 --out "nothing to do: 1 was there" -- transfer --method network --identity a.obj --pose moving.glb --clip frames --out m.glb --skip-existing
+  mkdir people && cp a.obj b.ply people
+  expect 0 --out "walks/a.glb: 2 frames" --out "walks/b.glb: 2 frames" -- transfer --method network --identity people --pose moving.glb --fps 2 --out walks
+  printf 'a.obj moving.glb 1.glb\nnone.obj moving.glb 2.glb\nb.ply moving.glb 3.glb\n' > list.txt
+  expect 1 --err "1 of 3 sequences failed" --err "list.txt: line 2: none.obj: found no such file" --out "3.glb: 2 frames" -- transfer --method network --pairs list.txt --clip frames --fps 2 --keep-going --report l.jsonl
+  [ "$(wc -l < l.jsonl)" -eq 3 ] || fail "report: $(cat l.jsonl)"
+  expect 0 --out "3.glb" -- transfer --method network --pairs list.txt --clip frames --fps 2 --shard 3/3
+  expect 1 --err "--each: found a sequence in one file" -- transfer --identity a.obj --pose moving.glb --clip frames --out x.glb --each
+  # GLB files are in metres.
+  sed 's/^v \(.*\) \(.*\) \(.*\)$/v \1e2 \2e2 \3e2/' a.obj > cm.obj
+  expect 0 --err "cm.obj is taken to be in centimetres, by its size (--unit says otherwise): cm.glb is in metres" -- transfer --method network --identity cm.obj --pose b.ply --out cm.glb
+  expect 0 -- info cm.glb
+  awk '$1 == "size" { gsub(",", ""); good = $2 < 10 && $3 < 10 && $4 < 10 } END { exit !good }' out.txt || fail "cm.glb is not in metres"
+  # OFF needs nothing; FBX, Collada and STL need assimp.
+  printf 'OFF\n4 4 0\n0 0 0\n1 0 0\n0 1.5 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n' > a.off
+  expect 0 --out "triangles 4" -- info a.off
+  expect 0 --out "t.obj in" -- transfer --method network --identity a.off --pose b.ply --out t.obj
+  echo "solid nothing" > a.stl
+  expect 1 --err "a.stl: " -- info a.stl
+  rm -rf t.obj clip c.glb m.glb m.html m.jsonl people walks list.txt l.jsonl [13].glb cm.obj cm.glb a.off a.stl
 
   printf '# identity pose output\n\na.obj b.ply c.obj # comment\r\na.obj "poses/two words.ply" '"'d e.ply'"'\n' > pairs.txt
   expect 0 --out "2 meshes" -- transfer --method network --pairs pairs.txt
@@ -532,10 +555,12 @@ test_view() {
   expect 1 --err "short.glb: byte 8: found a length of 48, expected 30, the file's" -- view short.glb --out x.html
   echo "no GLB file at all" > bad.glb
   expect 1 --err "bad.glb: byte 0: found no header of a GLB file" -- view bad.glb --out x.html
-  glb '{"buffers":[{"uri":"../data.bin"}]}' > beside.glb
-  expect 1 --err "beside.glb: buffers: found '../data.bin', outside of the file" -- view beside.glb --out x.html
+  glb '{"asset":{"version":"2.0"},"buffers":[{"uri":"../data.bin","byteLength":4}]}' > beside.glb
+  expect 1 --err "beside.glb: buffers[0]" --err "'../data.bin'" -- view beside.glb --out x.html
   glb '{"extensionsRequired":["KHR_draco_mesh_compression"]}' > draco.glb
-  expect 1 --err "draco.glb: extensionsRequired: found KHR_draco_mesh_compression" -- view draco.glb --out x.html
+  expect 1 --err "draco.glb: " -- view draco.glb --out x.html
+  glb '{"extensionsRequired":["KHR_texture_basisu"]}' > basis.glb
+  expect 1 --err "basis.glb: extensionsRequired: found KHR_texture_basisu" -- view basis.glb --out x.html
   glb '{"asset":' > text.glb
   expect 1 --err "text.glb: JSON chunk: found no JSON object" -- view text.glb --out x.html
   missing x.html
@@ -595,6 +620,36 @@ test_deform() {
   expect 1 --err "bad.txt: line 2: found 'one'" -- deform --source a.obj --pose posed.obj --target b.ply --markers bad.txt --out c.ply
   expect 1 --err "none.txt: found no such file" -- deform --source a.obj --pose posed.obj --target b.ply --markers none.txt --out c.ply
   missing c.ply
+}
+
+# A body that goes half a metre forward and up, and another one, twice as large in its own unit, that takes the clip.
+test_clips() {
+  expect 0 -- generate --out a.obj --seed 3 --pose rest
+  mkdir way
+  cp a.obj way/1.obj
+  awk '$1 == "v" { printf "v %s %.6f %.6f\n", $2, $3 + 0.3, $4 + 0.5; next } { print }' a.obj > way/2.obj
+  awk '$1 == "v" { printf "v %.6f %.6f %.6f\n", 200 * $2, 200 * $3, 200 * $4; next } { print }' a.obj > large.obj
+  # How far the first vertex went from frame 0 to 1, in y and z, and whether the lowest point stayed: in thousandths.
+  went() {
+    awk -v file=0 'FNR == 1 { ++file } $1 == "v" { if (!seen[file]++) { y[file] = $3; z[file] = $4 } if (low == "" || $3 < low) low = $3 }
+      END { printf "%d %d %d\n", 1000 * (y[2] - y[1]) / '"$2"' + 0.5, 1000 * (z[2] - z[1]) / '"$2"' + 0.5, 1000 * low / '"$2"' + 0.5 }' "$1"/frame_*.obj
+  }
+  near() {
+    awk -v a="$1" -v b="$2" 'BEGIN { n = split(a, x, " "); split(b, y, " "); for (i = 1; i <= n; ++i) if ((x[i] - y[i])^2 > 225) exit 1 }' ||
+      fail "went '$1', expected '$2'"
+  }
+  expect 0 --out "2 frames of way on a skeleton of 24 joints" -- rig --mesh a.obj --pose way --fps 1 --out clip.glb
+  local low
+  low=$(awk '$1 == "v" && (low == "" || $3 < low) { low = $3 } END { printf "%d", 1000 * low + 0.5 }' a.obj)
+  expect 0 -- transfer --identity a.obj --pose clip.glb --clip way --fps 1 --out along
+  near "$(went along 1)" "300 500 $low"
+  expect 0 -- transfer --identity a.obj --pose clip.glb --clip way --fps 1 --out still --in-place
+  near "$(went still 1)" "0 0 $low"
+  expect 0 -- transfer --identity large.obj --unit 0.005 --pose clip.glb --clip way --fps 1 --out far
+  near "$(went far 200)" "300 500 $low"
+  expect 0 --err "is taken to be in units of" -- transfer --identity large.obj --unit 0.005 --pose clip.glb --clip way --fps 1 --out far.glb
+  expect 0 -- info far.glb
+  awk '$1 == "size" { gsub(",", ""); good = $3 > 1 && $3 < 2.5 } END { exit !good }' out.txt || fail "far.glb is not in metres"
 }
 
 test_skeleton() {

@@ -1,17 +1,20 @@
-// usage: node look.mjs PLAYWRIGHT_CORE CHROMIUM PROGRAM FOLDER [SHARED]
+// usage: node look.mjs PLAYWRIGHT_CORE CHROMIUM PROGRAM FOLDER SHARED [VALIDATE_JS]
 // Opens pages of npt view in headless Chromium, as a user would from the disk, and looks: silhouettes, movement, colours of
-// errors, buttons and keys; no error in the console and no request for anything but the page. Screenshots stay in FOLDER.
+// errors, buttons and keys; no error in the console and no request for anything but the page. Screenshots stay in FOLDER. Software draws
+// them, some seconds each: NPT_LOOK=all in the environment looks at more of them, and at characters in SHARED.
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, readdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { inflateSync } from 'node:zlib';
 
-const [library, chromium, npt, folder, shared] = process.argv.slice(2);
+const [library, chromium, npt, folder, shared, validator] = process.argv.slice(2);
 const playwright = createRequire(import.meta.url)(library);
 mkdirSync(folder, { recursive: true });
 process.chdir(folder);
+
+const thorough = process.env.NPT_LOOK === 'all';
 
 let failures = 0;
 function expect(good, what) {
@@ -52,17 +55,20 @@ function pixelsOf(png) {
   return { width, height, at: (x, y) => [0, 1, 2].map((k) => bytes[(y * width + x) * channels + k]) };
 }
 
-// The canvas in cells of 8 x 8 pixels, each its mean colour.
+// The canvas in cells of 8 x 8 of the page's pixels, each its mean colour. They are drawn at half of the resolution, which takes software
+// a third of the time.
+const cellSize = 4;
 class Picture {
   constructor(png) {
     const pixels = pixelsOf(png);
-    this.columns = Math.floor(pixels.width / 8), this.rows = Math.floor(pixels.height / 8);
+    this.columns = Math.floor(pixels.width / cellSize), this.rows = Math.floor(pixels.height / cellSize);
     this.cells = [];
     for (let r = 0; r < this.rows; ++r)
       for (let c = 0; c < this.columns; ++c) {
         const sum = [0, 0, 0];
-        for (let y = 0; y < 8; ++y)
-          for (let x = 0; x < 8; ++x) pixels.at(8 * c + x, 8 * r + y).forEach((v, k) => { sum[k] += v / 64; });
+        for (let y = 0; y < cellSize; ++y)
+          for (let x = 0; x < cellSize; ++x)
+            pixels.at(cellSize * c + x, cellSize * r + y).forEach((v, k) => { sum[k] += v / cellSize ** 2; });
         this.cells.push(sum);
       }
   }
@@ -94,7 +100,7 @@ const browser = await playwright.chromium.launch({
 });
 
 async function open(file, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1000, height: 640 }, reducedMotion: 'reduce', colorScheme: 'light', ...options });
+  const context = await browser.newContext({ viewport: { width: 1000, height: 640 }, deviceScaleFactor: 0.5, reducedMotion: 'reduce', colorScheme: 'light', ...options });
   const page = await context.newPage();
   const complaints = [];
   // Drivers that render in software warn of their own slowness.
@@ -114,7 +120,6 @@ async function open(file, options = {}) {
   const look = async (name) => {
     // Two frames: what was asked for is drawn by then.
     await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
-    await page.screenshot({ path: `${name}.whole.png` });
     const png = await page.locator('#stage').screenshot();
     writeFileSync(`${name}.png`, png);
     return new Picture(png);
@@ -148,12 +153,15 @@ async function pair() {
   expect(first.difference(wire) > 40, 'the wireframe changes nothing');
   expect(await page.getAttribute('#wire', 'aria-pressed') === 'true', 'the button isn\'t pressed');
   await page.keyboard.press('w');
-  expect(first.difference(await look('pair_again')) < 5, 'w doesn\'t take the wireframe away');
-  for (const [key, name] of [['1', 'front'], ['2', 'side'], ['3', 'back'], ['ArrowLeft', 'turned'], ['+', 'near']]) {
+  let shown = await look('pair_again');
+  expect(first.difference(shown) < 5, 'w doesn\'t take the wireframe away');
+  const views = [['1', 'front'], ['2', 'side'], ['3', 'back'], ['ArrowLeft', 'turned'], ['+', 'near']];
+  for (const [key, name] of thorough ? views : views.slice(1, 2)) {
     await page.locator('#canvas').focus();
-    const before = await look('before');
     await page.keyboard.press(key);
-    expect(before.difference(await look(`pair_${name}`)) > 40, `${key} changes nothing`);
+    const now = await look(`pair_${name}`);
+    expect(shown.difference(now) > 40, `${key} changes nothing`);
+    shown = now;
   }
   // Both panels turn with one drag.
   await page.keyboard.press('r');
@@ -187,6 +195,7 @@ async function pair() {
   for (const id of ['canvas', 'wire', 'front', 'side', 'back', 'reset', 'theme', 'help']) expect(reached.has(id), `${id} can't be reached by Tab`);
   await close();
 
+  if (!thorough) return;
   const other = await open('pair.html', { colorScheme: 'dark' });
   expect((await other.look('pair_prefers_dark')).brightness() < first.brightness() - 60, 'the system\'s dark is ignored');
   await other.close();
@@ -232,6 +241,7 @@ async function sequence() {
   await page.click('#play');
   expect(await page.getAttribute('#play', 'aria-label') === 'Play', 'the button doesn\'t pause');
   await close();
+  if (!thorough) return;
   const playing = await open('turn.html', { reducedMotion: 'no-preference' });
   expect(await playing.page.getAttribute('#play', 'aria-label') === 'Pause', 'a sequence doesn\'t start by itself');
   await playing.close();
@@ -289,17 +299,70 @@ async function glb(file, clip) {
   await close();
 }
 
+// What npt rig and npt transfer --clip write: a body with a skeleton and a clip goes onto another one, which then moves in three.js by
+// its joints alone. The files are left in made/ for the validator.
+async function rigged() {
+  mkdirSync('made', { recursive: true });
+  // A body that walks forwards, turned frame by frame.
+  run('generate', '--out', 'walker.obj', '--shape-seed', '2', '--pose', 'rest');
+  const lines = readFileSync('walker.obj', 'utf8').split('\n');
+  mkdirSync('steps', { recursive: true });
+  const frames = 4;
+  for (let f = 0; f < frames; ++f) {
+    const angle = 0.5 * f;
+    const text = lines.map((line) => {
+      const [kind, x, y, z] = line.split(' ');
+      if (kind !== 'v') return line;
+      return `v ${x * Math.cos(angle) + z * Math.sin(angle)} ${y} ${z * Math.cos(angle) - x * Math.sin(angle) + 0.2 * f}`;
+    });
+    writeFileSync(`steps/frame_${f}.obj`, text.join('\n'));
+  }
+  run('rig', '--mesh', 'walker.obj', '--pose', 'steps', '--fps', '4', '--out', 'made/walker.glb');
+  run('generate', '--out', 'body.obj', '--proportions', '--shape-seed', '41', '--pose', 'rest');
+  run('rig', '--mesh', 'body.obj', '--names', 'mixamo', '--out', 'made/rig.glb');
+  run('transfer', '--identity', 'made/rig.glb', '--pose', 'made/walker.glb', '--clip', 'steps', '--fps', '4', '--out', 'made/result.glb',
+      '--view', 'result.html', '--report', 'result.jsonl');
+  const report = JSON.parse(readFileSync('result.jsonl', 'utf8'));
+  expect(report.status === 'done' && report.method === 'body' && report.frames === frames, `report: ${JSON.stringify(report)}`);
+  const { page, look, close } = await open('result.html');
+  expect(await page.textContent('#frame') === '1 / 4', `frame ${await page.textContent('#frame')}`);
+  await page.keyboard.press('1');
+  const first = await look('rigged_1');
+  for (const i of [0, 1, 2]) expect(first.figure(i, 3).length > 60, `rigged: panel ${i} has ${first.figure(i, 3).length} cells`);
+  await page.keyboard.press('End');
+  const last = await look('rigged_4');
+  const cells = (picture, i) => new Set(picture.figure(i, 3).map(({ c, r }) => `${c},${r}`));
+  const moved = (i) => [...cells(last, i)].filter((cell) => !cells(first, i).has(cell)).length +
+    [...cells(first, i)].filter((cell) => !cells(last, i).has(cell)).length;
+  expect(moved(0) < 4, `the identity moves: ${moved(0)} cells`);
+  expect(moved(1) > 30, `the pose stands still: ${moved(1)} cells`);
+  expect(moved(2) > 30, `the result stands still: ${moved(2)} cells`);
+  // Both turn alike: their outlines change by about as much.
+  expect(moved(2) > 0.3 * moved(1) && moved(2) < 3 * moved(1), `pose ${moved(1)} cells, result ${moved(2)}`);
+  await close();
+  if (thorough) await glb('made/rig.glb');
+}
+
 try {
   await pair();
   await sequence();
   await heat();
-  const files = shared ? ['Knight', 'Horse'].map((name) => path.join(shared, 'data/glb', `${name}.glb`)) : [];
+  await rigged();
+  const files = shared && thorough ? ['Knight', 'Horse'].map((name) => path.join(shared, 'data/glb', `${name}.glb`)) : [];
   for (const file of files) {
     if (existsSync(file)) await glb(file, 1);
     else console.log(`${path.basename(file)} is not there: left out`);
   }
 } finally {
   await browser.close();
+}
+if (validator) {
+  const written = readdirSync('made').map((name) => path.join('made', name));
+  try {
+    execFileSync(process.execPath, [validator, ...written], { encoding: 'utf8' });
+  } catch (error) {
+    expect(false, `the validator: ${error.stdout}${error.stderr}`);
+  }
 }
 console.log(failures === 0 ? 'all as expected' : `${failures} failures`);
 process.exit(failures === 0 ? 0 : 1);

@@ -275,8 +275,22 @@
       });
       this.mixer = new THREE.AnimationMixer(this.object);
       this.setClip(this.clips.length > 0 ? this.clips[0].name : '');
-      this.object.updateMatrixWorld(true);
-      this.box = new THREE.Box3().setFromObject(this.object, true);
+      this.box = this.boxOfClip();
+    }
+
+    // The box of all that the clip goes through.
+    boxOfClip() {
+      const box = new THREE.Box3();
+      let vertices = 1;
+      this.object.traverse((node) => { if (node.isMesh) vertices += node.geometry.attributes.position.count; });
+      const looks = this.clip ? Math.max(2, Math.min(12, Math.round(250000 / vertices))) : 1;
+      for (let i = 0; i < looks; ++i) {
+        if (this.clip) this.setTime(this.clip.duration * i / (looks - 1));
+        this.object.updateMatrixWorld(true);
+        box.union(new THREE.Box3().setFromObject(this.object, true));
+      }
+      this.setTime(0);
+      return box;
     }
 
     get frames() { return this.clip && this.clip.duration > 0 ? Math.max(1, Math.round(this.clip.duration * data.fps)) : 1; }
@@ -290,7 +304,11 @@
       this.setTime(0);
     }
     setTime(seconds) {
-      if (this.clip) this.mixer.setTime(this.clip.duration > 0 ? seconds % this.clip.duration : 0);
+      if (!this.clip) return;
+      const end = this.clip.duration;
+      // The last key has a frame of its own, behind which a clip begins anew.
+      const time = seconds < end + 1.01 / data.fps ? Math.min(seconds, end * (1 - 1e-6)) : seconds % end;
+      this.mixer.setTime(end > 0 ? time : 0);
     }
     paint() {}
     setWire(on) {

@@ -24,6 +24,7 @@
 #endif
 
 #include <filesystem>
+#include <string>
 
 namespace npt::inline NPT_ABI {
 
@@ -57,6 +58,7 @@ Scene read_scene(const std::filesystem::path& path);
 Mesh read_gltf(const std::filesystem::path& path);
 void write_scene(const std::filesystem::path& path, const Scene& scene);
 void write_gltf(const std::filesystem::path& path, const Mesh& mesh);
+std::string glb_bytes(const Scene& scene, const std::string& name);
 #else
 inline Scene read_scene(const std::filesystem::path& path) { return internal::read_scene_file(path); }
 /// The scene as it stands, as one mesh.
@@ -68,6 +70,8 @@ inline void write_scene(const std::filesystem::path& path, const Scene& scene) {
 }
 /// Writes a mesh as a GLB completely or not at all.
 inline void write_gltf(const std::filesystem::path& path, const Mesh& mesh) { internal::write_gltf_mesh(path, mesh); }
+/// What write_scene writes. `name` stands in the messages of errors.
+inline std::string glb_bytes(const Scene& scene, const std::string& name) { return format_gltf(scene, name); }
 #endif
 
 }  // namespace npt::inline NPT_ABI

@@ -170,7 +170,12 @@ class BasicBodyTransfer {
   ReadJoints joints(const BodyReading& reading) const {
     expect_body(reading, "mesh");
     const BodyFit& fit = reading.fit.body;
-    return {fit.axis_angles, (body().joints(fit.betas)[0] + fit.translation) / reading.metres + reading.centre};
+    const std::vector<Vec3d> rest = body().joints(fit.betas);
+    double legs = 0;  // joints 1, 4, 7 are the left hip, knee and ankle, 2, 5, 8 the right ones
+    for (const std::size_t hip : {1, 2})
+      legs += length(rest[hip + 3] - rest[hip]) + length(rest[hip + 6] - rest[hip + 3]);
+    return {fit.axis_angles, (rest[0] + fit.translation) / reading.metres + reading.centre,
+            0.5 * legs / reading.metres};
   }
 
   BoundCharacter bind(const MeshView& identity) const { return bind(identity, read(identity)); }

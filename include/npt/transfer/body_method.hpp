@@ -44,6 +44,7 @@ class BodyRead {
 struct ReadJoints {
   std::vector<float> axis_angles;  ///< [J, 3], radians
   Vec3d root;                      ///< where the root joint is, in the mesh's unit and place
+  double leg = 0;                  ///< from the hip over the knee to the ankle, in the mesh's unit; of both the mean
 };
 
 /// An identity bound to its body.

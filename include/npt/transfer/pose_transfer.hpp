@@ -261,6 +261,16 @@ class BasicPoseTransfer {
     return body_->motions(*identity.binding_, *pose.body_);
   }
 
+  /// The joints of a prepared mesh. Requires report().method == Method::body with it.
+  ReadJoints joints(const PreparedIdentity& identity) const {
+    NPT_ASSERT(body_ != nullptr && identity.body_ != nullptr);
+    return body_->joints(*identity.body_);
+  }
+  ReadJoints joints(const PreparedPose& pose) const {
+    NPT_ASSERT(body_ != nullptr && pose.body_ != nullptr);
+    return body_->joints(*pose.body_);
+  }
+
   /// Gives a prepared identity a prepared pose: writes its new positions [V, 3].
   void operator()(const PreparedIdentity& identity, const PreparedPose& pose, std::span<float> result) const {
     check_result(result.size(), 3 * identity.vertices_);

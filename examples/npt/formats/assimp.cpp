@@ -1,0 +1,433 @@
+#include <formats/read.hpp>
+
+#include <npt/core/error.hpp>
+#include <npt/io/file.hpp>
+
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <assimp/Importer.hpp>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace formats {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// From assimp's scene, which it keeps, to npt's.
+class ForeignScene {
+ public:
+  explicit ForeignScene(const fs::path& path) : path_(path), name_(path.string()) {
+    extension_ = path.extension().string();
+    for (char& c : extension_) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  }
+
+  npt::Scene read() {
+    const std::string bytes = npt::read_file(path_);  // for the errors of what isn't there or can't be read
+    check_whole(bytes);
+    importer_.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_CAMERAS, false);
+    importer_.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_LIGHTS, false);
+    source_ = importer_.ReadFile(name_, aiProcess_Triangulate | aiProcess_ValidateDataStructure);
+    if (source_ == nullptr) fail("", "what assimp refuses (" + one_line(importer_.GetErrorString()) + ")", kind());
+    if ((source_->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0 || source_->mNumMeshes == 0 || source_->mRootNode == nullptr)
+      fail("", "no mesh", "one at least");
+    read_materials();
+    scene_.nodes.push_back({.name = "scene", .matrix = to_metres()});
+    add_node(*source_->mRootNode, 0);
+    for (const auto& [node, number] : meshes_of_) add_mesh(*node, number);
+    for (unsigned i = 0; i < source_->mNumAnimations; ++i) add_clip(*source_->mAnimations[i], i);
+    return std::move(scene_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& place, const std::string& found, const std::string& expected) const {
+    throw npt::Error({name_, place, found, expected});
+  }
+  static std::string one_line(std::string text) {
+    for (char& c : text)
+      if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+    return text;
+  }
+  std::string kind() const { return "a whole " + extension_ + " file"; }
+  bool is_soup() const { return extension_ == ".stl"; }
+
+  /// Names are kept as UTF-8, as glTF wants them.
+  static std::string text(const aiString& string) {
+    const nlohmann::json json = std::string(string.C_Str());
+    return one_line(
+        nlohmann::json::parse(json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)).get<std::string>());
+  }
+
+  /// assimp takes an ASCII STL that ends early for one of fewer triangles.
+  void check_whole(const std::string& bytes) const {
+    if (extension_ != ".stl" || !bytes.starts_with("solid")) return;
+    if (bytes.size() >= 84) {  // binary files may begin so too
+      std::uint32_t count = 0;
+      for (std::size_t i = 4; i-- > 0;) count = count << 8 | static_cast<unsigned char>(bytes[80 + i]);
+      if (84 + std::uint64_t{50} * count == bytes.size()) return;
+    }
+    if (bytes.rfind("endsolid") == std::string::npos || bytes.rfind("endsolid") < bytes.rfind("facet"))
+      fail("the end", "no 'endsolid'", kind());
+  }
+
+  // Materials: a name, a colour, and a picture.
+
+  void read_materials() {
+    if (is_soup()) return;
+    auto look = std::make_shared<npt::Appearance>();
+    std::set<std::string> labels;
+    for (unsigned i = 0; i < source_->mNumMaterials; ++i) {
+      const aiMaterial& material = *source_->mMaterials[i];
+      aiString own;
+      std::string label = material.Get(AI_MATKEY_NAME, own) == AI_SUCCESS ? text(own) : std::string();
+      if (label.empty()) label = "material_" + std::to_string(i);
+      const std::string stem = label;
+      for (int n = 1; !labels.insert(label).second; ++n) label = stem + "." + std::to_string(n);
+      aiColor4D colour(0.8F, 0.8F, 0.8F, 1);
+      material.Get(AI_MATKEY_COLOR_DIFFUSE, colour);
+      const auto clamped = [](float c) { return c > 0 ? std::min(c, 1.0F) : 0.0F; };
+      nlohmann::json pbr{{"metallicFactor", 0}, {"roughnessFactor", 0.8}};
+      if (const auto texture = texture_of(material, *look)) {
+        pbr["baseColorTexture"]["index"] = *texture;
+        colour = aiColor4D(1, 1, 1, 1);
+      }
+      pbr["baseColorFactor"] = {clamped(colour.r), clamped(colour.g), clamped(colour.b), 1};
+      look->materials.push_back({label, nlohmann::json{{"name", label}, {"pbrMetallicRoughness", pbr}}.dump()});
+    }
+    scene_.appearance = std::move(look);
+  }
+
+  /// The number of the texture with the material's picture: in the file, or beside it. Nothing where there is none, or
+  /// none that glTF may hold.
+  std::optional<std::size_t> texture_of(const aiMaterial& material, npt::Appearance& look) {
+    aiString where;
+    if (material.GetTexture(aiTextureType_DIFFUSE, 0, &where) != AI_SUCCESS &&
+        material.GetTexture(aiTextureType_BASE_COLOR, 0, &where) != AI_SUCCESS)
+      return std::nullopt;
+    const std::string file = text(where);
+    if (const auto known = textures_.find(file); known != textures_.end()) return known->second;
+    std::string bytes;
+    if (const aiTexture* own = source_->GetEmbeddedTexture(where.C_Str())) {
+      if (own->mHeight == 0) bytes.assign(reinterpret_cast<const char*>(own->pcData), own->mWidth);
+    } else {
+      // Authors' absolute paths and their backslashes: the name alone says which file it is.
+      std::string plain = file;
+      std::ranges::replace(plain, '\\', '/');
+      const fs::path beside = path_.parent_path() / fs::path(plain).filename();
+      std::error_code code;
+      if (!fs::path(plain).filename().empty() && fs::is_regular_file(beside, code)) bytes = npt::read_file(beside);
+    }
+    const bool png = bytes.starts_with("\x89PNG"), jpeg = bytes.starts_with("\xFF\xD8\xFF");
+    if (!png && !jpeg) return std::nullopt;
+    look.images.push_back({fs::path(file).filename().string(), png ? "image/png" : "image/jpeg", std::move(bytes)});
+    look.textures.push_back(nlohmann::json{{"source", look.images.size() - 1}}.dump());
+    return textures_[file] = look.textures.size() - 1;
+  }
+
+  // Nodes.
+
+  npt::Affine affine(const aiMatrix4x4& m, const std::string& place) const {
+    const npt::Affine result{
+        {{npt::Vec3d{double{m.a1}, double{m.a2}, double{m.a3}}, npt::Vec3d{double{m.b1}, double{m.b2}, double{m.b3}},
+          npt::Vec3d{double{m.c1}, double{m.c2}, double{m.c3}}}},
+        {double{m.a4}, double{m.b4}, double{m.c4}}};
+    for (const npt::Vec3d v : {result.linear.rows[0], result.linear.rows[1], result.linear.rows[2], result.shift})
+      if (!npt::is_finite(v)) fail(place, "a matrix with a number that is not finite", "finite numbers");
+    return result;
+  }
+
+  void add_node(const aiNode& node, std::size_t parent) {
+    const std::size_t number = scene_.nodes.size();
+    const std::string own = text(node.mName);
+    scene_.nodes.push_back(
+        {.name = own, .parent = parent, .matrix = affine(node.mTransformation, "node '" + own + "'")});
+    numbers_.emplace(node.mName.C_Str(), number);
+    if (node.mNumMeshes > 0) meshes_of_.emplace_back(&node, number);
+    for (unsigned i = 0; i < node.mNumChildren; ++i) add_node(*node.mChildren[i], number);
+  }
+
+  /// FBX says what its numbers mean and assimp leaves them; of Collada it makes metres with y up; the others don't say.
+  npt::Affine to_metres() const {
+    if (extension_ != ".fbx" || source_->mMetaData == nullptr) return {};
+    const auto number = [&](const char* name, std::int32_t otherwise) {
+      source_->mMetaData->Get(name, otherwise);
+      return otherwise;
+    };
+    double centimetres = 1;
+    float as_float = 0;
+    if (!source_->mMetaData->Get("UnitScaleFactor", centimetres) &&
+        source_->mMetaData->Get("UnitScaleFactor", as_float))
+      centimetres = static_cast<double>(as_float);
+    if (!(centimetres > 0 && std::isfinite(centimetres))) centimetres = 1;
+    const auto axis = [&](const char* name, const char* sign, std::int32_t otherwise) {
+      const std::int32_t n = number(name, otherwise);
+      const double d = number(sign, 1) < 0 ? -1 : 1;
+      return npt::Vec3d{n == 0 ? d : 0, n == 1 ? d : 0, n == 2 ? d : 0};
+    };
+    npt::Vec3d up = axis("UpAxis", "UpAxisSign", 1), front = axis("FrontAxis", "FrontAxisSign", 2);
+    if (dot(up, up) != 1 || dot(front, front) != 1 || dot(up, front) != 0) up = {0, 1, 0}, front = {0, 0, 1};
+    const double metres = 0.01 * centimetres;
+    return {{{cross(up, front) * metres, up * metres, front * metres}}, {}};
+  }
+
+  // Meshes.
+
+  /// The joints of a node's skin: a bone has a matrix for each mesh.
+  std::uint16_t joint(npt::Skin& skin, std::size_t node, const npt::Affine& inverse_bind) const {
+    for (std::size_t j = 0; j < skin.joints.size(); ++j)
+      if (skin.joints[j] == node && skin.inverse_binds[j] == inverse_bind) return static_cast<std::uint16_t>(j);
+    if (skin.joints.size() >= 0xFFFF) fail("", "more than 65535 joints", "fewer");
+    skin.joints.push_back(node);
+    skin.inverse_binds.push_back(inverse_bind);
+    return static_cast<std::uint16_t>(skin.joints.size() - 1);
+  }
+
+  struct Influence {
+    std::uint16_t joint = 0;
+    float weight = 0;
+  };
+
+  /// [V] The joints of each vertex; empty where the mesh has no bones.
+  std::vector<std::vector<Influence>> influences_of(const aiMesh& mesh, std::size_t node, npt::Skin& skin) const {
+    std::vector<std::vector<Influence>> influences;
+    for (unsigned b = 0; b < mesh.mNumBones; ++b) {
+      const aiBone& bone = *mesh.mBones[b];
+      if (bone.mNumWeights == 0) continue;
+      const auto found = numbers_.find(bone.mName.C_Str());
+      const std::string place = "bone '" + text(bone.mName) + "'";
+      if (found == numbers_.end()) fail(place, "no node of its name", "one");
+      influences.resize(mesh.mNumVertices);
+      const std::uint16_t own = joint(skin, found->second, affine(bone.mOffsetMatrix, place));
+      for (unsigned w = 0; w < bone.mNumWeights; ++w) {
+        const aiVertexWeight& weight = bone.mWeights[w];
+        if (weight.mVertexId >= mesh.mNumVertices)
+          fail(place, "vertex " + std::to_string(weight.mVertexId), "below " + std::to_string(mesh.mNumVertices));
+        if (!(weight.mWeight >= 0 && std::isfinite(weight.mWeight)))
+          fail(place, "weight " + std::to_string(weight.mWeight), "one that is not negative");
+        if (weight.mWeight > 0) influences[weight.mVertexId].push_back({own, weight.mWeight});
+      }
+    }
+    // What no bone moves, its node does.
+    for (auto& own : influences)
+      if (own.empty()) own.push_back({joint(skin, node, {}), 1});
+    return influences;
+  }
+
+  void add_mesh(const aiNode& node, std::size_t number) {
+    npt::SceneMesh made{.name = scene_.nodes[number].name};
+    npt::Skin skin{.name = made.name, .joints = {}, .inverse_binds = {}};
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) add_part(*source_->mMeshes[node.mMeshes[i]], number, made, skin);
+    if (std::ranges::any_of(made.primitives, [](const npt::ScenePrimitive& p) { return !p.triangles.empty(); })) {
+      std::vector<npt::ScenePrimitive> kept;  // points and lines beside surfaces are left out
+      std::vector<npt::VertexBlock> blocks;
+      for (npt::ScenePrimitive& p : made.primitives) {
+        if (p.triangles.empty()) continue;
+        blocks.push_back(std::move(made.blocks[p.block]));
+        p.block = blocks.size() - 1;
+        kept.push_back(std::move(p));
+      }
+      made.primitives = std::move(kept);
+      made.blocks = std::move(blocks);
+    }
+    scene_.nodes[number].mesh = scene_.meshes.size();
+    scene_.shown.push_back(number);
+    scene_.meshes.push_back(std::move(made));
+    if (skin.joints.empty()) return;
+    scene_.nodes[number].skin = scene_.skins.size();
+    scene_.skins.push_back(std::move(skin));
+  }
+
+  /// Corners of faces have vertices of their own in these files, or in what assimp makes of them: those that are the
+  /// same in all that they have become one, in the order in which the file has them first. STL only knows places.
+  void add_part(const aiMesh& mesh, std::size_t node, npt::SceneMesh& made, npt::Skin& skin) {
+    if ((total_ += mesh.mNumVertices) > most_vertices)
+      fail("", "more than " + std::to_string(most_vertices) + " vertices", "fewer");
+    const auto influences = influences_of(mesh, node, skin);
+    const bool plain = is_soup();
+    std::size_t sets = 0;
+    while (!plain && sets < AI_MAX_NUMBER_OF_TEXTURECOORDS && mesh.HasTextureCoords(static_cast<unsigned>(sets)))
+      ++sets;
+    const bool with_normals = !plain && mesh.HasNormals(), with_colours = mesh.HasVertexColors(0);
+
+    npt::VertexBlock block;
+    block.texcoords.resize(sets);
+    std::size_t most = 0;
+    for (const auto& own : influences) most = std::max(most, own.size());
+    block.influences = (most + 3) / 4 * 4;
+    std::unordered_map<std::string, std::uint32_t> known;
+    std::vector<std::uint32_t> place(mesh.mNumVertices, npt::no_index);
+    std::string key;
+    const auto add = [&key](float value) {
+      const float plus_zero = value + 0.0F;
+      key.append(reinterpret_cast<const char*>(&plus_zero), sizeof plus_zero);
+    };
+    const auto number_of = [&](unsigned v) {
+      if (place[v] != npt::no_index) return place[v];
+      key.clear();
+      const aiVector3D& p = mesh.mVertices[v];
+      for (const float x : {p.x, p.y, p.z}) {
+        if (!std::isfinite(x)) fail("vertex " + std::to_string(v), std::to_string(x), "a finite number");
+        add(x);
+      }
+      aiVector3D n = with_normals ? mesh.mNormals[v] : aiVector3D();
+      if (!std::isfinite(n.x) || !std::isfinite(n.y) || !std::isfinite(n.z)) n = {};
+      for (const float x : {n.x, n.y, n.z}) add(x);
+      for (unsigned s = 0; s < sets; ++s) add(mesh.mTextureCoords[s][v].x), add(mesh.mTextureCoords[s][v].y);
+      const aiColor4D colour = with_colours ? mesh.mColors[0][v] : aiColor4D(1, 1, 1, 1);
+      for (const float x : {colour.r, colour.g, colour.b, colour.a}) add(x);
+      if (!influences.empty())
+        for (const Influence& i : influences[v]) add(static_cast<float>(i.joint)), add(i.weight);
+      const auto [found, fresh] = known.emplace(key, static_cast<std::uint32_t>(block.positions.size()));
+      place[v] = found->second;
+      if (!fresh) return place[v];
+      block.positions.push_back({p.x, p.y, p.z});
+      if (with_normals) block.normals.push_back({n.x, n.y, n.z});
+      for (unsigned s = 0; s < sets; ++s) {
+        const aiVector3D& t = mesh.mTextureCoords[s][v];
+        const bool good = std::isfinite(t.x) && std::isfinite(t.y);
+        block.texcoords[s].push_back({good ? t.x : 0, good ? 1 - t.y : 0});  // counts from the bottom there
+      }
+      if (with_colours) {
+        block.colours.push_back({colour.r, colour.g, colour.b, colour.a});
+        for (float& c : block.colours.back()) c = c > 0 ? std::min(c, 1.0F) : 0.0F;
+        block.with_alpha = block.with_alpha || block.colours.back()[3] < 1;
+      }
+      if (!influences.empty()) add_influences(influences[v], block);
+      return place[v];
+    };
+    npt::ScenePrimitive primitive{.block = made.blocks.size()};
+    if (scene_.appearance != nullptr && mesh.mMaterialIndex < scene_.appearance->materials.size())
+      primitive.material = mesh.mMaterialIndex;
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      if (face.mNumIndices != 3) continue;  // points and lines
+      npt::Triangle triangle{};
+      for (unsigned c = 0; c < 3; ++c) {
+        if (face.mIndices[c] >= mesh.mNumVertices)
+          fail("face " + std::to_string(f), "vertex " + std::to_string(face.mIndices[c]),
+               "below " + std::to_string(mesh.mNumVertices));
+        triangle[c] = number_of(face.mIndices[c]);
+      }
+      primitive.triangles.push_back(triangle);
+    }
+    if (mesh.mNumFaces == 0 || primitive.triangles.empty())
+      for (unsigned v = 0; v < mesh.mNumVertices; ++v) number_of(v);
+    made.blocks.push_back(std::move(block));
+    made.primitives.push_back(std::move(primitive));
+  }
+
+  static void add_influences(const std::vector<Influence>& own, npt::VertexBlock& block) {
+    double sum = 0;
+    for (const Influence& i : own) sum += static_cast<double>(i.weight);
+    for (std::size_t i = 0; i < block.influences; ++i) {
+      block.joints.push_back(i < own.size() ? own[i].joint : std::uint16_t{0});
+      block.weights.push_back(i < own.size() ? static_cast<float>(static_cast<double>(own[i].weight) / sum) : 0.0F);
+    }
+  }
+
+  // Clips. They begin with their first key.
+
+  void add_clip(const aiAnimation& animation, unsigned number) {
+    npt::Clip clip{text(animation.mName), {}};
+    if (clip.name.empty()) clip.name = "clip_" + std::to_string(number);
+    const double ticks = animation.mTicksPerSecond > 0 ? animation.mTicksPerSecond : 25;
+    double begin = std::numeric_limits<double>::infinity();
+    const auto earliest = [&](const auto* keys, unsigned count) {
+      for (unsigned i = 0; i < count; ++i) begin = std::min(begin, keys[i].mTime);
+    };
+    for (unsigned c = 0; c < animation.mNumChannels; ++c) {
+      const aiNodeAnim& own = *animation.mChannels[c];
+      earliest(own.mPositionKeys, own.mNumPositionKeys);
+      earliest(own.mRotationKeys, own.mNumRotationKeys);
+      earliest(own.mScalingKeys, own.mNumScalingKeys);
+    }
+    for (unsigned c = 0; c < animation.mNumChannels; ++c) {
+      const aiNodeAnim& own = *animation.mChannels[c];
+      const auto found = numbers_.find(own.mNodeName.C_Str());
+      if (found == numbers_.end()) continue;
+      const std::size_t node = found->second;
+      make_place(node);
+      const std::string place = "clip '" + clip.name + "', node '" + text(own.mNodeName) + "'";
+      const auto channel = [&](npt::ChannelPath path, const auto* keys, unsigned count, auto&& values) {
+        if (count == 0) return;
+        npt::ClipChannel made{node,
+                              path,
+                              npt::Interpolation::linear,
+                              path == npt::ChannelPath::rotation ? std::size_t{4} : std::size_t{3},
+                              {},
+                              {}};
+        for (unsigned k = 0; k < count; ++k) {
+          const auto time = static_cast<float>((keys[k].mTime - begin) / ticks);
+          if (!std::isfinite(time) || (k > 0 && time < made.times.back()))
+            fail(place, "key times that descend or are not finite", "ascending ones");
+          made.times.push_back(time);
+          values(keys[k], made.values);
+        }
+        for (const float v : made.values)
+          if (!std::isfinite(v)) fail(place, "a value that is not finite", "finite ones");
+        clip.channels.push_back(std::move(made));
+      };
+      const auto vector = [](const aiVectorKey& key, std::vector<float>& values) {
+        values.insert(values.end(), {key.mValue.x, key.mValue.y, key.mValue.z});
+      };
+      channel(npt::ChannelPath::translation, own.mPositionKeys, own.mNumPositionKeys, vector);
+      channel(npt::ChannelPath::rotation, own.mRotationKeys, own.mNumRotationKeys,
+              [](const aiQuatKey& key, std::vector<float>& values) {
+                values.insert(values.end(), {key.mValue.x, key.mValue.y, key.mValue.z, key.mValue.w});
+              });
+      channel(npt::ChannelPath::scale, own.mScalingKeys, own.mNumScalingKeys, vector);
+    }
+    if (!clip.channels.empty()) scene_.clips.push_back(std::move(clip));
+  }
+
+  /// A node that moves has a place instead of a matrix.
+  void make_place(std::size_t number) {
+    npt::SceneNode& node = scene_.nodes[number];
+    if (!node.matrix) return;
+    const npt::Matrix3 columns = node.matrix->linear.transposed();
+    npt::Vec3d size{npt::length(columns.rows[0]), npt::length(columns.rows[1]), npt::length(columns.rows[2])};
+    if (node.matrix->linear.determinant() < 0) size.x = -size.x;
+    npt::Matrix3 turn = columns;
+    turn.rows[0] = turn.rows[0] / (size.x != 0 ? size.x : 1);
+    turn.rows[1] = turn.rows[1] / (size.y != 0 ? size.y : 1);
+    turn.rows[2] = turn.rows[2] / (size.z != 0 ? size.z : 1);
+    node.place = {node.matrix->shift, npt::quaternion_of(turn.transposed()), size};
+    node.matrix.reset();
+  }
+
+  static constexpr std::size_t most_vertices = 100'000'000;
+
+  fs::path path_;
+  std::string name_, extension_;
+  Assimp::Importer importer_;
+  const aiScene* source_ = nullptr;
+  npt::Scene scene_;
+  std::map<std::string, std::size_t> numbers_;  ///< of nodes, by their name as it stands in the file
+  std::map<std::string, std::size_t> textures_;
+  std::vector<std::pair<const aiNode*, std::size_t>> meshes_of_;
+  std::size_t total_ = 0;
+};
+
+}  // namespace
+
+bool reads_foreign() { return true; }
+
+npt::Scene read_foreign(const std::filesystem::path& path) { return ForeignScene(path).read(); }
+
+}  // namespace formats

@@ -1,0 +1,16 @@
+#include <formats/read.hpp>
+
+#include <npt/core/error.hpp>
+
+namespace formats {
+
+bool reads_foreign() { return false; }
+
+npt::Scene read_foreign(const std::filesystem::path& path) {
+  throw npt::Error({path.string(),
+                    {},
+                    "extension " + path.extension().string(),
+                    "an npt that was built with assimp (Debian: libassimp-dev), or .ply, .obj or .glb"});
+}
+
+}  // namespace formats

@@ -1,0 +1,35 @@
+/// Meshes and scenes of all formats that the program reads: the library's own, and through assimp, where this build has
+/// it (assimp.cpp), FBX, Collada and STL; and OFF. Without it (assimp_missing.cpp) those are refused.
+/// Errors    npt::Error that names the file
+#pragma once
+
+#include <npt/mesh/mesh.hpp>
+#include <npt/scene/scene.hpp>
+
+#include <array>
+#include <filesystem>
+#include <string_view>
+
+namespace formats {
+
+/// Extensions, in lower case.
+inline constexpr std::array<std::string_view, 8> all{".ply", ".obj", ".glb", ".gltf", ".fbx", ".dae", ".stl", ".off"};
+/// Those that have clips, in metres and with y up.
+inline constexpr std::array<std::string_view, 4> scenes{".glb", ".gltf", ".fbx", ".dae"};
+/// Those that are read through assimp.
+inline constexpr std::array<std::string_view, 3> foreign{".fbx", ".dae", ".stl"};
+
+/// In any case of letters.
+bool is_scene(const std::filesystem::path& path);
+
+npt::Mesh read_mesh(const std::filesystem::path& path);
+/// Of a format in `scenes` or `foreign`.
+npt::Scene read_scene(const std::filesystem::path& path);
+
+/// Whether this build has assimp.
+bool reads_foreign();
+/// A file in one of the formats in `foreign`.
+npt::Scene read_foreign(const std::filesystem::path& path);
+npt::Mesh read_off(const std::filesystem::path& path);
+
+}  // namespace formats
