@@ -575,7 +575,7 @@ class ReadingFitter {
                               .facing = 0.2,
                               .pose_prior = 0.0005,
                               .bend_prior = 0.0005,
-                              .shape_prior = 0.005,
+                              .shape_prior = 0.001,
                               .probes = 800,
                               .samples = 1000,
                               .places = 300};
@@ -589,7 +589,7 @@ class ReadingFitter {
                                 .facing = 0.3,
                                 .pose_prior = 0.00005,
                                 .bend_prior = 0.00005,
-                                .shape_prior = 0.0005,
+                                .shape_prior = 0.0001,
                                 .probes = 1000,
                                 .samples = 1100,
                                 .places = 300};
