@@ -72,7 +72,7 @@ std::string markdown(const std::vector<int>& numbers, const Results& results) {
     for (const Row& row : table.rows) {
       const std::optional<Measured> ours = find(results, row.system);
       if (!ours) continue;
-      char paper[64] = "| |", line[320];
+      char paper[64] = "| | |", line[320];
       if (row.paper) std::snprintf(paper, sizeof paper, "| %.1f | %.1f |", row.paper->seen, row.paper->unseen);
       std::snprintf(line, sizeof line, "| %s | %.2f | %.2f %s %.2f | %.2f |\n", system_of(row.system).name.c_str(),
                     1e4 * ours->seen / 3, 1e4 * ours->unseen / 3, paper, 1e4 * ours->seen, 1e4 * ours->unseen);
