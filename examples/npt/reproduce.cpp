@@ -317,12 +317,9 @@ class Reproduction {
       for (const reproduce::Row& row : reproduce::table_of(number).rows) {
         const auto ours = reproduce::find(results_, row.system);
         if (!ours) continue;
-        Report entry{{"table", number},
-                     {"system", row.system},
-                     {"seen_pmd", ours->seen},
-                     {"unseen_pmd", ours->unseen},
-                     {"seconds", ours->seconds},
-                     {"command", ours->how}};
+        Report entry{{"table", number},          {"system", row.system},
+                     {"seen_pmd", ours->seen},   {"unseen_pmd", ours->unseen},
+                     {"seconds", ours->seconds}, {"command", ours->how}};
         if (row.paper) {
           entry["paper_seen"] = 1e-4 * row.paper->seen;
           entry["paper_unseen"] = 1e-4 * row.paper->unseen;

@@ -1,6 +1,6 @@
 /// How unlikely a pose is: what keeps a fit from explaining a surface by broken joints.
 ///   weight * (theta - m)^T K (theta - m) + hinge weight * sum over hinges of exp(angle to the wrong side)
-/// By itself each joint has K = stiffness (I + twist a a^T), where a is the bone's direction in the rest pose: a rotation
+/// By itself each joint has K = stiffness (I + twist a a^T), where a is the bone's direction in the rest pose: turning
 /// about the bone itself costs more, since it hardly moves the surface, and a search would take it for a way out.
 /// natural() has one K for all joints together: a pelvis and a spine that bend against each other are unlikely, though
 /// neither bend is. Hinges are joints that bend to one side only.

@@ -4,7 +4,7 @@
 ///        + sum_i a_i rho(|v_i - surface|^2) + mean_k rho(|q_k - body|^2) + priors
 ///   1. motion    of every reading, from few points, and of the best ones with limbs swapped (part_motion.hpp)
 ///   2. coarse    a coarse body, first to the places of up to three of these, then, where it comes near, to the surface
-///   3. finish    all vertices, both ways, with a kernel that narrows; where the body keeps a distance from the surface,
+///   3. finish    all vertices, both ways, with a kernel that narrows; where the body keeps a distance from it,
 ///                as under clothes, the places count too
 /// Distances are taken along normals: the step is that of "point to plane"; where a point has left the other surface's
 /// end, along the line to it.
