@@ -121,7 +121,7 @@ class Reproduction {
   /// Builds without Eigen or liblbfgs have no baselines.
   void check_commands() const {
     for (const System& system : reproduce::systems()) {
-      if (!needed(system) || system.kind == Kind::network) continue;
+      if (!needed(system) || system.kind == Kind::network || system.kind == Kind::bodies) continue;
       const std::string command = system.kind == Kind::deformation ? "deform" : "skeleton";
       if (std::ranges::none_of(program::Subcommand::all(), [&](const auto* known) { return known->name == command; }))
         throw npt::Error({.file = system.name,
@@ -268,6 +268,7 @@ class Reproduction {
       arguments = {"evaluate", "--method", "network", "--weights", weights_of(system).string()};
     if (system.kind == Kind::deformation) arguments = {"deform"};
     if (system.kind == Kind::skeleton) arguments = {"skeleton"};
+    if (system.kind == Kind::bodies) arguments = {"evaluate", "--method", "body"};
     if (system.kind != Kind::network)
       arguments.insert(arguments.end(), system.arguments.begin(), system.arguments.end());
     if (options_.body != "mannequin") arguments.insert(arguments.end(), {"--body", options_.body});
@@ -316,14 +317,14 @@ class Reproduction {
       for (const reproduce::Row& row : reproduce::table_of(number).rows) {
         const auto ours = reproduce::find(results_, row.system);
         if (!ours) continue;
-        list.push_back({{"table", number},
-                        {"system", row.system},
-                        {"seen_pmd", ours->seen},
-                        {"unseen_pmd", ours->unseen},
-                        {"paper_seen", 1e-4 * row.paper_seen},
-                        {"paper_unseen", 1e-4 * row.paper_unseen},
-                        {"seconds", ours->seconds},
-                        {"command", ours->how}});
+        Report entry{{"table", number},          {"system", row.system},
+                     {"seen_pmd", ours->seen},   {"unseen_pmd", ours->unseen},
+                     {"seconds", ours->seconds}, {"command", ours->how}};
+        if (row.paper) {
+          entry["paper_seen"] = 1e-4 * row.paper->seen;
+          entry["paper_unseen"] = 1e-4 * row.paper->unseen;
+        }
+        list.push_back(std::move(entry));
       }
     npt::write_file(options_.out / "tables.json", list.dump(2) + "\n");
     std::cout << text;

@@ -7,7 +7,7 @@
 
 namespace reproduce {
 
-enum class Kind { network, deformation, skeleton };
+enum class Kind { network, deformation, skeleton, bodies };
 
 struct System {
   std::string id;    ///< names files: "without-spadain"
@@ -21,10 +21,13 @@ const std::vector<System>& systems();
 /// Errors  npt::Error for an id that none has
 const System& system_of(const std::string& id);
 
-/// A row of one of the paper's tables, PMD x 1e-4 as printed there.
+/// A row of one of the paper's tables, PMD x 1e-4 as printed there, or nothing for a system that the paper hasn't.
 struct Row {
+  struct Printed {
+    double seen, unseen;
+  };
   std::string system;
-  double paper_seen, paper_unseen;
+  std::optional<Printed> paper{};
 };
 struct Table {
   int number;

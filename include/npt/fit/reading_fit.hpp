@@ -4,7 +4,8 @@
 ///        + sum_i a_i rho(|v_i - surface|^2) + mean_k rho(|q_k - body|^2) + priors
 ///   1. motion    of every reading, from few points, and of the best ones with limbs swapped (part_motion.hpp)
 ///   2. coarse    a coarse body, first to the places of up to three of these, then, where it comes near, to the surface
-///   3. finish    all vertices, both ways, with a kernel that narrows
+///   3. finish    all vertices, both ways, with a kernel that narrows; where the body keeps a distance from it,
+///                as under clothes, the places count too
 /// Distances are taken along normals: the step is that of "point to plane"; where a point has left the other surface's
 /// end, along the line to it.
 /// Shapes    x as DifferentiableBody's: [translation, axis angles 24 x 3, betas S]
@@ -84,8 +85,10 @@ namespace fit::internal {
 /// The weights and sizes of a stage.
 struct ReadingStage {
   int iterations = 0;
-  double enough = 1e-2;       ///< a step that makes E less by a smaller share of it is the last one
-  double usual_distance = 0;  ///< E without priors at which they count as given; above, they grow along with it
+  double enough = 1e-2;  ///< a step that makes E less by a smaller share of it is the last one
+  /// E without priors at which they count as given, and places not at all; above, both grow along with it: the farther
+  /// the body stays from the surface, as under clothes, the less the surface alone says.
+  double usual_distance = 0;
   double slack = 0;           ///< E may grow by this share of it in a step: closest points jump
   double scale = 0.1;         ///< of the robust kernel, in metres
   double place_weight = 0;    ///< of the places
@@ -133,9 +136,11 @@ class ReadingProblem {
     row_.assign(equations_.size(), 0.0);
   }
 
-  void set_places(std::span<const ReadPoint> points, const PartMotion& motion) {
+  /// `places` [n] are on the level's body: those of the motion for the level of the template.
+  void set_places(std::span<const ReadPoint> points, const PartMotion& motion, std::span<const BodyPoint> places) {
     points_ = points;
     motion_ = &motion;
+    places_ = places;
   }
 
   /// The level that distances are measured with from now on.
@@ -150,11 +155,13 @@ class ReadingProblem {
   /// Levenberg and Marquardt's method.
   void run(const ReadingStage& stage) {
     stage_ = &stage;
-    prior_share_ = 1;
+    prior_share_ = place_share_ = 1;
     value_ = evaluate(x_, matches_, state_);
     if (stage.usual_distance > 0) {
-      const double limit = 10;
-      prior_share_ = std::clamp(data_value_ / stage.usual_distance, 1.0, limit);
+      const double limit = 20, limit_of_places = 10;
+      const double times = data_value_ / stage.usual_distance;
+      prior_share_ = std::clamp(times, 1.0, limit);
+      place_share_ = (std::clamp(times, 1.0, limit_of_places) - 1) / (limit_of_places - 1);
       value_ = evaluate(x_, matches_, state_);
     }
     double damping = 1e-3;
@@ -201,6 +208,8 @@ class ReadingProblem {
  private:
   static constexpr double per_square_metre = 1e4;
 
+  double place_weight() const { return place_share_ * stage_->place_weight; }
+
   static double rho(double squared, double scale) { return squared * scale * scale / (squared + scale * scale); }
 
   /// Directions beyond half a turn are written the other way round.
@@ -227,7 +236,7 @@ class ReadingProblem {
     }
     double value = data_value_;
     const std::size_t surface_matches = matches.size();
-    if (stage_->place_weight > 0) from_places(matches);
+    if (place_weight() > 0) from_places(matches);
     for (std::size_t i = surface_matches; i < matches.size(); ++i)
       value += matches[i].weight * rho(matches[i].squared, matches[i].scale);
     return value + prior_value(x);
@@ -310,12 +319,12 @@ class ReadingProblem {
     for (std::size_t k = 0; k < count; ++k) total += motion_->certainty[k];
     for (std::size_t k = 0; k < count; ++k) {
       Match& m = matches.emplace_back();
-      m.at = motion_->places[k];
+      m.at = places_[k];
       const auto& [p, q, r] = m.at.corners;
       m.offset = points_of_body_[p] * m.at.weights[0] + points_of_body_[q] * m.at.weights[1] +
                  points_of_body_[r] * m.at.weights[2] - points_[k].point;
       m.squared = dot(m.offset, m.offset);
-      m.weight = stage_->place_weight * per_square_metre * motion_->certainty[k] / total;
+      m.weight = place_weight() * per_square_metre * motion_->certainty[k] / total;
       m.scale = 2 * stage_->scale;
     }
   }
@@ -343,7 +352,7 @@ class ReadingProblem {
     body.derivatives(x_, state_, derivatives_);
     equations_.clear();
     const std::size_t from_places =
-        matches_.size() - (stage_->place_weight > 0 ? std::min(stage_->places, points_.size()) : 0);
+        matches_.size() - (place_weight() > 0 ? std::min(stage_->places, points_.size()) : 0);
     for (std::size_t i = 0; i < matches_.size(); ++i) {
       const Match& m = matches_[i];
       if (m.squared < 0) continue;
@@ -393,8 +402,9 @@ class ReadingProblem {
   const BodyLevel* level_ = nullptr;
   std::span<const ReadPoint> points_;
   const PartMotion* motion_ = nullptr;
+  std::span<const BodyPoint> places_;
   TriangleTree tree_{{}, {}};
-  double facing_ = 1, prior_share_ = 1, value_ = 0, data_value_ = 0;
+  double facing_ = 1, prior_share_ = 1, place_share_ = 1, value_ = 0, data_value_ = 0;
   bool fixed_shape_ = false;
   int evaluations_ = 0;
   std::vector<double> x_, anchor_;
@@ -460,7 +470,7 @@ class ReadingFitter {
       evaluations += c.evaluations;
     }
     const auto best = std::ranges::min_element(candidates, {}, &Candidate::value);
-    ReadingFit result = finished(surface, *best);
+    ReadingFit result = finished(surface, *best, readings[best->reading]);
     result.body.evaluations += evaluations;
     result.body.starts = static_cast<int>(candidates.size());
     return result;
@@ -560,25 +570,29 @@ class ReadingFitter {
                               .usual_distance = 0.1,
                               .slack = 0.02,
                               .scale = 0.05,
+                              .place_weight = 0.07,
                               .surface_weight = 1,
                               .facing = 0.2,
                               .pose_prior = 0.0005,
                               .bend_prior = 0.0005,
                               .shape_prior = 0.001,
                               .probes = 800,
-                              .samples = 1000};
+                              .samples = 1000,
+                              .places = 300};
   static constexpr Stage finest{.iterations = 5,
                                 .enough = -1,
                                 .usual_distance = 0.05,
                                 .slack = 0.05,
                                 .scale = 0.03,
+                                .place_weight = 0.07,
                                 .surface_weight = 1,
                                 .facing = 0.3,
                                 .pose_prior = 0.00005,
                                 .bend_prior = 0.00005,
                                 .shape_prior = 0.0001,
                                 .probes = 1000,
-                                .samples = 1100};
+                                .samples = 1100,
+                                .places = 300};
   static constexpr Stage measured{.scale = 0.05, .surface_weight = 1, .facing = 0, .probes = 1000, .samples = 1500};
   static constexpr Stage following{.iterations = 4,
                                    .scale = 0.08,
@@ -677,7 +691,7 @@ class ReadingFitter {
     problem.x() = {c.motion.translation.x, c.motion.translation.y, c.motion.translation.z};
     problem.x().insert(problem.x().end(), c.motion.axis_angles.begin(), c.motion.axis_angles.end());
     problem.x().resize(3 + 3 * model_->joint_count() + model_->shape_count());
-    problem.set_places(reading, c.motion);
+    problem.set_places(reading, c.motion, c.motion.places);
     problem.set_level(coarse_, coarse_tree_);
     problem.run(places);
     problem.distance(places);
@@ -691,7 +705,7 @@ class ReadingFitter {
   void fit_coarsely(const FitSurface& surface, const Reading& reading, Candidate& c) const {
     fit::internal::ReadingProblem problem(*model_, prior_, options_.shape_deviations, surface);
     problem.x() = c.x;
-    problem.set_places(reading, c.motion);
+    problem.set_places(reading, c.motion, c.motion.places);
     problem.set_facing(c.facing);
     problem.set_level(coarse_, coarse_tree_);
     problem.run(wide);
@@ -716,10 +730,17 @@ class ReadingFitter {
     return opposite > 2 * same ? -1 : 0;
   }
 
-  ReadingFit finished(const FitSurface& surface, const Candidate& c) const {
+  /// `reading`: the candidate's own where its places are still to count.
+  ReadingFit finished(const FitSurface& surface, const Candidate& c, std::span<const ReadPoint> reading = {}) const {
     fit::internal::ReadingProblem problem(*model_, prior_, options_.shape_deviations, surface);
     problem.x() = c.x;
     problem.set_facing(c.facing);
+    std::vector<BodyPoint> places;
+    for (std::size_t i = 0; i < std::min(reading.size(), finest.places); ++i) {
+      const ClosestPoint at = full_tree_.closest(c.motion.places[i].rest);
+      places.push_back({full_.triangles()[at.triangle], at.weights, at.point});
+    }
+    problem.set_places(reading.first(places.size()), c.motion, places);
     problem.set_level(full_, full_tree_);
     problem.run(fine);
     problem.run(finest);
@@ -766,7 +787,7 @@ class ReadingFitter {
   std::shared_ptr<const BodyModel> model_;
   ReadingFitOptions options_;
   BodyLevel coarse_, full_;
-  TriangleTree coarse_tree_, full_tree_;
+  TriangleTree coarse_tree_, full_tree_;  ///< at rest: fits move copies
   ReadTemplate template_;
   PosePrior prior_;
   std::vector<std::uint32_t> main_part_;  ///< [V] joint with the greatest weight

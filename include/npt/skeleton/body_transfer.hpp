@@ -113,7 +113,7 @@ struct BoundCharacter {
 
 struct BodyTransferOptions {
   std::size_t read_points = 1500;  ///< of a surface that the network reads
-  int turns = 8;                   ///< in which it reads them
+  int turns = 8;                   ///< in which it reads them; half of them where one of these reads well
   /// Seven candidates instead of the fit's own three: of 110 natural poses 4 instead of 6 end beyond 3 cm, for a tenth
   /// of the time.
   ReadingFitOptions fit{.candidates = 7};
@@ -140,11 +140,11 @@ class BasicBodyTransfer {
     reading.surface = surface_of(mesh, reading);
     const FitSurface& surface = *reading.surface;
     const auto samples = surface.samples().first(std::min(options_.read_points, surface.samples().size()));
-    std::vector<Reading> readings = reader_.read(samples, {.turns = options_.turns});
+    std::vector<Reading> readings = read_turns(samples, Matrix3::identity());
     if (least_residual(readings) > hopeless_residual) {
       const auto [upright, residual] = best_turn(samples);
       if (residual > hopeless_residual) return reading;  // nothing like a person
-      readings = reader_.read(samples, {.turns = options_.turns, .upright = upright});
+      readings = read_turns(samples, upright);
     }
     fit(surface, readings, reading);
     search_limbs(surface, readings, reading);
@@ -253,6 +253,17 @@ class BasicBodyTransfer {
     return reading.trust() < sure_fit || reading.doubtful(LimbPair::legs) || reading.doubtful(LimbPair::arms);
   }
 
+  /// Half of the turns; the other half, between them, only where not even the best of these explains its points well.
+  std::vector<Reading> read_turns(std::span<const FitSurface::Sample> samples, const Matrix3& upright) const {
+    const int half = (options_.turns + 1) / 2;
+    std::vector<Reading> readings = reader_.read(samples, {.turns = half, .upright = upright});
+    if (least_residual(readings) < good_residual) return readings;
+    const Matrix3 between = rotation_matrix({0, std::numbers::pi / half, 0});
+    for (Reading& r : reader_.read(samples, {.turns = half, .upright = between * upright}))
+      readings.push_back(std::move(r));
+    return readings;
+  }
+
   /// A second look in the directions between the first ones, the likeliest readings fitted each for itself; kept where
   /// it is nearer.
   void read_again(const FitSurface& surface, std::span<const FitSurface::Sample> samples, BodyReading& reading) const {
@@ -314,7 +325,7 @@ class BasicBodyTransfer {
     const auto [best, least] = best_turn(samples);
     if (reading.trust() > 0 && least > 1.1 * reading.fit.reading_residual) return;
     BodyReading other = reading;
-    const std::vector<Reading> turned = reader_.read(samples, {.turns = options_.turns, .upright = best});
+    const std::vector<Reading> turned = read_turns(samples, best);
     fit(surface, turned, other);
     search_limbs(surface, turned, other);
     if (other.trust() > reading.trust()) reading = std::move(other);
@@ -323,6 +334,8 @@ class BasicBodyTransfer {
   /// Residual of the best of several readings, from few points, beyond which a mesh isn't worth a fit: people have 0.02
   /// to 0.12 and some 0.17 before limbs are swapped, a tetrahedron or a cube 0.2 and more.
   static constexpr double hopeless_residual = 0.19;
+  /// The same, below which half of the turns are enough.
+  static constexpr double good_residual = 0.05;
 
   double least_residual(std::span<const Reading> readings) const {
     double least = std::numeric_limits<double>::infinity();
