@@ -3,10 +3,10 @@
 #include <render/plot.hpp>
 
 #include <npt/core/error.hpp>
+#include <npt/core/number_text.hpp>
 #include <npt/io/file.hpp>
 
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -55,7 +55,7 @@ class Fields {
   template <class T>
   void read(T& value) {
     const std::string_view field = next();
-    const auto result = std::from_chars(field.data(), field.data() + field.size(), value);
+    const auto result = npt::number_from_chars(field.data(), field.data() + field.size(), value);
     if (result.ec != std::errc() || result.ptr != field.data() + field.size()) fail(quoted(field), "a number");
   }
   void read(std::optional<double>& value) {

@@ -17,7 +17,10 @@ namespace npt::inline NPT_ABI::kernel {
 
 /// The tallest tile that fits the registers: 2 * rows accumulators, the panel's two registers and a broadcast weight.
 /// With 32 registers 12 to 14 rows were equal within noise (90 % of the FMA peak); 16 registers hold 6.
-#if defined(__AVX512F__) || defined(__aarch64__)
+/// On ARM64 g++ 12 moves loads of weights and operand forward and spills accumulators of 11 rows and more.
+#if defined(__aarch64__) && !defined(__clang__)
+inline constexpr int max_tile_rows = 10;
+#elif defined(__AVX512F__) || defined(__aarch64__)
 inline constexpr int max_tile_rows = 13;
 #else
 inline constexpr int max_tile_rows = 6;
