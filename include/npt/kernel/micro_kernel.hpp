@@ -10,6 +10,7 @@
 #include <npt/simd/bf16.hpp>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 
@@ -40,7 +41,7 @@ template <class T, Product P, int MR>
 NPT_NOINLINE void micro_kernel(int steps, const T* NPT_RESTRICT weights, const T* NPT_RESTRICT operand,
                                const T* NPT_RESTRICT bias, T* NPT_RESTRICT tile) {
   constexpr int lanes = simd::lanes<T>;
-  simd::Batch<T> sum[MR][panel_registers];
+  simd::Batch<T> sum[static_cast<std::size_t>(MR)][panel_registers];
   simd::unroll<MR>([&](auto r) NPT_LAMBDA_INLINE {
     simd::unroll<panel_registers>([&](auto q) NPT_LAMBDA_INLINE { sum[r][q] = simd::broadcast(bias[r]); });
   });

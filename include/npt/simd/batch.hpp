@@ -186,7 +186,8 @@ NPT_ALWAYS_INLINE std::array<T, 4> reduce_add(const std::array<Batch<T>, 4>& x) 
     return sums;
   }
 #endif
-  return {reduce_add(x[0]), reduce_add(x[1]), reduce_add(x[2]), reduce_add(x[3])};
+  // By their full names: xsimd has functions of this name, too.
+  return {simd::reduce_add(x[0]), simd::reduce_add(x[1]), simd::reduce_add(x[2]), simd::reduce_add(x[3])};
 }
 
 /// x where lane + first < count, else `other`.
