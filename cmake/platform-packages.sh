@@ -7,13 +7,13 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 name="${1:-}" have="${2:-}"
-headers=(libxtensor-dev libxsimd-dev doctest-dev libcli11-dev nlohmann-json3-dev libstb-dev libeigen3-dev libtinyobjloader-dev
+headers=(libxtensor-dev xtl-dev libxsimd-dev doctest-dev libcli11-dev nlohmann-json3-dev libstb-dev libeigen3-dev libtinyobjloader-dev
   liblbfgs-dev)
 architecture=$(dpkg --print-architecture) suite=bookworm tools=() libraries=()
 case "$name" in
   arm64)
     architecture=arm64 tools=(g++-aarch64-linux-gnu qemu-user)
-    libraries=("${headers[@]}" libtbb-dev libtbb12 libtbbmalloc2 liblbfgs0 libtinyobjloader2rc10 libdraco-dev libdraco7) ;;
+    libraries=("${headers[@]}" libtbb-dev libtbb12 libtbbbind-2-5 libtbbmalloc2 liblbfgs0 libtinyobjloader2rc10) ;;
   windows) tools=(g++-mingw-w64-x86-64-posix wine64) libraries=("${headers[@]}") ;;
   libcxx)
     tools=(clang-19)

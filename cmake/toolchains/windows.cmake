@@ -8,6 +8,7 @@ set(CMAKE_RC_COMPILER x86_64-w64-mingw32-windres)
 set(NPT_PLATFORM_ROOT "${CMAKE_CURRENT_LIST_DIR}/../../build/platforms/windows" CACHE PATH "Libraries of the platform")
 cmake_path(ABSOLUTE_PATH NPT_PLATFORM_ROOT NORMALIZE)
 list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES NPT_PLATFORM_ROOT)
+set(CMAKE_LIBRARY_ARCHITECTURE x86_64-linux-gnu)  # where Debian keeps the packages of libraries that are headers only
 set(CMAKE_FIND_ROOT_PATH "${NPT_PLATFORM_ROOT}" /usr/x86_64-w64-mingw32)
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)

@@ -3,7 +3,9 @@
 #if defined(_WIN32)
 
 #define WIN32_LEAN_AND_MEAN
+#if !defined(NOMINMAX)  // libstdc++ defines it
 #define NOMINMAX
+#endif
 #include <windows.h>
 // After windows.h.
 #include <psapi.h>
@@ -17,6 +19,8 @@
 #include <cwchar>
 #include <exception>
 #include <iostream>
+#include <string_view>
+#include <system_error>
 #include <thread>
 
 #if defined(__MINGW32__)

@@ -4,6 +4,7 @@
 
 #include <npt/core/error.hpp>
 #include <npt/core/number_text.hpp>
+#include <npt/core/platform.hpp>
 #include <npt/io/file.hpp>
 
 #include <cerrno>
@@ -133,7 +134,7 @@ void Log::append(const LogRow& row) {
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
-  std::unique_ptr<std::FILE, Close> file(std::fopen(path_.c_str(), "ab"));
+  std::unique_ptr<std::FILE, Close> file(npt::platform::open_file(path_, "ab"));
   if (!file) fail();
   const std::string line = line_of(row);
   if (std::fwrite(line.data(), 1, line.size(), file.get()) != line.size() || std::fflush(file.get()) != 0) fail();
