@@ -26,9 +26,10 @@
 #define NPT_VERSION_PATCH 0
 #define NPT_VERSION "0.1.0"
 
-/// Whether registers are xsimd's: 0 where NPT_PORTABLE_SIMD is defined, where xsimd is missing, and (batch.hpp) where it
-/// doesn't know the architecture. Registers are then the compiler's own vectors.
-#if !defined(NPT_PORTABLE_SIMD) && __has_include(<xsimd/xsimd.hpp>)
+/// Whether registers are xsimd's: 0 where NPT_PORTABLE_SIMD is defined, where xsimd is missing, and for architectures
+/// that its older versions don't know. Registers are then the compiler's own vectors.
+#if !defined(NPT_PORTABLE_SIMD) && __has_include(<xsimd/xsimd.hpp>) && \
+    (defined(__SSE2__) || defined(_M_X64) || defined(__aarch64__) || defined(_M_ARM64))
 #define NPT_HAS_XSIMD 1
 #else
 #define NPT_HAS_XSIMD 0

@@ -120,8 +120,8 @@ std::errc round(const char* first, const Scanned& s, Number& value) {
   stream.imbue(std::locale::classic());
   Number read = 0;
   stream >> read;  // fails also for a number that is merely subnormal
-  if (s.digits != 0 && (read == 0 || std::abs(read) >= std::numeric_limits<Number>::max()) && stream.fail())
-    return std::errc::result_out_of_range;
+  const bool too_large = std::isinf(read) || (stream.fail() && std::abs(read) == std::numeric_limits<Number>::max());
+  if (too_large || (read == 0 && s.digits != 0)) return std::errc::result_out_of_range;
   value = read;
   return {};
 }

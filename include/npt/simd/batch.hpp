@@ -8,12 +8,7 @@
 #include <npt/config.hpp>
 #if NPT_HAS_XSIMD
 #include <xsimd/xsimd.hpp>
-#if defined(XSIMD_NO_SUPPORTED_ARCHITECTURE)
-#undef NPT_HAS_XSIMD
-#define NPT_HAS_XSIMD 0
-#endif
-#endif
-#if !NPT_HAS_XSIMD
+#else
 #include <npt/simd/portable_batch.hpp>
 #endif
 
