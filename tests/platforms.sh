@@ -4,14 +4,17 @@
 #   without names: all, one after another
 #   --have      installs nothing: a platform whose tools are missing is skipped; with one name that is status 77
 #   --program   also builds the program for libcxx, arm64 and windows (ten minutes each) and runs its commands there
-# Needs build/release/bin/npt (cmake --preset release), whose results are the measure.
+#   --build     the build folder of this machine's program, whose results are the measure; without: build/release
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-have= program= names=()
-for argument in "$@"; do
+have= program= names=() native_build=build/release
+while [ "$#" -gt 0 ]; do
+  argument="$1"
+  shift
   case "$argument" in
     --have) have=yes ;;
+    --build) native_build="$1"; shift ;;
     --program) program=yes ;;
     libcxx | newest-xsimd | clang19 | portable | arm64 | windows | mpi | deb) names+=("$argument") ;;
     -h | --help) sed -n '2,7s/^# //p' "$0"; exit 0 ;;
@@ -20,7 +23,7 @@ for argument in "$@"; do
 done
 [ "${#names[@]}" -ne 0 ] || names=(libcxx newest-xsimd clang19 portable arm64 windows mpi deb)
 
-native=build/release/bin/npt
+native="$native_build/bin/npt"
 [ -x "$native" ] || { echo "platforms.sh: $native is missing: cmake --preset release && cmake --build --preset release" >&2; exit 1; }
 folder=build/platforms/results
 mkdir -p "$folder"
@@ -139,9 +142,9 @@ windows() {
   [ -z "$program" ] || { cmake --preset windows > /dev/null && cmake --build --preset windows && commands windows /usr/lib/wine/wine64 build/windows/bin/npt.exe; }
 }
 
-mpi() { bash tests/mpi/mpi.sh; }
+mpi() { bash tests/platforms/mpi.sh; }
 
-deb() { bash tests/platforms/deb.sh; }
+deb() { bash tests/platforms/deb.sh "$native_build"; }
 
 failed=()
 for name in "${names[@]}"; do

@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# The Debian package of the build in build/release: made by cpack, unpacked, its program run from there, looked at by lintian.
-# usage: tests/platforms/deb.sh
+# The Debian package of a build: made by cpack, unpacked, its program run from there, looked at by lintian.
+# usage: tests/platforms/deb.sh [BUILD FOLDER]     without: build/release
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
+build=$(realpath "${1:-build/release}")
 folder=build/platforms/deb
 rm -rf "$folder" && mkdir -p "$folder"
-(cd build/release && cpack -G DEB -B "$OLDPWD/$folder" > /dev/null)
+(cd "$build" && cpack -G DEB -B "$OLDPWD/$folder" > /dev/null)
 package=$(ls "$folder"/npt_*.deb)
 dpkg-deb --info "$package" | sed -n '/Package:/,/Description:/p'
 dpkg -x "$package" "$folder/root"
