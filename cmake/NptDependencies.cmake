@@ -16,7 +16,7 @@ find_package(Threads REQUIRED)
 # xsimd's target of Debian 12 links xtl without finding it, hence xtl first.
 npt_need(xtl libxtensor-dev)
 npt_need(xsimd libxsimd-dev)
-if(NPT_WITH_TBB OR NPT_BUILD_PROGRAMS OR NPT_BUILD_TESTS OR NPT_BUILD_BENCHMARKS)
+if(NPT_WITH_TBB)
   npt_need(TBB libtbb-dev)
 endif()
 if(NPT_BUILD_PROGRAMS OR NPT_BUILD_TESTS OR NPT_BUILD_BENCHMARKS)

@@ -2,7 +2,12 @@
 # npt::npt: a consumer chooses their own. Headers of dependencies come from imported targets, which CMake passes with
 # -isystem, so the warnings are about this project's code only.
 function(npt_target_options target)
-  target_link_libraries(${target} PRIVATE npt::npt npt::io npt::xtensor TBB::tbb)
+  target_link_libraries(${target} PRIVATE npt::npt npt::io npt::xtensor)
+  if(NPT_WITH_TBB)
+    target_link_libraries(${target} PRIVATE TBB::tbb)
+  else()
+    target_compile_definitions(${target} PRIVATE NPT_DEFAULT_THREADS)
+  endif()
   if(TARGET npt::classic)
     target_link_libraries(${target} PRIVATE npt::classic)
   endif()
@@ -25,6 +30,7 @@ endfunction()
 function(npt_optimise target level)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O${level}>)
   if(level EQUAL 1 AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized -Wno-uninitialized -Wno-array-bounds)
+    target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized -Wno-uninitialized -Wno-array-bounds -Wno-stringop-overflow
+                           -Wno-restrict)
   endif()
 endfunction()

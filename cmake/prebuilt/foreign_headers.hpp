@@ -1,8 +1,10 @@
 /// The headers of others that most tests include.
 #pragma once
 
+#if !defined(NPT_NO_TBB)
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#endif
 
 #include <doctest/doctest.h>
 #include <algorithm>
@@ -33,4 +35,6 @@
 #include <type_traits>
 #include <utility>
 #include <vector>
+#if !defined(NPT_PORTABLE_SIMD)
 #include <xsimd/xsimd.hpp>
+#endif

@@ -21,7 +21,11 @@
 extern "C" {
 #endif
 
-#if defined(__GNUC__)
+#if defined(_WIN32) && defined(NPT_C_BUILDING)
+#define NPT_C_API __declspec(dllexport)
+#elif defined(_WIN32) && !defined(NPT_C_STATIC)
+#define NPT_C_API __declspec(dllimport)
+#elif defined(__GNUC__)
 #define NPT_C_API __attribute__((visibility("default")))
 #else
 #define NPT_C_API

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <npt/core/error.hpp>
+#include <npt/core/number_text.hpp>
 #include <npt/io/file.hpp>
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <span>
@@ -55,7 +55,7 @@ inline std::vector<float> parse_numbers(std::string_view text, const std::string
         std::find_if(text.begin() + static_cast<std::ptrdiff_t>(i), text.end(), separates) - text.begin());
     const std::string_view word = text.substr(i, end - i);
     float value = 0;
-    const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
+    const auto result = npt::number_from_chars(word.data(), word.data() + word.size(), value);
     if (result.ec != std::errc() || result.ptr != word.data() + word.size() || !std::isfinite(value))
       throw npt::Error(
           {argument, "number " + std::to_string(numbers.size() + 1), "'" + std::string(word) + "'", "a number"});

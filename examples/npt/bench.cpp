@@ -6,8 +6,8 @@
 #include "report.hpp"
 #include "subcommand.hpp"
 
-#include <bench/apart.hpp>
 #include <bench/peak.hpp>
+#include <host/host.hpp>
 
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
@@ -122,7 +122,7 @@ void bench_forward(const program::NetworkType& network, const Options& o, std::u
   const std::vector<float> pose = random_points<float>(o.vertices, seed, 1001);
   const std::vector<float> identity = random_points<float>(o.vertices, seed, 1002);
   Result result{.name = "forward, " + npt::variant_name(network.variant), .products = {}, .seconds = {}, .peaks = {}};
-  const bench::Apart apart = bench::run_apart([&]() -> std::vector<double> {
+  const host::Apart apart = host::run_apart([&]() -> std::vector<double> {
     const auto engine = program::random_engine(network, seed, o.threads, precision);
     std::vector<float> out(identity.size());
     engine(pose, identity, out);
@@ -174,7 +174,7 @@ void bench_gemm(Options o, std::uint64_t seed) {
   npt::AlignedBuffer<float> in(in_tile * static_cast<std::size_t>(groups)),
       out(out_tile * static_cast<std::size_t>(groups));
   for (float& x : in.span()) x = static_cast<float>(random.uniform(-1, 1));
-  const npt::TbbExecutor executor(o.threads);
+  const npt::DefaultExecutor executor(o.threads);
   const auto run = [&] {
     executor.for_each(groups, [&](int g, int) {
       const int rest = o.vertices - g * kernel::group_width;
@@ -256,7 +256,7 @@ void add(CLI::App& command) {
   forward->add_option("--batch", o->batch, "Pairs in one call")->check(CLI::Range(1, 4096))->capture_default_str();
   program::add_precision_option(*forward, o->precision);
   const auto threads = [o] {
-    if (o->threads == 0) o->threads = npt::TbbExecutor().slots();
+    if (o->threads == 0) o->threads = npt::DefaultExecutor().slots();
   };
   forward->callback([o, threads] {
     threads();

@@ -6,6 +6,7 @@
 #include "training_networks.hpp"
 
 #include <bench/peak.hpp>
+#include <host/host.hpp>
 
 #include <npt/core/error.hpp>
 #include <npt/data/body_sampler.hpp>
@@ -25,8 +26,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <sys/resource.h>
 
 namespace {
 
@@ -148,7 +147,7 @@ Errors check_gradients(const program::NetworkType& network, const Options& o, st
 }
 
 void run(Options o) {
-  if (o.threads == 0) o.threads = npt::TbbExecutor().slots();
+  if (o.threads == 0) o.threads = npt::DefaultExecutor().slots();
   if (o.vertices > npt::mannequin().vertex_count())
     throw npt::Error({.file = "--vertices",
                       .found = std::to_string(o.vertices),
@@ -183,13 +182,11 @@ void run(Options o) {
     optimise.push_back(report.seconds.optimise);
     peaks.push_back(bench::measure_peak<float>(o.threads));  // in turn: both see the same machine
   }
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
   // Of a convolution: the product itself, and those for the gradients of its input and of its weights.
   const double operations = 3 * 2 * network.program->multiply_adds * static_cast<double>(o.vertices * o.batch);
   const double typical = median(seconds), gflops = 1e-9 * operations / typical, peak = median(peaks);
   const double least = *std::min_element(seconds.begin(), seconds.end());
-  const double memory = static_cast<double>(usage.ru_maxrss) / 1024;
+  const double memory = host::peak_memory_mb();
   if (o.json) {
     std::printf(
         "{\"bench\": \"train, %s\", \"isa\": \"%s\", \"precision\": \"%s\", \"products\": \"%s\", \"optimiser\": "

@@ -5,8 +5,8 @@
 #include "subcommand.hpp"
 #include "transfer_arguments.hpp"
 
-#include <bench/apart.hpp>
 #include <bench/peak.hpp>
+#include <host/host.hpp>
 
 #include <npt/core/error.hpp>
 #include <npt/data/body_pairs.hpp>
@@ -143,7 +143,7 @@ Row further_frames(const Options& o, std::uint64_t seed) {
 /// In a process of its own, which must come before this one has threads.
 Row large_pairs(const Options& o, std::uint64_t seed) {
   Row row{.name = "first result", .vertices = 0, .seconds = {}};
-  bench::Apart apart = bench::run_apart([&]() -> std::vector<double> {
+  host::Apart apart = host::run_apart([&]() -> std::vector<double> {
     Row measured = first_results(o, seed, o.subdivisions, o.large_repeats);
     std::vector<double> values{static_cast<double>(measured.vertices), measured.error};
     values.insert(values.end(), measured.seconds.begin(), measured.seconds.end());

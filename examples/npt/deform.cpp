@@ -22,7 +22,7 @@
 #include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/validate.hpp>
-#include <npt/parallel/tbb_executor.hpp>
+#include <npt/parallel/default_executor.hpp>
 
 #include <algorithm>
 #include <array>
@@ -202,7 +202,7 @@ class Deform {
   }
 
   const Options& options_;
-  npt::TbbExecutor executor_;
+  npt::DefaultExecutor executor_;
   std::optional<program::OutputFolder> folder_;
   std::vector<TransferJob> jobs_;
   npt::Mesh source_, target_;
@@ -226,7 +226,7 @@ void run_protocol(const Options& o) {
   if (o.protocol.first > 0)
     for (Set& set : sets) set.pairs.resize(std::min(set.pairs.size(), o.protocol.first));
   const std::vector<std::size_t> counts = o.control_points.empty() ? std::vector<std::size_t>{5, 13} : o.control_points;
-  const npt::TbbExecutor executor(o.threads);
+  const npt::DefaultExecutor executor(o.threads);
   program::catch_interrupts();
   program::Progress progress("pairs", counts.size() * (sets[0].pairs.size() + sets[1].pairs.size()));
   std::mutex mutex;

@@ -1,25 +1,22 @@
 /// npt doctor: what this program was compiled for, what the machine has, and what to do about the difference.
+#include "host/host.hpp"
 #include "report.hpp"
 #include "subcommand.hpp"
 
 #include <npt/config.hpp>
 #include <npt/simd/batch.hpp>
 
+#if NPT_HAS_TBB
 #include <tbb/info.h>
 #include <tbb/version.h>
-
-#include <sched.h>
-#include <unistd.h>
+#endif
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <iostream>
-#include <limits>
 #include <memory>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -61,73 +58,12 @@ bool fma_is_fused() {
   return std::ranges::all_of(result, [](float v) { return v == -0x1p-26F; });
 }
 
-std::string processor_name() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.starts_with("model name")) return line.substr(std::min(line.size(), line.find(':') + 2));
-  return "unknown";
-}
-
-std::optional<std::string> first_line(const std::string& path) {
-  std::ifstream file(path);
-  std::string line;
-  if (!std::getline(file, line)) return std::nullopt;
-  return line;
-}
-
-/// This process's folders in the control group tree, from its own up to the root.
-std::vector<std::string> control_groups() {
-  std::vector<std::string> folders;
-  std::string path;
-  std::ifstream file("/proc/self/cgroup");
-  for (std::string line; std::getline(file, line);)
-    if (line.starts_with("0::/")) path = line.substr(3);
-  for (;;) {
-    folders.push_back("/sys/fs/cgroup" + (path == "/" ? "" : path));
-    if (path.size() <= 1) return folders;
-    path.resize(path.rfind('/'));
-  }
-}
-
-/// The number of processors whose time the control groups grant, or nothing where they set no limit.
-std::optional<double> processor_quota() {
-  std::optional<double> quota;
-  const auto take = [&quota](double granted) { quota = std::min(quota.value_or(granted), granted); };
-  for (const std::string& folder : control_groups()) {
-    std::istringstream text(first_line(folder + "/cpu.max").value_or(""));
-    double time = 0, period = 0;
-    if (text >> time >> period && period > 0) take(time / period);
-  }
-  const std::string old = "/sys/fs/cgroup/cpu/cpu.cfs_";
-  const double time = std::atof(first_line(old + "quota_us").value_or("-1").c_str());
-  const double period = std::atof(first_line(old + "period_us").value_or("0").c_str());
-  if (time > 0 && period > 0) take(time / period);
-  return quota;
-}
-
-/// Bytes of memory that this process may use.
-double memory_limit() {
-  double limit = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-  for (const std::string& folder : control_groups()) {
-    const double granted = std::atof(first_line(folder + "/memory.max").value_or("").c_str());  // "max" reads as 0
-    if (granted > 0) limit = std::min(limit, granted);
-  }
-  return limit;
-}
-
-int allowed_processors() {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  if (sched_getaffinity(0, sizeof set, &set) != 0) return static_cast<int>(std::thread::hardware_concurrency());
-  return CPU_COUNT(&set);
-}
-
 struct Machine {
   std::vector<InstructionSet> sets = instruction_sets();
   unsigned hardware_threads = std::thread::hardware_concurrency();
-  int allowed = allowed_processors();
-  std::optional<double> quota = processor_quota();
-  double memory = memory_limit();
+  int allowed = host::allowed_processors();
+  std::optional<double> quota = host::processor_quota();
+  double memory = host::memory_limit();
   bool fused = fma_is_fused();
 
   std::string best() const {
@@ -181,12 +117,16 @@ Report examine() {
   report["processor_has"] = present;
   report["lanes_of_float"] = npt::simd::lanes<float>;
   report["fused_multiply_add"] = machine.fused;
-  report["processor"] = processor_name();
+  report["processor"] = host::processor_name();
   report["hardware_threads"] = machine.hardware_threads;
   report["threads_allowed"] = machine.allowed;
   report["processor_quota"] = machine.quota ? Report(*machine.quota) : Report("none");
+#if NPT_HAS_TBB
   report["threads_of_tbb"] = tbb::info::default_concurrency();
   report["tbb"] = TBB_runtime_version();
+#else
+  report["tbb"] = "none";
+#endif
   report["memory_gb"] = std::round(machine.memory / 1e8) / 10;
   report["advice"] = advice(machine);
   return report;

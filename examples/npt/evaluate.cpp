@@ -24,7 +24,7 @@
 #include <npt/data/pair_files.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/parallel/tbb_executor.hpp>
+#include <npt/parallel/default_executor.hpp>
 
 #include <algorithm>
 #include <array>
@@ -174,7 +174,7 @@ std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArgumen
                                       std::optional<program::PoseTransfer>& opened) {
   std::size_t pairs = 0;
   for (const npt::EvaluationSet& set : data.sets) pairs += set.count;
-  const npt::TbbExecutor executor(side_by_side(arguments.threads, pairs));
+  const npt::DefaultExecutor executor(side_by_side(arguments.threads, pairs));
   if (executor.slots() > 1) arguments.threads = 1;
   const program::PoseTransfer& transfer = opened.emplace(program::open_transfer(arguments));
   program::catch_interrupts();

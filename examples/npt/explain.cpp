@@ -20,8 +20,8 @@ struct Options {
 
 const program::NetworkType& network_of(const Options& o) {
   if (o.network.weights)
-    return npt::find_network<npt::AllNetworks, npt::TbbExecutor>(npt::SafetensorsFile::read(*o.network.weights),
-                                                                 o.network.assume());
+    return npt::find_network<npt::AllNetworks, npt::DefaultExecutor>(npt::SafetensorsFile::read(*o.network.weights),
+                                                                     o.network.assume());
   return *program::find_network(
       {o.bottleneck.value_or(1024), o.network.order.value_or("conv_relu"), o.network.feature.value_or("per-vertex")});
 }

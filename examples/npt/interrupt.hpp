@@ -2,8 +2,9 @@
 /// removed and no temporary file stays. A second Ctrl-C ends the program at once.
 #pragma once
 
+#include "host/host.hpp"
+
 #include <atomic>
-#include <csignal>
 #include <exception>
 
 namespace program {
@@ -21,12 +22,7 @@ inline std::atomic<bool>& interrupt_flag() {
 /// To be called once, before any work that calls stop_if_interrupted().
 inline void catch_interrupts() {
   interrupt_flag().store(false);
-  struct sigaction action {};
-  action.sa_handler = [](int) { interrupt_flag().store(true); };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
-  sigemptyset(&action.sa_mask);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  host::on_interrupt([] { interrupt_flag().store(true); });
 }
 
 inline void stop_if_interrupted() {

@@ -1,5 +1,6 @@
 /// The program npt: finds the subcommand, runs it, and turns what goes wrong into a message and an exit status:
 /// 0 done, 1 bad input or a failure, 2 bad arguments, 130 interrupted.
+#include "host/host.hpp"
 #include "interrupt.hpp"
 #include "subcommand.hpp"
 
@@ -26,14 +27,14 @@ std::vector<const program::Subcommand*> subcommands() {
 }
 
 /// CLI11 would call it an unexpected argument.
-void check_subcommand(int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-') return;
+void check_subcommand(const std::vector<std::string>& arguments) {
+  if (arguments.size() < 2 || arguments[1].starts_with('-')) return;
   std::string known;
   for (const program::Subcommand* subcommand : subcommands()) {
-    if (subcommand->name == argv[1]) return;
+    if (subcommand->name == arguments[1]) return;
     known += (known.empty() ? "" : ", ") + subcommand->name;
   }
-  throw CLI::ArgumentMismatch("unknown subcommand '" + std::string(argv[1]) + "', expected one of: " + known);
+  throw CLI::ArgumentMismatch("unknown subcommand '" + arguments[1] + "', expected one of: " + known);
 }
 
 int complain(const std::string& message, int status) {
@@ -48,7 +49,7 @@ int complain_about_arguments(const CLI::App& app, const CLI::ParseError& error) 
   return complain(error.what() + std::string("\nRun '") + name + " --help' for the arguments.", bad_arguments);
 }
 
-int run(int argc, char** argv) {
+int run(const std::vector<std::string>& arguments) {
   CLI::App app("Neural pose transfer: gives one mesh the pose of another.", "npt");
   app.set_version_flag("--version", std::string("npt " NPT_VERSION));
   app.require_subcommand(1);
@@ -56,8 +57,8 @@ int run(int argc, char** argv) {
   for (const program::Subcommand* subcommand : subcommands())
     subcommand->add(*app.add_subcommand(subcommand->name, subcommand->description));
   try {
-    check_subcommand(argc, argv);
-    app.parse(argc, argv);
+    check_subcommand(arguments);
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend() - 1));  // the last first
   } catch (const CLI::CallForHelp&) {
     const auto used = app.get_subcommands();
     std::cout << (used.empty() ? app.help() : used.front()->help("npt"));
@@ -81,9 +82,8 @@ int finish_output(int status) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);
   try {
-    return finish_output(run(argc, argv));
+    return finish_output(run(host::begin(argc, argv)));
   } catch (const program::Interrupted&) {
     return complain("interrupted", interrupted);
   } catch (const std::bad_alloc&) {

@@ -24,7 +24,7 @@ const Extras& extras_of(const NetworkType& network) {
     const auto add = [&all]<class Net>() {
       all[&npt::graph::program_of<Net>] = {
           &npt::explain<Net>, [](std::span<const double> values, int threads) -> DoubleEngine {
-            return npt::Engine<Net, double, npt::TbbExecutor>(values, npt::TbbExecutor(threads));
+            return npt::Engine<Net, double, npt::DefaultExecutor>(values, npt::DefaultExecutor(threads));
           }};
     };
     npt::AllNetworks::for_each(add);
@@ -45,15 +45,15 @@ npt::AlignedBuffer<float> random_values(const NetworkType& network, std::uint64_
 
 const NetworkType* find_network(const Variant& variant) {
   if (variant.net == "reader") {
-    static const NetworkType reader = npt::network_type<npt::ReaderNet<>, npt::TbbExecutor>();
+    static const NetworkType reader = npt::network_type<npt::ReaderNet<>, npt::DefaultExecutor>();
     return &reader;
   }
-  return npt::find_network<npt::AllNetworks, npt::TbbExecutor>(variant.metadata());
+  return npt::find_network<npt::AllNetworks, npt::DefaultExecutor>(variant.metadata());
 }
 
 FloatEngine random_engine(const NetworkType& network, std::uint64_t seed, int threads, npt::Precision precision) {
   const npt::AlignedBuffer<float> values = random_values(network, seed);
-  return network.pack(values.span(), npt::TbbExecutor(threads), precision);
+  return network.pack(values.span(), npt::DefaultExecutor(threads), precision);
 }
 
 DoubleEngine random_double_engine(const NetworkType& network, std::uint64_t seed, int threads) {

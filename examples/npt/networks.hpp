@@ -4,7 +4,7 @@
 
 #include <npt/engine/core.hpp>
 #include <npt/net/reader_net.hpp>
-#include <npt/parallel/tbb_executor.hpp>
+#include <npt/parallel/default_executor.hpp>
 #include <npt/transfer/network_list.hpp>
 #include <npt/transfer/pose_transfer.hpp>
 
@@ -14,10 +14,10 @@
 
 namespace program {
 
-using PoseTransfer = npt::BasicPoseTransfer<npt::TbbExecutor>;
-using NetworkType = npt::NetworkType<npt::TbbExecutor>;
-using FloatEngine = npt::engine::Core<float, npt::TbbExecutor>;
-using DoubleEngine = npt::engine::Core<double, npt::TbbExecutor>;
+using PoseTransfer = npt::BasicPoseTransfer<npt::DefaultExecutor>;
+using NetworkType = npt::NetworkType<npt::DefaultExecutor>;
+using FloatEngine = npt::engine::Core<float, npt::DefaultExecutor>;
+using DoubleEngine = npt::engine::Core<double, npt::DefaultExecutor>;
 
 /// What names one of the networks in the program's options.
 struct Variant {

@@ -55,8 +55,8 @@ PoseTransfer random_transfer(const TransferArguments& arguments, const npt::Tran
   if (arguments.network.order) variant.order = *arguments.network.order;
   if (arguments.network.feature) variant.feature = *arguments.network.feature;
   std::cerr << "npt: note: random weights (seed " << options.seed << "): the result is not a pose transfer\n";
-  return PoseTransfer::random(*npt::find_network<npt::AllNetworks, npt::TbbExecutor>(variant.metadata()), options.seed,
-                              options, npt::TbbExecutor(arguments.threads));
+  return PoseTransfer::random(*npt::find_network<npt::AllNetworks, npt::DefaultExecutor>(variant.metadata()),
+                              options.seed, options, npt::DefaultExecutor(arguments.threads));
 }
 
 }  // namespace
@@ -66,7 +66,8 @@ PoseTransfer open_transfer(const TransferArguments& arguments) {
   if (arguments.random_weights) return random_transfer(arguments, options);
   const auto weights = arguments.network.weights ? *arguments.network.weights
                                                  : shipped_weights(arguments.network.feature.value_or("per-vertex"));
-  auto transfer = PoseTransfer::open(npt::SafetensorsFile::read(weights), options, npt::TbbExecutor(arguments.threads));
+  auto transfer =
+      PoseTransfer::open(npt::SafetensorsFile::read(weights), options, npt::DefaultExecutor(arguments.threads));
   if (options.pairings > 1 && !transfer.pairs_vertices())
     std::cerr << "npt: note: --pairings changes nothing: the pooled feature pairs no vertices\n";
   return transfer;

@@ -2,9 +2,9 @@
 /// it ends with a message instead of by SIGILL at the first of them.
 #include "processor/features.hpp"
 
-#include <unistd.h>
-
 #include <cstddef>
+#include <cstdio>
+#include <cstdlib>
 
 namespace {
 
@@ -14,9 +14,8 @@ __attribute__((constructor(101))) void check_processor() {
   const std::size_t length = program::complain_of_missing(program::compiled_features, program::processor_features(),
                                                           program::compiled_for, line, sizeof line);
   if (length == 0) return;
-  const ssize_t written = ::write(STDERR_FILENO, line, length);
-  static_cast<void>(written);  // nobody is left to tell
-  ::_exit(1);
+  std::fwrite(line, 1, length, stderr);
+  std::_Exit(1);
 }
 
 }  // namespace

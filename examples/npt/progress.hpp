@@ -2,6 +2,7 @@
 /// standard error is no terminal.
 #pragma once
 
+#include "host/host.hpp"
 #include "status_line.hpp"
 
 #include <chrono>
@@ -10,8 +11,6 @@
 #include <cstdio>
 #include <string>
 #include <utility>
-
-#include <unistd.h>
 
 namespace program {
 
@@ -27,7 +26,7 @@ inline std::string duration_text(double seconds) {
 class Progress {
  public:
   /// `what` in the plural: "pairs", "meshes".
-  Progress(std::string what, std::size_t total, bool shown = isatty(STDERR_FILENO) != 0)
+  Progress(std::string what, std::size_t total, bool shown = host::error_output_is_terminal())
       : what_(std::move(what)), total_(total), line_(shown && total > 1) {
     draw();
   }

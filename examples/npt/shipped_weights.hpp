@@ -1,6 +1,8 @@
 /// Where the weights that come with the project lie: in a folder that the environment names (NPT_WEIGHTS), beside an
-/// installed program (../share/npt/weights), or in the source tree that the program was built in (examples/weights).
+/// installed program (share/npt/weights), or in the source tree that the program was built in (examples/weights).
 #pragma once
+
+#include "host/host.hpp"
 
 #include <npt/core/error.hpp>
 
@@ -17,11 +19,10 @@ namespace program {
 inline std::vector<std::filesystem::path> weights_folders() {
   std::vector<std::filesystem::path> folders;
   if (const char* named = std::getenv("NPT_WEIGHTS"); named != nullptr && *named != '\0') folders.emplace_back(named);
-  std::error_code code;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", code);
-  if (!code)
-    for (const char* place : {"../share/npt/weights", "../../../examples/weights", "../../examples/weights"})
-      folders.push_back((program.parent_path() / place).lexically_normal());
+  if (const std::optional<std::filesystem::path> program = host::program_file())
+    for (const char* place :
+         {"../share/npt/weights", "../../share/npt/weights", "../../../examples/weights", "../../examples/weights"})
+      folders.push_back((program->parent_path() / place).lexically_normal());
   return folders;
 }
 

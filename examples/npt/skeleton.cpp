@@ -20,7 +20,7 @@
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
-#include <npt/parallel/tbb_executor.hpp>
+#include <npt/parallel/default_executor.hpp>
 #include <npt/skeleton/body_method.hpp>
 #include <npt/skeleton/reading_start.hpp>
 #include <npt/skeleton/skeleton_transfer.hpp>
@@ -196,7 +196,7 @@ class Skeleton {
   }
 
   const Options& options_;
-  npt::TbbExecutor executor_;
+  npt::DefaultExecutor executor_;
   std::optional<program::OutputFolder> folder_;
   std::vector<TransferJob> jobs_;
   std::shared_ptr<const npt::BodyFitter> fitter_;
@@ -217,7 +217,7 @@ void run_protocol(const Options& o) {
   if (o.protocol.first > 0)
     for (npt::EvaluationSet& set : sets) set.count = std::min(set.count, o.protocol.first);
   const auto fitter = std::make_shared<const npt::BodyFitter>(body);
-  const npt::TbbExecutor executor(o.threads);
+  const npt::DefaultExecutor executor(o.threads);
   program::catch_interrupts();
   program::Progress progress("pairs", sets[0].count + sets[1].count);
   std::mutex mutex;

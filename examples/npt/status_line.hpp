@@ -1,18 +1,18 @@
 /// One line on standard error that is written over again and again; nothing where standard error is no terminal.
 #pragma once
 
+#include "host/host.hpp"
+
 #include <chrono>
 #include <cstddef>
 #include <cstdio>
 #include <string>
 
-#include <unistd.h>
-
 namespace program {
 
 class StatusLine {
  public:
-  explicit StatusLine(bool shown = isatty(STDERR_FILENO) != 0) : shown_(shown) {}
+  explicit StatusLine(bool shown = host::error_output_is_terminal()) : shown_(shown) {}
   ~StatusLine() { clear(); }
   StatusLine(const StatusLine&) = delete;
   StatusLine& operator=(const StatusLine&) = delete;

@@ -252,7 +252,7 @@ class Training {
   /// Mean over all pairs of the sets, of the weights that would be written now.
   double measure(const std::vector<npt::EvaluationSet>& sets) const {
     const program::FloatEngine engine =
-        network_.pack(trainer_->weights(), npt::TbbExecutor(arguments_.threads), npt::Precision::automatic);
+        network_.pack(trainer_->weights(), npt::DefaultExecutor(arguments_.threads), npt::Precision::automatic);
     const auto transfer = npt::normalised_transfer(
         [&engine](auto pose, auto identity, auto result) { engine(pose, identity, result); }, course_.normalisation);
     double sum = 0;

@@ -5,6 +5,7 @@
 #include "subcommand.hpp"
 
 #include <npt/core/error.hpp>
+#include <npt/core/number_text.hpp>
 
 #include <algorithm>
 #include <array>
@@ -56,7 +57,7 @@ bool same_value(const std::string& a, const std::string& b) {
   if (a == b) return true;
   double x = 0, y = 0;
   const auto number = [](const std::string& text, double& value) {
-    const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+    const auto result = npt::number_from_chars(text.data(), text.data() + text.size(), value);
     return result.ec == std::errc() && result.ptr == text.data() + text.size();
   };
   return number(a, x) && number(b, y) && x == y;
@@ -90,7 +91,7 @@ CLI::Validator above(double least) {
   return CLI::Validator(
       [least](const std::string& text) {
         double value = 0;
-        const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+        const auto result = npt::number_from_chars(text.data(), text.data() + text.size(), value);
         const bool good = result.ec == std::errc() && result.ptr == text.data() + text.size() && std::isfinite(value);
         return good && value > least ? std::string() : "'" + text + "' is not a number above " + std::to_string(least);
       },

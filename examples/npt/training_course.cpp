@@ -7,6 +7,7 @@
 #include <npt/body/body_file.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/core/error.hpp>
+#include <npt/core/number_text.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/body_sampler.hpp>
 #include <npt/data/family_file.hpp>
@@ -15,7 +16,6 @@
 #include <npt/mannequin/mannequin.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
@@ -32,7 +32,7 @@ NamedBody load_named_body(const std::string& argument) {
   std::string file = argument;
   double weight = 1;
   if (const std::size_t sign = argument.rfind('='); sign != std::string::npos) {
-    const auto result = std::from_chars(argument.data() + sign + 1, argument.data() + argument.size(), weight);
+    const auto result = npt::number_from_chars(argument.data() + sign + 1, argument.data() + argument.size(), weight);
     if (result.ec == std::errc() && result.ptr == argument.data() + argument.size()) {
       if (!(weight > 0) || !std::isfinite(weight))
         throw npt::Error({"--body " + argument, {}, "a weight of " + argument.substr(sign + 1), "a number above 0"});

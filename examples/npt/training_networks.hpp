@@ -8,8 +8,8 @@
 
 namespace program {
 
-using FloatGradients = npt::tape::GradientCore<float, npt::TbbExecutor>;
-using DoubleGradients = npt::tape::GradientCore<double, npt::TbbExecutor>;
+using FloatGradients = npt::tape::GradientCore<float, npt::DefaultExecutor>;
+using DoubleGradients = npt::tape::GradientCore<double, npt::DefaultExecutor>;
 
 struct TrainableNetwork {
   npt::Metadata variant;

@@ -20,7 +20,7 @@
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
-#include <npt/parallel/tbb_executor.hpp>
+#include <npt/parallel/default_executor.hpp>
 #include <npt/transfer/pose_sequence.hpp>
 
 #include <algorithm>
@@ -145,7 +145,7 @@ class Transferring {
   }
 
   const program::PoseTransfer& transfer_;
-  npt::PoseSequence<npt::TbbExecutor> frames_;
+  npt::PoseSequence<npt::DefaultExecutor> frames_;
   bool sequence_;
   std::size_t series_ = 0;
   LoadedMesh identity_, pose_;
@@ -316,7 +316,7 @@ class Transfer {
         static_cast<std::size_t>(std::ranges::count(outcomes_, Status::none, &program::JobOutcome::status));
     if (total == 0) return;
     program::catch_interrupts();
-    const int processors = npt::TbbExecutor().slots();  // those that this process may use
+    const int processors = npt::DefaultExecutor().slots();  // those that this process may use
     const int threads = options_.transfer.threads > 0 ? options_.transfer.threads : processors;
     // Each pair in flight has a workspace of its own (112 MB at 6890 vertices and bottleneck 1024), hence the limit.
     const int in_flight = std::min(processors, options_.in_flight > 0 ? options_.in_flight : std::min(threads, 16));
@@ -343,7 +343,7 @@ class Transfer {
     arguments.threads = threads;
     const program::PoseTransfer transfer = program::open_transfer(arguments);
     description_ = transfer.description();
-    const npt::TbbExecutor executor(in_flight);
+    const npt::DefaultExecutor executor(in_flight);
     std::vector<std::unique_ptr<Transferring>> workers(static_cast<std::size_t>(executor.slots()));
     executor.for_each(static_cast<int>(pieces.size()), [&](int p, int slot) {
       const Piece piece = pieces[static_cast<std::size_t>(p)];

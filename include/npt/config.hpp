@@ -5,7 +5,8 @@
 /// two sets of symbols, and the linker can't pick AVX-512 code for a machine without it.
 #pragma once
 
-#if !defined(__cplusplus) || __cplusplus < 202002L
+// MSVC says 199711 without /Zc:__cplusplus, and the truth in _MSVC_LANG.
+#if defined(_MSVC_LANG) ? _MSVC_LANG < 202002L : __cplusplus < 202002L
 #error "npt needs C++20 (-std=c++20)"
 #endif
 
@@ -25,75 +26,94 @@
 #define NPT_VERSION_PATCH 0
 #define NPT_VERSION "0.1.0"
 
+/// Whether registers are xsimd's: 0 where NPT_PORTABLE_SIMD is defined, where xsimd is missing, and for architectures
+/// that its older versions don't know. Registers are then the compiler's own vectors.
+#if !defined(NPT_PORTABLE_SIMD) && __has_include(<xsimd/xsimd.hpp>) && \
+    (defined(__SSE2__) || defined(_M_X64) || defined(__aarch64__) || defined(_M_ARM64))
+#define NPT_HAS_XSIMD 1
+#else
+#define NPT_HAS_XSIMD 0
+#endif
+
 /// Whether this unit may use the matrix registers (AMX) for products of bfloat16 values. g++ and clang name the macros
 /// differently.
-#if defined(__AVX512BF16__) && defined(__AVX512BW__) && defined(__AVX512DQ__) && defined(__linux__) && \
+#if NPT_HAS_XSIMD && defined(__AVX512BF16__) && defined(__AVX512BW__) && defined(__AVX512DQ__) && \
+    defined(__linux__) &&                                                                         \
     ((defined(__AMX_TILE__) && defined(__AMX_BF16__)) || (defined(__AMXTILE__) && defined(__AMXBF16__)))
 #define NPT_HAS_AMX 1
 #else
 #define NPT_HAS_AMX 0
 #endif
 
+#if NPT_HAS_XSIMD
+#define NPT_TAG(set) v0_##set
+#else
+#define NPT_TAG(set) v0_portable_##set
+#endif
+
 // Every feature that npt or xsimd asks for has its part in the tag, also in combinations that no processor has: flags
 // name them.
 #if NPT_HAS_AMX
-#define NPT_ABI v0_avx512amx
+#define NPT_ABI NPT_TAG(avx512amx)
 #define NPT_ISA_NAME "avx512+bf16"  // AMX is asked for at run time
 #elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512BW__) && defined(__AVX512BF16__)
-#define NPT_ABI v0_avx512bf16
+#define NPT_ABI NPT_TAG(avx512bf16)
 #define NPT_ISA_NAME "avx512+bf16"
 #elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512BW__)
-#define NPT_ABI v0_avx512
+#define NPT_ABI NPT_TAG(avx512)
 #define NPT_ISA_NAME "avx512"
 #elif defined(__AVX512F__) && defined(__AVX512BW__) && defined(__AVX512BF16__)
-#define NPT_ABI v0_avx512f_bw_bf16
+#define NPT_ABI NPT_TAG(avx512f_bw_bf16)
 #define NPT_ISA_NAME "avx512f+bw+bf16"
 #elif defined(__AVX512F__) && defined(__AVX512BW__)
-#define NPT_ABI v0_avx512f_bw
+#define NPT_ABI NPT_TAG(avx512f_bw)
 #define NPT_ISA_NAME "avx512f+bw"
 #elif defined(__AVX512F__) && defined(__AVX512DQ__)
-#define NPT_ABI v0_avx512f_dq
+#define NPT_ABI NPT_TAG(avx512f_dq)
 #define NPT_ISA_NAME "avx512f+dq"
 #elif defined(__AVX512F__)
-#define NPT_ABI v0_avx512f
+#define NPT_ABI NPT_TAG(avx512f)
 #define NPT_ISA_NAME "avx512f"
 #elif defined(__AVX2__) && defined(__FMA__)
-#define NPT_ABI v0_avx2fma
+#define NPT_ABI NPT_TAG(avx2fma)
 #define NPT_ISA_NAME "avx2+fma"
 #elif defined(__AVX2__)
-#define NPT_ABI v0_avx2
+#define NPT_ABI NPT_TAG(avx2)
 #define NPT_ISA_NAME "avx2"
 #elif defined(__AVX__) && defined(__FMA__)
-#define NPT_ABI v0_avxfma
+#define NPT_ABI NPT_TAG(avxfma)
 #define NPT_ISA_NAME "avx+fma"
 #elif defined(__AVX__)
-#define NPT_ABI v0_avx
+#define NPT_ABI NPT_TAG(avx)
 #define NPT_ISA_NAME "avx"
 #elif defined(__SSE4_2__)
-#define NPT_ABI v0_sse42
+#define NPT_ABI NPT_TAG(sse42)
 #define NPT_ISA_NAME "sse4.2"
 #elif defined(__SSE4_1__)
-#define NPT_ABI v0_sse4
+#define NPT_ABI NPT_TAG(sse4)
 #define NPT_ISA_NAME "sse4.1"
 #elif defined(__SSSE3__)
-#define NPT_ABI v0_ssse3
+#define NPT_ABI NPT_TAG(ssse3)
 #define NPT_ISA_NAME "ssse3"
 #elif defined(__SSE3__)
-#define NPT_ABI v0_sse3
+#define NPT_ABI NPT_TAG(sse3)
 #define NPT_ISA_NAME "sse3"
-#elif defined(__SSE2__)
-#define NPT_ABI v0_sse2
+#elif defined(__SSE2__) || defined(_M_X64)
+#define NPT_ABI NPT_TAG(sse2)
 #define NPT_ISA_NAME "sse2"
-#elif defined(__aarch64__)
-#define NPT_ABI v0_neon64
+#elif (defined(__aarch64__) || defined(_M_ARM64)) && defined(__ARM_FEATURE_BF16_VECTOR_ARITHMETIC)
+#define NPT_ABI NPT_TAG(neon64bf16)
+#define NPT_ISA_NAME "neon64+bf16"
+#elif defined(__aarch64__) || defined(_M_ARM64)
+#define NPT_ABI NPT_TAG(neon64)
 #define NPT_ISA_NAME "neon64"
 #else
-#define NPT_ABI v0_generic
+#define NPT_ABI NPT_TAG(generic)
 #define NPT_ISA_NAME "generic"
 #endif
 
 /// Whether engines run on oneTBB unless told otherwise: 0 where NPT_NO_TBB is defined, and where its headers are
-/// missing. All units of a program that share an engine must agree.
+/// missing; NPT_DEFAULT_THREADS gives them std::thread then. All units of a program that share an engine must agree.
 #if !defined(NPT_NO_TBB) && __has_include(<tbb/task_arena.h>)
 #define NPT_HAS_TBB 1
 #else
@@ -108,6 +128,11 @@
 #define NPT_NOINLINE __attribute__((noinline))
 #define NPT_LAMBDA_INLINE __attribute__((always_inline))
 #define NPT_RESTRICT __restrict__
+#elif defined(_MSC_VER)
+#define NPT_ALWAYS_INLINE __forceinline
+#define NPT_NOINLINE __declspec(noinline)
+#define NPT_LAMBDA_INLINE
+#define NPT_RESTRICT __restrict
 #else
 #define NPT_ALWAYS_INLINE inline
 #define NPT_NOINLINE

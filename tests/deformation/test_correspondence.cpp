@@ -4,7 +4,7 @@
 #include <npt/deformation/correspondence.hpp>
 #include <npt/deformation/markers.hpp>
 #include <npt/mesh/permute.hpp>
-#include <npt/parallel/tbb_executor.hpp>
+#include <npt/parallel/thread_executor.hpp>
 #include <surface/shapes.hpp>
 
 #include <algorithm>
@@ -97,7 +97,7 @@ TEST_CASE("another body: the source lies on it, corresponding vertices near each
   CHECK(std::ranges::count(has_source, 1) == std::ssize(has_source));
   CHECK(std::ranges::count(has_target, 1) == std::ssize(has_target));
   CHECK(std::ranges::is_sorted(found.pairs));
-  const npt::Correspondence again = npt::find_correspondence(source, shuffled, markers, {}, {}, npt::TbbExecutor(2));
+  const npt::Correspondence again = npt::find_correspondence(source, shuffled, markers, {}, {}, npt::ThreadExecutor(2));
   CHECK(again.pairs == found.pairs);
   CHECK(again.registered == found.registered);
 }

@@ -3,7 +3,7 @@
 #include <io/scratch.hpp>
 #include <npt/deformation/deformation_gradient.hpp>
 #include <npt/deformation/deformation_transfer.hpp>
-#include <npt/parallel/tbb_executor.hpp>
+#include <npt/parallel/thread_executor.hpp>
 #include <surface/shapes.hpp>
 
 #include <array>
@@ -152,7 +152,7 @@ TEST_CASE("the executor changes no bit") {
   const npt::DeformationTransfer transfer(source, target, all_pairs(source));
   const std::vector<float> pose = shapes::bent(source, 0.5), serial = transferred(transfer, pose);
   std::vector<float> result(serial.size());
-  transfer(pose, result, npt::TbbExecutor(2));
+  transfer(pose, result, npt::ThreadExecutor(2));
   CHECK(result == serial);
 }
 

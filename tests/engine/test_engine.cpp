@@ -44,8 +44,10 @@ void check_thread_counts() {
   CHECK(same_bits(one, apply(npt::Engine(model, 2), pose, identity)));
   CHECK(same_bits(one, apply(npt::Engine(model, 7), pose, identity)));
   CHECK(same_bits(one, apply(npt::Engine(model, npt::SerialExecutor{}), pose, identity)));
+#if NPT_HAS_TBB
   tbb::task_arena arena(3);
   CHECK(same_bits(one, apply(npt::Engine(model, npt::TbbExecutor(arena)), pose, identity)));
+#endif
 }
 
 }  // namespace
@@ -80,6 +82,7 @@ TEST_CASE("host threads share a const engine") {
   for (std::size_t i = 0; i < 8; ++i) CHECK(same_bits(expected[i], found[i]));
 }
 
+#if NPT_HAS_TBB
 TEST_CASE("an engine can be called from inside the host's own parallel loop on the same arena") {
   tbb::task_arena arena(2);
   const npt::Engine engine(random_model<npt::PoseTransferNet<16>>(), npt::TbbExecutor(arena));
@@ -91,6 +94,7 @@ TEST_CASE("an engine can be called from inside the host's own parallel loop on t
   });
   for (const auto& result : found) CHECK(same_bits(expected, result));
 }
+#endif
 
 template <class Net>
 void check_sharing() {

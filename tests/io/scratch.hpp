@@ -1,8 +1,8 @@
 /// A folder of its own for a test's files, and what tests of readers share.
 #pragma once
 
-#include <unistd.h>
 #include <npt/core/error.hpp>
+#include <npt/core/platform.hpp>
 #include <npt/io/file.hpp>
 
 #include <atomic>
@@ -18,7 +18,7 @@ class Folder {
   Folder() {
     static std::atomic<int> number{0};
     path_ = std::filesystem::temp_directory_path() /
-            ("npt-test-" + std::to_string(::getpid()) + "-" + std::to_string(number++));
+            ("npt-test-" + std::to_string(npt::platform::process_id()) + "-" + std::to_string(number++));
     std::filesystem::create_directory(path_);
   }
   Folder(const Folder&) = delete;

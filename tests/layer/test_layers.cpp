@@ -64,7 +64,7 @@ struct PRelu : npt::kernel::Pointwise {
   }
   template <class T>
   static npt::simd::Batch<T> apply(npt::simd::Batch<T> x, const npt::simd::Batch<T>& slope, Nothing) {
-    return xsimd::max(x, slope * x);
+    return npt::simd::running_max(x, slope * x);
   }
 };
 

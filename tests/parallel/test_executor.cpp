@@ -4,7 +4,9 @@
 #include <npt/parallel/default_executor.hpp>
 #include <npt/parallel/executor.hpp>
 #include <npt/parallel/host_executor.hpp>
+#if NPT_HAS_TBB
 #include <npt/parallel/tbb_executor.hpp>
+#endif
 #include <npt/parallel/thread_executor.hpp>
 
 #include <atomic>
@@ -45,12 +47,14 @@ constexpr auto thread_each = [](int count, auto task) {
 
 TEST_CASE("executors call every index once, and never two at a time in one slot") {
   check_executor(npt::SerialExecutor{});
+#if NPT_HAS_TBB
   check_executor(npt::TbbExecutor(1));
   check_executor(npt::TbbExecutor(2));
   check_executor(npt::TbbExecutor(5));
   check_executor(npt::TbbExecutor());
   tbb::task_arena arena(3);
   check_executor(npt::TbbExecutor(arena));
+#endif
   check_executor(npt::ThreadExecutor(1));
   check_executor(npt::ThreadExecutor(2));
   check_executor(npt::ThreadExecutor(5));
@@ -72,7 +76,9 @@ TEST_CASE("executors that can't be are refused") {
   CHECK_THROWS_AS(npt::SerialExecutor(2), npt::Error);
   CHECK(npt::SerialExecutor(1).slots() == 1);
   CHECK(npt::SerialExecutor(0).slots() == 1);
+#if NPT_HAS_TBB
   static_assert(std::is_same_v<npt::DefaultExecutor, npt::TbbExecutor>);
+#endif
 }
 
 TEST_CASE("threads: loops inside loops and from several callers run all their tasks") {

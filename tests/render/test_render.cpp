@@ -6,7 +6,9 @@
 
 #include <npt/core/error.hpp>
 
+#if NPT_HAS_TBB
 #include <tbb/global_control.h>
+#endif
 
 #include <cmath>
 #include <vector>
@@ -134,8 +136,10 @@ TEST_CASE("the same input gives the same picture, on one thread and on several")
   options.floor_shadow = true;
   const Image image = draw(mesh, options);
   CHECK(draw(mesh, options).pixels == image.pixels);
+#if NPT_HAS_TBB
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   CHECK(draw(mesh, options).pixels == image.pixels);
+#endif
 }
 
 TEST_CASE("the floor's shadow darkens the page around the feet and nothing else") {

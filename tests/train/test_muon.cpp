@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/core/random.hpp>
-#include <npt/parallel/tbb_executor.hpp>
+#include <npt/parallel/thread_executor.hpp>
 #include <npt/train/muon.hpp>
 
 #include <algorithm>
@@ -114,7 +114,7 @@ TEST_CASE("a step moves hidden matrices only, by the rate, with the same bits fo
     npt::Muon<float> muon(list, {});
     REQUIRE(muon.matrices().size() == 1);
     std::vector<float> x = start, momentum(size);
-    const npt::TbbExecutor executor(threads);
+    const npt::ThreadExecutor executor(threads);
     for (int i = 0; i < 3; ++i) muon.step(x, gradient, momentum, 0.1, 1, executor);
     ends.push_back(x);
   }

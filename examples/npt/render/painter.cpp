@@ -2,7 +2,7 @@
 #include <render/rasteriser.hpp>
 #include <render/studio.hpp>
 
-#include <tbb/parallel_for.h>
+#include <npt/parallel/default_executor.hpp>
 
 #include <algorithm>
 #include <array>
@@ -139,7 +139,7 @@ class PanelPainter {
     find_fragments();
     light_fragments();
     Image image(options_.panel_width, options_.panel_height);
-    tbb::parallel_for(0, image.height, [&](int y) {
+    npt::DefaultExecutor().for_each(image.height, [&](int y, int) {
       for (int x = 0; x < image.width; ++x) image.at(x, y) = pixel(x, y);
     });
     return image;
@@ -155,7 +155,7 @@ class PanelPainter {
     const Visibility view = look(figure_, fine, width * n, height * n);
     std::vector<std::vector<Fragment>> rows(static_cast<std::size_t>(height));
     first_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) + 1, 0);
-    tbb::parallel_for(0, height, [&](int y) {
+    npt::DefaultExecutor().for_each(height, [&](int y, int) {
       for (int x = 0; x < width; ++x) {
         std::vector<Fragment>& row = rows[static_cast<std::size_t>(y)];
         const std::size_t before = row.size();

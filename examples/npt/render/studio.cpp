@@ -1,7 +1,7 @@
 #include <render/rasteriser.hpp>
 #include <render/studio.hpp>
 
-#include <tbb/parallel_for.h>
+#include <npt/parallel/default_executor.hpp>
 
 #include <algorithm>
 #include <array>
@@ -157,7 +157,8 @@ std::vector<Light> gather_light(const Figure& figure, std::span<const Lamp> lamp
   std::array<std::vector<Light>, groups> partial;
   const Sphere sphere = bounding_sphere(figure);
   const float offset = 3.0F * sphere.radius / static_cast<float>(shadow_cells);  // 1.5 cells
-  tbb::parallel_for(std::size_t{0}, groups, [&](std::size_t g) {
+  npt::DefaultExecutor().for_each(static_cast<int>(groups), [&](int group, int) {
+    const auto g = static_cast<std::size_t>(group);
     partial[g].resize(points.size());
     DepthMap map(shadow_cells);
     for (std::size_t l = g; l < lamps.size(); l += groups) {

@@ -3,10 +3,11 @@
 #include <render/plot.hpp>
 
 #include <npt/core/error.hpp>
+#include <npt/core/number_text.hpp>
+#include <npt/core/platform.hpp>
 #include <npt/io/file.hpp>
 
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -55,7 +56,7 @@ class Fields {
   template <class T>
   void read(T& value) {
     const std::string_view field = next();
-    const auto result = std::from_chars(field.data(), field.data() + field.size(), value);
+    const auto result = npt::number_from_chars(field.data(), field.data() + field.size(), value);
     if (result.ec != std::errc() || result.ptr != field.data() + field.size()) fail(quoted(field), "a number");
   }
   void read(std::optional<double>& value) {
@@ -133,7 +134,7 @@ void Log::append(const LogRow& row) {
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
-  std::unique_ptr<std::FILE, Close> file(std::fopen(path_.c_str(), "ab"));
+  std::unique_ptr<std::FILE, Close> file(npt::platform::open_file(path_, "ab"));
   if (!file) fail();
   const std::string line = line_of(row);
   if (std::fwrite(line.data(), 1, line.size(), file.get()) != line.size() || std::fflush(file.get()) != 0) fail();

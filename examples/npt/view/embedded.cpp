@@ -3,21 +3,27 @@
 #include <cstddef>
 
 // The assembler takes the files as they are: an array of 165,000 numbers takes the compiler seconds.
-#define NPT_EMBED(name, file)                  \
-  asm(".pushsection .rodata\n"                 \
-      ".global npt_embedded_" #name            \
-      "\n"                                     \
-      ".global npt_embedded_" #name            \
-      "_end\n"                                 \
-      "npt_embedded_" #name                    \
-      ":\n"                                    \
-      ".incbin \"" file                        \
-      "\"\n"                                   \
-      "npt_embedded_" #name                    \
-      "_end:\n"                                \
-      ".byte 0\n"                              \
-      ".popsection\n");                        \
-  extern "C" const char npt_embedded_##name[]; \
+#if defined(_WIN32)
+#define NPT_CONSTANTS ".section .rdata,\"dr\"\n"
+#define NPT_BACK ".text\n"
+#elif defined(__APPLE__)
+#define NPT_CONSTANTS ".section __TEXT,__const\n"
+#define NPT_BACK ".text\n"
+#else
+#define NPT_CONSTANTS ".pushsection .rodata\n"
+#define NPT_BACK ".popsection\n"
+#endif
+#define NPT_TEXT_OF(x) #x
+#define NPT_TEXT(x) NPT_TEXT_OF(x)
+#define NPT_SYMBOL(name) NPT_TEXT(__USER_LABEL_PREFIX__) "npt_embedded_" name
+#define NPT_EMBED(name, file)                             \
+  asm(NPT_CONSTANTS ".globl " NPT_SYMBOL(#name) "\n"    \
+      ".globl " NPT_SYMBOL(#name) "_end\n"              \
+      NPT_SYMBOL(#name) ":\n"                           \
+      ".incbin \"" file "\"\n"                          \
+      NPT_SYMBOL(#name) "_end:\n"                       \
+      ".byte 0\n" NPT_BACK); \
+  extern "C" const char npt_embedded_##name[];            \
   extern "C" const char npt_embedded_##name##_end[];
 
 NPT_EMBED(html, NPT_VIEW_FOLDER "/page.html")

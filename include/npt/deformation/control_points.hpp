@@ -15,6 +15,7 @@
 #include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/deformation/markers.hpp>
+#include <npt/mesh/points.hpp>
 
 #include <array>
 #include <cstddef>
@@ -64,7 +65,7 @@ inline std::vector<std::uint32_t> control_vertices(const BodyModel& body, std::s
     std::uint32_t best = 0;
     double most = -std::numeric_limits<double>::infinity();
     for (std::uint32_t v = 0; v < body.vertex_count(); ++v) {
-      const Vec3d from_joint = Vec3d{xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]} - joints[joint_index(point.joint)];
+      const Vec3d from_joint = point_at(xyz, v) - joints[joint_index(point.joint)];
       const double along = dot(from_joint, point.direction);
       const double merit = along - 4 * length(from_joint - point.direction * along);
       if (merit > most) most = merit, best = v;

@@ -67,7 +67,7 @@ struct Surface {
   void points_at(std::span<const float> xyz, std::span<Vec3d> positions) const {
     for (std::size_t p = 0; p < positions.size(); ++p) {
       const std::size_t v = 3 * std::size_t{vertex_of[p]};
-      positions[p] = {xyz[v], xyz[v + 1], xyz[v + 2]};
+      positions[p] = Vec3f{xyz[v], xyz[v + 1], xyz[v + 2]}.as<double>();
     }
   }
 };

@@ -735,12 +735,12 @@ class ReadingFitter {
     fit::internal::ReadingProblem problem(*model_, prior_, options_.shape_deviations, surface);
     problem.x() = c.x;
     problem.set_facing(c.facing);
-    std::vector<BodyPoint> places;
+    std::vector<BodyPoint> read_places;
     for (std::size_t i = 0; i < std::min(reading.size(), finest.places); ++i) {
       const ClosestPoint at = full_tree_.closest(c.motion.places[i].rest);
-      places.push_back({full_.triangles()[at.triangle], at.weights, at.point});
+      read_places.push_back({full_.triangles()[at.triangle], at.weights, at.point});
     }
-    problem.set_places(reading.first(places.size()), c.motion, places);
+    problem.set_places(reading.first(read_places.size()), c.motion, read_places);
     problem.set_level(full_, full_tree_);
     problem.run(fine);
     problem.run(finest);

@@ -2,9 +2,9 @@
 /// Errors    npt::Error that names the path and the system's reason
 #pragma once
 
-#include <unistd.h>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
+#include <npt/core/platform.hpp>
 
 #include <atomic>
 #include <cerrno>
@@ -54,7 +54,7 @@ inline std::string read_file(const std::filesystem::path& path, std::uint64_t li
   const file_type type = std::filesystem::status(path, code).type();
   if (type == file_type::none) throw fail(code.message(), "a readable file");
   if (type != file_type::regular) throw fail(internal::file_kind(type), "a file");
-  const internal::FileHandle file(std::fopen(path.c_str(), "rb"));
+  const internal::FileHandle file(platform::open_file(path, "rb"));
   if (!file) throw fail(internal::system_reason(), "a readable file");
   const std::uintmax_t size = std::filesystem::file_size(path, code);
   if (code) throw fail(code.message(), "a readable file");
@@ -79,9 +79,9 @@ class AtomicFile {
  public:
   explicit AtomicFile(const std::filesystem::path& path) : name_(path.string()), target_(resolve(path)) {
     temporary_ = target_;
-    temporary_ += ".part-" + std::to_string(::getpid()) + "-" + std::to_string(next_number());
-    // "x": a file of that name that someone else put there is never overwritten.
-    file_.reset(std::fopen(temporary_.c_str(), "wbx"));
+    temporary_ += ".part-" + std::to_string(platform::process_id()) + "-" + std::to_string(next_number());
+    // A file of that name that someone else put there is never overwritten.
+    file_.reset(platform::create_file(temporary_));
     if (!file_) fail(internal::system_reason());
   }
   AtomicFile(const AtomicFile&) = delete;
@@ -107,9 +107,9 @@ class AtomicFile {
     std::error_code code;
     const std::filesystem::file_status old = std::filesystem::status(target_, code);
     if (std::filesystem::is_regular_file(old)) std::filesystem::permissions(temporary_, old.permissions(), code);
-    if (std::fflush(file_.get()) != 0 || !synced()) fail(internal::system_reason());
+    if (std::fflush(file_.get()) != 0 || !platform::sync(file_.get())) fail(internal::system_reason());
     if (std::fclose(file_.release()) != 0) fail_closed(internal::system_reason());
-    std::filesystem::rename(temporary_, target_, code);
+    platform::replace_file(temporary_, target_, code);
     if (code) fail_closed(code.message());
   }
 
@@ -132,16 +132,16 @@ class AtomicFile {
     if (type == file_type::none) refuse(code.message());
     if (type == file_type::not_found) return path;
     if (type != file_type::regular) refuse(internal::file_kind(type));
-    if (::access(path.c_str(), W_OK) != 0) refuse(internal::system_reason());
+    if (!platform::may_write(path)) refuse(internal::system_reason());
     std::filesystem::path target = std::filesystem::canonical(path, code);
     if (code) refuse(code.message());
     return target;
   }
 
-  /// A file system that can't sync (EINVAL) is no error: it has done what it can.
-  bool synced() { return ::fsync(::fileno(file_.get())) == 0 || errno == EINVAL; }
-
-  void remove_temporary() noexcept { std::remove(temporary_.c_str()); }
+  void remove_temporary() noexcept {
+    std::error_code ignored;
+    std::filesystem::remove(temporary_, ignored);
+  }
   [[noreturn]] void fail(const std::string& reason) const {
     throw Error({.file = name_, .found = reason, .expected = "a file that can be written"});
   }

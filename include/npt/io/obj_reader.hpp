@@ -128,10 +128,10 @@ class Reader : private std::streambuf {
   /// linked with the wrong one of tinyobjloader's two libraries (float, double) hands over numbers that mean nothing.
   static bool put_right(float& read, double checked) {
     constexpr double tolerance = 1e-6;  // 8 units in the last place of a float
-    constexpr double smallest = std::numeric_limits<float>::denorm_min();
+    constexpr auto smallest = static_cast<double>(std::numeric_limits<float>::denorm_min());
     const auto right = static_cast<float>(checked);
     if (read == right) return true;
-    const bool close = std::abs(double{read} - checked) <= tolerance * std::abs(checked) + smallest;
+    const bool close = std::abs(static_cast<double>(read) - checked) <= tolerance * std::abs(checked) + smallest;
     read = right;
     return close;
   }
@@ -193,7 +193,7 @@ class Reader : private std::streambuf {
       if (rows.empty()) return;
       mesh_.properties.push_back({name, "float", {}});
       mesh_.properties.back().values.reserve(rows.size());
-      for (const auto& row : rows) mesh_.properties.back().values.push_back(value_of(row));
+      for (const auto& row : rows) mesh_.properties.back().values.push_back(static_cast<double>(value_of(row)));
     };
     add("red", colours_, [](const Vec3f& colour) { return colour.x; });
     add("green", colours_, [](const Vec3f& colour) { return colour.y; });

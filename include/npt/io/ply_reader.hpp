@@ -58,7 +58,7 @@ class BinarySource {
       case Type::u32:
         return take<std::uint32_t>();
       case Type::f32:
-        return take<float>();
+        return static_cast<double>(take<float>());
       default:
         return take<double>();
     }
@@ -126,7 +126,7 @@ class AsciiSource {
     const bool too_large = value && type == Type::f32 && std::isfinite(*value) && !fits_float(*value);
     if (!value || (is_whole(type) && !whole) || too_large)
       fail(in_quotes(word), "a number of type " + std::string(t.name));
-    return type == Type::f32 ? double{static_cast<float>(*value)} : *value;
+    return type == Type::f32 ? static_cast<double>(static_cast<float>(*value)) : *value;
   }
 
   void finish() {

@@ -171,8 +171,9 @@ inline void append_faces(Writer& writer, const Mesh& mesh, const Layout& layout)
       writer.number(layout.count_type, complete ? 2.0 * static_cast<double>(face.size()) : 0.0);
       if (complete)
         for (const std::uint32_t t : uv) {
-          writer.number(Type::f32, mesh.texcoords[t].x);
-          writer.number(Type::f32, mesh.texcoords_from_top ? 1 - mesh.texcoords[t].y : mesh.texcoords[t].y);
+          writer.number(Type::f32, static_cast<double>(mesh.texcoords[t].x));
+          writer.number(Type::f32,
+                        static_cast<double>(mesh.texcoords_from_top ? 1 - mesh.texcoords[t].y : mesh.texcoords[t].y));
         }
     }
     writer.end_row();

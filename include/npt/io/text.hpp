@@ -3,6 +3,7 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/number_text.hpp>
 
 #include <array>
 #include <charconv>
@@ -66,7 +67,7 @@ template <class Number>
 std::optional<Number> parse_number(std::string_view word) {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
   Number value{};
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  const auto [end, error] = number_from_chars(word.data(), word.data() + word.size(), value);
   if (end != word.data() + word.size()) return std::nullopt;
   if (error == std::errc{}) return value;
   const std::size_t exponent = word.find_first_of("eE");

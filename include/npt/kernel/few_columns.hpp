@@ -21,7 +21,7 @@ template <int Columns, class T>
 NPT_NOINLINE void add_columns(int rows, const T* NPT_RESTRICT weights, const T* NPT_RESTRICT values,
                               T* NPT_RESTRICT tile) {
   constexpr int lanes = simd::lanes<T>;
-  simd::Batch<T> x[Columns][panel_registers];
+  simd::Batch<T> x[static_cast<std::size_t>(Columns)][panel_registers];
   simd::unroll<Columns>([&](auto c) NPT_LAMBDA_INLINE {
     simd::unroll<panel_registers>(
         [&](auto q) NPT_LAMBDA_INLINE { x[c][q] = simd::load(values + (c * panel_registers + q) * lanes); });

@@ -23,7 +23,7 @@ template <int Rows, class T>
 NPT_NOINLINE void multiply_rows(int columns, const T* NPT_RESTRICT weights, const T* NPT_RESTRICT values,
                                 const T* NPT_RESTRICT bias, int bias_stride, T* NPT_RESTRICT tile) {
   constexpr int lanes = simd::lanes<T>, ways = Rows == 1 ? 4 : Rows < 4 ? 2 : 1;
-  simd::Batch<T> sum[ways][Rows][panel_registers];
+  simd::Batch<T> sum[std::size_t{ways}][static_cast<std::size_t>(Rows)][panel_registers];
   simd::unroll<ways>([&](auto way) NPT_LAMBDA_INLINE {
     simd::unroll<Rows>([&](auto r) NPT_LAMBDA_INLINE {
       const T first = way == 0 && bias != nullptr ? bias[r * bias_stride] : T(0);

@@ -109,7 +109,7 @@ void gather_maxima(const T* rows_begin, std::size_t stride, int valid, int rows,
           simd::load(row + stride * static_cast<std::size_t>(i / panel_registers) + (i % panel_registers) * lanes);
       m = simd::running_max(m, simd::keep_first(x, i * lanes, valid, first));
     }
-    alignas(simd_alignment) T lane[lanes];
+    alignas(simd_alignment) T lane[static_cast<std::size_t>(lanes)];
     simd::store(lane, m);
     T best = lane[0];
     for (int i = 1; i < lanes; ++i) best = larger_or_nan(best, lane[i]);

@@ -22,13 +22,14 @@ namespace npt::inline NPT_ABI {
 template <int Cond>
 struct Modulate : kernel::Pointwise {
   static constexpr const char* name = "modulate";
+  static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
   template <class T>
   struct Row {
-    simd::Batch<T> gamma[Cond + 1], beta[Cond + 1];
+    simd::Batch<T> gamma[index(Cond + 1)], beta[index(Cond + 1)];
   };
   template <class T>
   struct Column {
-    simd::Batch<T> p[Cond];
+    simd::Batch<T> p[index(Cond)];
   };
   template <class T>
   static NPT_ALWAYS_INLINE Column<T> column(const kernel::PointwiseArgs<T>& args, kernel::Position at) {

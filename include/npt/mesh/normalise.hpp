@@ -58,12 +58,14 @@ struct NormalisingTransform {
   void apply(std::span<const float> xyz, std::span<float> out) const {
     NPT_ASSERT(xyz.size() == out.size() && xyz.size() % 3 == 0);
     const double c[3] = {centre.x, centre.y, centre.z};
-    for (std::size_t i = 0; i < xyz.size(); ++i) out[i] = static_cast<float>((xyz[i] - c[i % 3]) * scale);
+    for (std::size_t i = 0; i < xyz.size(); ++i)
+      out[i] = static_cast<float>((static_cast<double>(xyz[i]) - c[i % 3]) * scale);
   }
   void apply_inverse(std::span<const float> xyz, std::span<float> out) const {
     NPT_ASSERT(xyz.size() == out.size() && xyz.size() % 3 == 0);
     const double c[3] = {centre.x, centre.y, centre.z};
-    for (std::size_t i = 0; i < xyz.size(); ++i) out[i] = static_cast<float>(xyz[i] / scale + c[i % 3]);
+    for (std::size_t i = 0; i < xyz.size(); ++i)
+      out[i] = static_cast<float>(static_cast<double>(xyz[i]) / scale + c[i % 3]);
   }
 };
 

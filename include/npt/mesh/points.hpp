@@ -17,7 +17,7 @@
 namespace npt::inline NPT_ABI {
 
 inline Vec3d point_at(std::span<const float> xyz, std::size_t v) {
-  return {xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]};
+  return {static_cast<double>(xyz[3 * v]), static_cast<double>(xyz[3 * v + 1]), static_cast<double>(xyz[3 * v + 2])};
 }
 
 /// Throws npt::Error, which calls them `name`, unless xyz holds whole points, at least one.
@@ -43,8 +43,8 @@ inline BoundingBox bounding_box(std::span<const float> xyz) {
   std::array<double, 3> low{inf, inf, inf}, high{-inf, -inf, -inf};
   for (std::size_t i = 0; i < xyz.size(); i += 3)
     for (std::size_t k = 0; k < 3; ++k) {  // std::min and max keep their first argument against a NaN
-      low[k] = std::min(low[k], double{xyz[i + k]});
-      high[k] = std::max(high[k], double{xyz[i + k]});
+      low[k] = std::min(low[k], static_cast<double>(xyz[i + k]));
+      high[k] = std::max(high[k], static_cast<double>(xyz[i + k]));
     }
   return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
 }

@@ -106,7 +106,7 @@ inline void draw_points(std::span<const float> xyz, std::span<const Triangle> tr
     const double r = std::sqrt(random.uniform()), s = random.uniform();
     // Weights of 24 bits make products with coordinates exact in double: whether the compiler fuses them with the sum,
     // which it does differently from place to place, then changes no bit of a point.
-    const auto rounded = [](double weight) { return double{static_cast<float>(weight)}; };
+    const auto rounded = [](double weight) { return static_cast<double>(static_cast<float>(weight)); };
     point = {triangles[static_cast<std::size_t>(found - areas.data())],
              {rounded(1 - r), rounded(r * (1 - s)), rounded(r * s)}};
   }

@@ -1,9 +1,12 @@
-/// The executor of engines that name none: oneTBB's where it is there (NPT_HAS_TBB), else the serial one.
+/// The executor of engines that name none: oneTBB's where it is there (NPT_HAS_TBB), else the serial one, or threads of
+/// its own where NPT_DEFAULT_THREADS is defined.
 #pragma once
 
 #include <npt/config.hpp>
 #if NPT_HAS_TBB
 #include <npt/parallel/tbb_executor.hpp>
+#elif defined(NPT_DEFAULT_THREADS)
+#include <npt/parallel/thread_executor.hpp>
 #else
 #include <npt/parallel/executor.hpp>
 #endif
@@ -12,6 +15,8 @@ namespace npt::inline NPT_ABI {
 
 #if NPT_HAS_TBB
 using DefaultExecutor = TbbExecutor;
+#elif defined(NPT_DEFAULT_THREADS)
+using DefaultExecutor = ThreadExecutor;
 #else
 using DefaultExecutor = SerialExecutor;
 #endif

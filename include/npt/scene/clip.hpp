@@ -32,15 +32,16 @@ struct ClipChannel {
   /// The value at a time, before the first and behind the last key that key's. Rotations come with length 1.
   /// value: [width]
   void sample(double time, std::span<double> value) const {
-    const auto behind = static_cast<std::size_t>(
-        std::upper_bound(times.begin(), times.end(), time, [](double t, float key) { return t < double{key}; }) -
-        times.begin());
+    const auto behind =
+        static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), time,
+                                                  [](double t, float key) { return t < static_cast<double>(key); }) -
+                                 times.begin());
     if (behind == 0 || behind == times.size()) {
       take(behind == 0 ? 0 : behind - 1, value);
       return;
     }
     const std::size_t k = behind - 1;
-    const double from = double{times[k]}, span = double{times[behind]} - from;
+    const double from = static_cast<double>(times[k]), span = static_cast<double>(times[behind]) - from;
     const double t = span > 0 ? (time - from) / span : 0;
     if (interpolation == Interpolation::step || t == 0)
       take(k, value);
@@ -53,7 +54,8 @@ struct ClipChannel {
  private:
   /// Number c of key k; part 0, 1, 2: in-tangent, value, out-tangent.
   double at(std::size_t k, std::size_t c, std::size_t part) const {
-    return double{interpolation == Interpolation::cubic ? values[(3 * k + part) * width + c] : values[k * width + c]};
+    return static_cast<double>(interpolation == Interpolation::cubic ? values[(3 * k + part) * width + c]
+                                                                     : values[k * width + c]);
   }
   void take(std::size_t k, std::span<double> value) const {
     for (std::size_t c = 0; c < width; ++c) value[c] = at(k, c, 1);
@@ -92,7 +94,7 @@ struct Clip {
   /// Seconds, to the last key.
   double length() const {
     double end = 0;
-    for (const ClipChannel& channel : channels) end = std::max(end, double{channel.times.back()});
+    for (const ClipChannel& channel : channels) end = std::max(end, static_cast<double>(channel.times.back()));
     return end;
   }
 };

@@ -47,7 +47,7 @@ inline std::array<SkinnedSkeleton::Influence, skin_influences> largest_influence
   std::array<SkinnedSkeleton::Influence, skin_influences> result{};
   double rest = 1;
   for (std::size_t i = sorted.size(); i-- > 0;) {
-    const float weight = i == 0 ? static_cast<float>(rest) : static_cast<float>(sorted[i].weight / sum);
+    const float weight = static_cast<float>(i == 0 ? rest : static_cast<double>(sorted[i].weight) / sum);
     if (!(weight > 0)) continue;
     result[i] = {sorted[i].joint, weight};
     rest -= static_cast<double>(weight);

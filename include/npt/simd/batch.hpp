@@ -1,11 +1,16 @@
 /// The SIMD vocabulary of the kernels: the only room that includes xsimd.
 ///
 /// Batch<T> is the widest register of the translation unit's instruction set. Only what the kernels need is named here,
-/// so that what xsimd 8.1 gets wrong (no fused multiply-add for AVX-512) is mended in one place.
+/// so that what xsimd's versions (8.1 to 14.3 were tried) call differently or get wrong (8.1 has no fused multiply-add
+/// for AVX-512) is mended in one place. Without xsimd it is the compiler's own vector (portable_batch.hpp).
 #pragma once
 
 #include <npt/config.hpp>
+#if NPT_HAS_XSIMD
 #include <xsimd/xsimd.hpp>
+#else
+#include <npt/simd/portable_batch.hpp>
+#endif
 
 #include <array>
 #include <cstddef>
@@ -23,8 +28,35 @@
 
 namespace npt::inline NPT_ABI::simd {
 
+#if !NPT_HAS_XSIMD
+namespace library = portable;  ///< what the functions below are made of
+
+template <class T>
+using Batch = portable::Batch<T>;
+#else
+namespace library = ::xsimd;
+
+#if defined(__aarch64__)
+// Not the default, which may be SVE: its width is a flag's and no part of npt's tag.
+template <class T>
+using Batch = xsimd::batch<T, xsimd::neon64>;
+#else
 template <class T>
 using Batch = xsimd::batch<T>;
+#endif
+#endif
+
+namespace internal {
+/// The sum of a register's lanes.
+template <class B>
+NPT_ALWAYS_INLINE typename B::value_type lane_sum(const B& x) {
+#if NPT_HAS_XSIMD && XSIMD_VERSION_MAJOR < 9
+  return library::hadd(x);
+#else
+  return library::reduce_add(x);
+#endif
+}
+}  // namespace internal
 
 /// Lanes of a register.
 template <class T>
@@ -71,72 +103,72 @@ NPT_ALWAYS_INLINE void prefetch_to_first_level([[maybe_unused]] const T* address
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> fma(const Batch<T>& a, const Batch<T>& b, const Batch<T>& c) {
   // xsimd 8.1 has no AVX-512 overload: g++ contracts its a * b + c, clang 14 does not and runs at half of the peak.
-#if defined(__AVX512F__)
+#if NPT_HAS_XSIMD && defined(__AVX512F__)
   if constexpr (std::is_same_v<T, float> && lanes<T> == 16)
     return Batch<T>(_mm512_fmadd_ps(a, b, c));
   else if constexpr (std::is_same_v<T, double> && lanes<T> == 8)
     return Batch<T>(_mm512_fmadd_pd(a, b, c));
   else
-    return xsimd::fma(a, b, c);
+    return library::fma(a, b, c);
 #else
-  return xsimd::fma(a, b, c);
+  return library::fma(a, b, c);
 #endif
 }
 
 /// max(0, x) that keeps NaN: x86's max returns its second operand when either is NaN.
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> relu(const Batch<T>& x) {
-  return xsimd::max(Batch<T>(T(0)), x);
+  return library::max(Batch<T>(T(0)), x);
 }
 
 /// dy where x > 0 and 0 elsewhere; dy where x is NaN.
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> zero_where_not_positive(const Batch<T>& x, const Batch<T>& dy) {
-  return xsimd::select(x <= Batch<T>(T(0)), Batch<T>(T(0)), dy);
+  return library::select(x <= Batch<T>(T(0)), Batch<T>(T(0)), dy);
 }
 
 /// The larger of the running maximum m and x; NaN from either side stays.
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> running_max(const Batch<T>& m, const Batch<T>& x) {
-  return xsimd::select(xsimd::isnan(m), m, xsimd::max(m, x));  // xsimd's m != m is false for NaN with AVX-512
+  return library::select(library::isnan(m), m, library::max(m, x));  // xsimd's m != m is false for NaN with AVX-512
 }
 
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> tanh(const Batch<T>& x) {
-  return xsimd::tanh(x);
+  return library::tanh(x);
 }
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> exp(const Batch<T>& x) {
-  return xsimd::exp(x);
+  return library::exp(x);
 }
 
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> sqrt(const Batch<T>& x) {
-  return xsimd::sqrt(x);
+  return library::sqrt(x);
 }
 
 /// Sum over the lanes, in an order fixed by the instruction set.
 template <class T>
 NPT_ALWAYS_INLINE T reduce_add(const Batch<T>& x) {
-#if defined(__AVX512F__)
+#if NPT_HAS_XSIMD && defined(__AVX512F__)
   // The sum of the halves first, as xsimd does, but by an intrinsic without an undefined register: where g++ doesn't
   // inline xsimd's function, its warning (above) can't be switched off from here.
   using Half = xsimd::batch<T, xsimd::avx2>;
   if constexpr (std::is_same_v<T, float>) {
     const __m256d upper = _mm512_maskz_extractf64x4_pd(0xFF, _mm512_castps_pd(x), 1);
-    return xsimd::hadd(Half(_mm256_add_ps(_mm512_castps512_ps256(x), _mm256_castpd_ps(upper))));
+    return internal::lane_sum(Half(_mm256_add_ps(_mm512_castps512_ps256(x), _mm256_castpd_ps(upper))));
   } else {
-    return xsimd::hadd(Half(_mm256_add_pd(_mm512_castpd512_pd256(x), _mm512_maskz_extractf64x4_pd(0xFF, x, 1))));
+    return internal::lane_sum(Half(_mm256_add_pd(_mm512_castpd512_pd256(x), _mm512_maskz_extractf64x4_pd(0xFF, x, 1))));
   }
 #else
-  return xsimd::hadd(x);
+  return internal::lane_sum(x);
 #endif
 }
 
 /// The sums of four registers' lanes: cheaper than four reduce_add, and in another order.
 template <class T>
 NPT_ALWAYS_INLINE std::array<T, 4> reduce_add(const std::array<Batch<T>, 4>& x) {
-#if defined(__AVX512F__)
+#if NPT_HAS_XSIMD && defined(__AVX512F__)
   if constexpr (std::is_same_v<T, float>) {
     const auto halves = [](__m512 r) {
       return _mm256_add_ps(_mm512_castps512_ps256(r),
@@ -149,7 +181,8 @@ NPT_ALWAYS_INLINE std::array<T, 4> reduce_add(const std::array<Batch<T>, 4>& x) 
     return sums;
   }
 #endif
-  return {reduce_add(x[0]), reduce_add(x[1]), reduce_add(x[2]), reduce_add(x[3])};
+  // By their full names: xsimd has functions of this name, too.
+  return {simd::reduce_add(x[0]), simd::reduce_add(x[1]), simd::reduce_add(x[2]), simd::reduce_add(x[3])};
 }
 
 /// x where lane + first < count, else `other`.
@@ -160,7 +193,7 @@ NPT_ALWAYS_INLINE Batch<T> keep_first(const Batch<T>& x, int first, int count, c
     for (int i = 0; i < lanes<T>; ++i) values[static_cast<std::size_t>(i)] = static_cast<T>(i);
     return values;
   }();
-  return xsimd::select(load(iota.data()) < Batch<T>(static_cast<T>(count - first)), x, other);
+  return library::select(load(iota.data()) < Batch<T>(static_cast<T>(count - first)), x, other);
 }
 
 /// Calls f(integral_constant 0), ..., f(integral_constant N - 1): the loop that compilers can't leave rolled, so that

@@ -1,5 +1,5 @@
-/// bfloat16 pairs, where the instruction set multiplies them (AVX512_BF16): each 32-bit lane holds two values, of which
-/// one instruction multiplies and adds both to a float.
+/// bfloat16 pairs, where the instruction set multiplies them (AVX512_BF16, ARM's BF16): each 32-bit lane holds two
+/// values, of which one instruction multiplies and adds both to a float.
 #pragma once
 
 #include <npt/config.hpp>
@@ -7,6 +7,10 @@
 
 #include <bit>
 #include <cstdint>
+
+#if NPT_HAS_XSIMD && defined(__aarch64__) && defined(__ARM_FEATURE_BF16_VECTOR_ARITHMETIC)
+#include <arm_neon.h>
+#endif
 
 // As in batch.hpp: g++ 12 mistakes undefined registers in its own intrinsics (GCC bug 105593).
 #if defined(__GNUC__) && !defined(__clang__)
@@ -18,7 +22,8 @@
 namespace npt::inline NPT_ABI::simd {
 
 /// Whether this translation unit was compiled for bfloat16 products.
-#if defined(__AVX512BF16__) && defined(__AVX512F__) && defined(__AVX512BW__)
+#if NPT_HAS_XSIMD && ((defined(__AVX512BF16__) && defined(__AVX512F__) && defined(__AVX512BW__)) || \
+                      (defined(__aarch64__) && defined(__ARM_FEATURE_BF16_VECTOR_ARITHMETIC)))
 inline constexpr bool has_bf16 = true;
 #else
 inline constexpr bool has_bf16 = false;
@@ -36,7 +41,7 @@ inline float bf16_pair(float first, float second) {
   return std::bit_cast<float>(std::uint32_t{to_bf16(first)} | std::uint32_t{to_bf16(second)} << 16);
 }
 
-#if defined(__AVX512BF16__) && defined(__AVX512F__) && defined(__AVX512BW__)
+#if NPT_HAS_XSIMD && defined(__AVX512BF16__) && defined(__AVX512F__) && defined(__AVX512BW__)
 
 /// Lane by lane, (first, second) as a pair.
 NPT_ALWAYS_INLINE Batch<float> bf16_pairs(const Batch<float>& first, const Batch<float>& second) {
@@ -98,11 +103,25 @@ NPT_ALWAYS_INLINE Batch<float> dot_bf16(const Batch<float>& a, const Batch<float
 
 #else
 
+#if NPT_HAS_XSIMD && defined(__aarch64__) && defined(__ARM_FEATURE_BF16_VECTOR_ARITHMETIC)
+NPT_ALWAYS_INLINE Batch<float> bf16_pairs(const Batch<float>& first, const Batch<float>& second) {
+  const bfloat16x8_t halves = vcvtq_high_bf16_f32(vcvtq_low_bf16_f32(first), second);
+  const uint16x8_t words = vreinterpretq_u16_bf16(halves);
+  return Batch<float>(vreinterpretq_f32_u16(vzip1q_u16(words, vextq_u16(words, words, 4))));
+}
+/// BFDOT: rounds otherwise than x86 does, and than two multiply-adds would.
+NPT_ALWAYS_INLINE Batch<float> dot_bf16(const Batch<float>& a, const Batch<float>& b, const Batch<float>& sum) {
+  return Batch<float>(vbfdotq_f32(sum, vreinterpretq_bf16_f32(a), vreinterpretq_bf16_f32(b)));
+}
+#else
 // Never called: the engine refuses the precision. They keep code that names both precisions compiling.
 NPT_ALWAYS_INLINE Batch<float> bf16_pairs(const Batch<float>& first, const Batch<float>&) { return first; }
 NPT_ALWAYS_INLINE Batch<float> dot_bf16(const Batch<float>&, const Batch<float>&, const Batch<float>& sum) {
   return sum;
 }
+#endif
+
+// Of matrix registers alone, and never called without.
 NPT_ALWAYS_INLINE Batch<float> bf16_cut_pairs(const Batch<float>& first, const Batch<float>&) { return first; }
 NPT_ALWAYS_INLINE Batch<float> below_bf16(const Batch<float>& x) { return x; }
 NPT_ALWAYS_INLINE Batch<float> first_of_pairs(const Batch<float>& pairs) { return pairs; }

@@ -14,6 +14,7 @@ namespace npt::inline NPT_ABI::simd {
 
 namespace internal {
 
+#if defined(__GNUC__)
 /// The compilers' own vector, which their shuffles work on.
 template <class T>
 struct VectorOf {
@@ -43,12 +44,15 @@ NPT_ALWAYS_INLINE void exchange_rows(std::array<Vector<T>, static_cast<std::size
   }
 }
 
+#endif
+
 }  // namespace internal
 
 /// to[i][j] = from[j][i] for i, j < lanes<T>. Rows are `from_stride` and `to_stride` elements apart and may lie
 /// anywhere; they are written in ascending order, so that a shorter `to_stride` leaves each row's first elements.
 template <class T>
 NPT_ALWAYS_INLINE void transpose(const T* from, std::size_t from_stride, T* to, std::size_t to_stride) {
+#if defined(__GNUC__)
   std::array<internal::Vector<T>, static_cast<std::size_t>(lanes<T>)> rows;
   unroll<lanes<T>>([&](auto r) NPT_LAMBDA_INLINE {
     std::memcpy(&rows[static_cast<std::size_t>(r)], from + static_cast<std::size_t>(r) * from_stride,
@@ -59,6 +63,13 @@ NPT_ALWAYS_INLINE void transpose(const T* from, std::size_t from_stride, T* to, 
     std::memcpy(to + static_cast<std::size_t>(r) * to_stride, &rows[static_cast<std::size_t>(r)],
                 sizeof(internal::Vector<T>));
   });
+#else
+  constexpr std::size_t n = std::size_t{lanes<T>};
+  T rows[n][n];
+  for (std::size_t r = 0; r < n; ++r) std::memcpy(rows[r], from + r * from_stride, sizeof rows[r]);
+  for (std::size_t r = 0; r < n; ++r)
+    for (std::size_t i = 0; i < n; ++i) to[r * to_stride + i] = rows[i][r];
+#endif
 }
 
 }  // namespace npt::inline NPT_ABI::simd

@@ -21,6 +21,7 @@
 #include <npt/fit/body_fit.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
+#include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/skeleton/bone_heat.hpp>
@@ -39,7 +40,7 @@ namespace npt::inline NPT_ABI {
 inline BodyFit fit_body(const BodyFitter& fitter, std::span<const float> xyz, std::span<const Triangle> triangles,
                         const std::string& name = "mesh", const BodyFit* start = nullptr) {
   std::vector<Vec3d> points(xyz.size() / 3);
-  for (std::size_t v = 0; v < points.size(); ++v) points[v] = {xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]};
+  for (std::size_t v = 0; v < points.size(); ++v) points[v] = point_at(xyz, v);
   return fitter.fit(points, triangles, name, start);
 }
 
@@ -64,8 +65,7 @@ class SkeletonTransfer {
                    std::span<const Triangle> triangles, const std::string& name = "identity",
                    const BoneHeatOptions& options = {}, const BodyFit* start = nullptr)
       : fitter_(std::move(fitter)), fit_(fit_body(*fitter_, identity, triangles, name, start)) {
-    for (std::size_t v = 0; v < identity.size() / 3; ++v)
-      points_.push_back({identity[3 * v], identity[3 * v + 1], identity[3 * v + 2]});
+    for (std::size_t v = 0; v < identity.size() / 3; ++v) points_.push_back(point_at(identity, v));
     bones_ = bones_of(fitter_->model(), fit_);
     weights_ = bone_heat_weights(points_, triangles, bones_, fitter_->model().joint_count(), options);
   }

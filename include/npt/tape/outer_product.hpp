@@ -29,12 +29,12 @@ NPT_NOINLINE void outer_kernel(int vertices, const T* NPT_RESTRICT a, const T* N
   // The tile lies in the third-level cache or further: asked for now, needed at the end.
   simd::unroll<MR * Registers>(
       [&](auto i) NPT_LAMBDA_INLINE { simd::prefetch_to_first_level(tile + static_cast<int>(i) * lanes); });
-  simd::Batch<T> sum[MR][Registers];
+  simd::Batch<T> sum[static_cast<std::size_t>(MR)][static_cast<std::size_t>(Registers)];
   simd::unroll<MR>([&](auto r) NPT_LAMBDA_INLINE {
     simd::unroll<Registers>([&](auto q) NPT_LAMBDA_INLINE { sum[r][q] = simd::broadcast(T(0)); });
   });
   for (int v = 0; v < vertices; ++v) {
-    simd::Batch<T> x[Registers];
+    simd::Batch<T> x[static_cast<std::size_t>(Registers)];
     simd::unroll<Registers>([&](auto q) NPT_LAMBDA_INLINE { x[q] = simd::load(b + q * lanes); });
     simd::unroll<MR>([&](auto r) NPT_LAMBDA_INLINE {
       const simd::Batch<T> w = simd::broadcast(a[r]);

@@ -603,7 +603,8 @@ class BasicPoseTransfer {
 
   /// Adds the result of a run to the sum of all.
   static void add(std::span<const float> result, bool mirrored, std::vector<double>& sum) {
-    for (std::size_t i = 0; i < result.size(); ++i) sum[i] += mirrored && i % 3 == 0 ? -result[i] : result[i];
+    for (std::size_t i = 0; i < result.size(); ++i)
+      sum[i] += static_cast<double>(mirrored && i % 3 == 0 ? -result[i] : result[i]);
   }
 
   /// The mean of all runs as positions in the identity's order, units and place.
