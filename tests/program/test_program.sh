@@ -694,7 +694,7 @@ test_evaluate() {
   printf '# identity pose truth\n../a.obj ../b.ply ../t.ply\n' > lists/list.txt
   expect 0 --out '"pmd":0.0,' --out '"pairs":1' -- evaluate --list lists/list.txt --feature per-vertex --seed 3 --json
   expect 0 --out "PMD x 1e-4" --out "list.txt" --out "a.obj as b.ply" -- evaluate --list lists/list.txt --feature per-vertex --seed 3 --worst 5
-  expect 0 --out '"pmd":' -- evaluate --list lists/list.txt --feature per-vertex --seed 4 --json
+  expect 0 --out '"pmd":' -- evaluate --method network --list lists/list.txt --feature per-vertex --seed 4 --json
   grep -q '"pmd":0.0,' out.txt && fail "another seed of random weights gives the same result"
 
   # The same for any threads; noise and seeds matter.
@@ -723,8 +723,8 @@ test_evaluate() {
   cp a.obj family/cat/sit.obj
   cp a.obj family/cat/run.obj
   cp b.ply family/dog/Sit.ply
-  expect 0 --out "all labels" -- evaluate --family family --feature pooled
-  expect 0 --out "held-out labels" --out "cat run as dog Sit" -- evaluate --family family --feature pooled --held-out sit --worst 9
+  expect 0 --out "all labels" -- evaluate --method network --family family --feature pooled
+  expect 0 --out "held-out labels" --out "cat run as dog Sit" -- evaluate --method network --family family --feature pooled --held-out sit --worst 9
   expect 1 --err "'fly'" -- evaluate --family family --held-out fly
   cp b.ply family/cat/walk.ply
   expect 1 --err "walk.ply: found 5 vertices, expected 4" -- evaluate --family family
@@ -738,16 +738,16 @@ test_evaluate() {
     grep -qF "refined within 0.04" refined.txt || fail "the refinement isn't named"
     expect 0 --out "refined within 0.1" -- evaluate --pairs 1 --refine --refine-radius 0.1
     printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\n' > points.obj
-    expect 1 --err "found no faces, expected a mesh with a surface" -- transfer --identity points.obj --pose b.ply --out x.obj --refine
+    expect 1 --err "found no faces, expected a mesh with a surface" -- transfer --method network --identity points.obj --pose b.ply --out x.obj --refine
     missing x.obj
-    expect 0 -- transfer --identity a.obj --pose b.ply --out x.obj --refine --render x.png
+    expect 0 -- transfer --method network --identity a.obj --pose b.ply --out x.obj --refine --render x.png
     exists x.obj
   else
     grep -qF "built without Eigen" err.txt || fail "--refine: neither a result nor a reason"
   fi
   expect 0 --out "mirrored" -- evaluate --method network --pairs 2 --seed 5 --mirror
-  expect 0 --err "--pairings changes nothing" -- evaluate --pairs 1 --pairings 3 --feature pooled
-  expect 0 --out "3 pairings" -- evaluate --list lists/list.txt --pairings 3 --feature per-vertex
+  expect 0 --err "--pairings changes nothing" -- evaluate --method network --pairs 1 --pairings 3 --feature pooled
+  expect 0 --out "3 pairings" -- evaluate --method network --list lists/list.txt --pairings 3 --feature per-vertex
   expect 0 --out '"jitter_mm":' --out '"true_jitter_mm":' -- evaluate --method network --sequences 1 --frames 3 --json
   expect 0 --out "jitter mm" -- evaluate --sequences 1 --frames 3 --fresh-choices --invariant --feature per-vertex
   expect 0 --out "1 sequences in natural poses of mannequin" -- evaluate --sequences 1 --frames 3 --poses natural
