@@ -1,6 +1,7 @@
 /// The program npt of a build for every x86-64 processor (NPT_MULTI_ISA): runs the one of its kind, ../lib/npt/npt-SET,
-/// that is compiled for the best instruction set which this processor and system have. Programs of their own rather than
-/// one with several copies of everything: no code of one set, constructors included, can run where there is no such set.
+/// that is compiled for the best instruction set which this processor and system have. Programs of their own rather
+/// than one with several copies of everything: no code of one set, constructors included, can run where there is no
+/// such set.
 #include <cerrno>
 #include <cstddef>
 #include <cstdio>

@@ -336,8 +336,8 @@ class AnimationTransfer {
     draw_rows(*all_.picture, cells);
   }
 
-  /// A group of the page: the result as a GLB where it is one, with its materials. A pose in quite another unit is shown
-  /// in the identity's size.
+  /// A group of the page: the result as a GLB where it is one, with its materials. A pose in quite another unit is
+  /// shown in the identity's size.
   void show(view::Page& page) {
     view::Group& group = page.groups.emplace_back(view::Group{job_.out.filename().string(), {}});
     group.panels.push_back(view::mesh_panel("identity", scaled(identity_, metres_)));

@@ -100,8 +100,8 @@ Connections:  {
 )";
 }
 
-/// A triangle in centimetres, z up, whose vertex 2 is the second joint's; a clip turns that joint about x by 90 degrees in
-/// half a second.
+/// A triangle in centimetres, z up, whose vertex 2 is the second joint's; a clip turns that joint about x by 90
+/// degrees in half a second.
 std::string dae_text() {
   const auto source = [](const std::string& id, int count, int stride, const std::string& numbers,
                          const std::string& params, const std::string& array = "float_array") {

@@ -1,4 +1,5 @@
-/// What tests/platforms.sh compiles for each platform, with one command: the library's umbrella and readers in one unit.
+/// What tests/platforms.sh compiles for each platform, with one command: the library's umbrella and readers in one
+/// unit.
 ///   transfer WEIGHTS IDENTITY POSE OUT     a transfer by the network of 256 channels
 ///   transfer compare A B                   the largest distance of two meshes' vertices, as a share of A's size; status
 ///                                          1 above 1e-5

@@ -138,8 +138,8 @@ std::vector<SourceFile> public_headers() {
   return structure::read_tree(std::filesystem::path(NPT_SOURCE_DIR) / "include/npt", {".hpp"});
 }
 
-/// Standard names, by the header that declares them. Headers compile alone behind precompiled standard headers (CMakeLists.txt), which
-/// would hide that one of these is missing.
+/// Standard names, by the header that declares them. Headers compile alone behind precompiled standard headers
+/// (CMakeLists.txt), which would hide that one of these is missing.
 const std::map<std::string, std::string>& standard_names() {
   static const std::map<std::string, std::vector<std::string>> by_header{
       {"vector", {"vector"}},

@@ -1,5 +1,5 @@
-/// What the C++ standard has no words for, or that one library does otherwise than the others: the only header that asks
-/// which system it is. What else the program needs of a system stands in examples/npt/system.
+/// What the C++ standard has no words for, or that one library does otherwise than the others: the only header that
+/// asks which system it is. What else the program needs of a system stands in examples/npt/host.
 #pragma once
 
 #include <npt/config.hpp>

@@ -67,7 +67,8 @@ struct BodyReading {
            falling(fit.relative_distance, 0.010, 0.020);
   }
   /// Whether an arm or a leg is that much farther from the surface than the other parts that it may be in the wrong
-  /// place. Of 300 mannequins read right 18 are in doubt; of 60 people of another model's shapes 4, one of them rightly.
+  /// place. Of 300 mannequins read right 18 are in doubt; of 60 people of another model's shapes 4, one of them
+  /// rightly.
   bool doubtful(LimbPair pair) const {
     using enum SmplJoint;
     std::array<double, smpl_joint_count> all = fit.part_distances;
