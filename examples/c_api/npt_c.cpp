@@ -2,6 +2,7 @@
 #include "npt_c.h"
 
 #include <npt/npt.hpp>
+#include <npt/transfer/notes.hpp>
 #include <npt/transfer/pose_sequence.hpp>
 #if __has_include(<Eigen/SparseCholesky>)
 #include <npt/skeleton/body_method.hpp>
@@ -10,6 +11,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <exception>
 #include <memory>
@@ -26,29 +29,36 @@ struct npt_transfer {
 };
 struct npt_identity {
   npt::PreparedIdentity prepared;
+  std::string name;
 };
 struct npt_pose {
   npt::PreparedPose prepared;
+  std::string name;
 };
 struct npt_sequence {
   const npt_transfer& owner;
   const npt_identity& identity;
   npt::PoseSequence<npt::DefaultExecutor> frames;
-  npt::PreparedPose pose;
+  npt_pose pose;
 };
 
 namespace {
 
 // The border: exceptions become a status and a message. A fixed buffer, so that short memory can be reported too.
-thread_local std::array<char, 2048> last_error{};
+using Text = std::array<char, 2048>;
+thread_local Text last_error{}, last_notes{};
 
-npt_status failed(npt_status status, const char* message) noexcept {
-  std::size_t length = std::min(std::strlen(message), last_error.size() - 1);
+void set(Text& text, const char* message) noexcept {
+  std::size_t length = std::min(std::strlen(message), text.size() - 1);
   // Not through the middle of a character: those that follow a first byte begin with the bits 10.
   if (message[length] != '\0')
     while (length > 0 && (static_cast<unsigned char>(message[length]) & 0xC0U) == 0x80U) --length;
-  std::memcpy(last_error.data(), message, length);
-  last_error[length] = '\0';
+  std::memcpy(text.data(), message, length);
+  text[length] = '\0';
+}
+
+npt_status failed(npt_status status, const char* message) noexcept {
+  set(last_error, message);
   return status;
 }
 
@@ -149,10 +159,63 @@ npt::MeshView view_of(const npt_mesh* mesh, const char* name) {
           .name = mesh->name != nullptr ? mesh->name : name};
 }
 
+std::string name_of(const npt_mesh* mesh, const char* name) { return mesh->name != nullptr ? mesh->name : name; }
+
+void explain(const npt_transfer& transfer, const npt_identity& identity, const npt_pose& pose, npt_report& report) {
+  const npt::TransferReport made = transfer.transfer.report(identity.prepared, pose.prepared);
+  std::string notes;
+  for (const std::string& note : npt::method_notes(made, identity.name, pose.name))
+    notes += (notes.empty() ? "" : "\n") + note;
+  set(last_notes, notes.c_str());
+  report.method = made.method == npt::Method::body ? NPT_BODY : NPT_NETWORK;
+  report.identity_trust = made.read ? made.identity_trust : -1;
+  report.pose_trust = made.read ? made.pose_trust : -1;
+}
+
+void run(const npt_transfer& transfer, const npt_identity& identity, const npt_pose& pose, float* result) {
+  try {
+    transfer.transfer(identity.prepared, pose.prepared, {result, 3 * identity.prepared.vertex_count()});
+  } catch (const npt::Error& error) {
+    throw npt::with_trust(error, transfer.transfer.report(identity.prepared, pose.prepared), identity.name, pose.name);
+  }
+}
+
+void expect_frame(const npt_sequence& sequence) {
+  expect(sequence.pose.prepared.encoded(), "npt_sequence: no frame was run yet");
+}
+
+/// A skeleton as npt_c.h shows it, and what it shows.
+struct OwnedSkeleton : npt_skeleton {
+  npt::SkinnedSkeleton skeleton;
+  std::vector<const char*> name_pointers;
+  std::vector<std::int32_t> parent_numbers;
+};
+static_assert(sizeof(npt_influence) == sizeof(npt::SkinnedSkeleton::Influence));
+static_assert(offsetof(npt_influence, weight) == offsetof(npt::SkinnedSkeleton::Influence, weight));
+static_assert(sizeof(npt::Vec3d) == 3 * sizeof(double));
+
+void move_joints(const npt_transfer& transfer, const npt_identity& identity, const npt_pose& pose, double* motions) {
+  const npt::TransferReport made = transfer.transfer.report(identity.prepared, pose.prepared);
+  if (made.method != npt::Method::body)
+    throw npt::Error({.file = "motions",
+                      .found = "a transfer by the network from " + pose.name + " to " + identity.name,
+                      .expected = "meshes that both read as people"});
+  for (const npt::Affine& motion : transfer.transfer.motions(identity.prepared, pose.prepared))
+    for (std::size_t r = 0; r < 3; ++r) {
+      const npt::Vec3d& row = motion.linear.rows[r];
+      for (const double value : {row.x, row.y, row.z,
+                                 r == 0   ? motion.shift.x
+                                 : r == 1 ? motion.shift.y
+                                          : motion.shift.z})
+        *motions++ = value;
+    }
+}
+
 }  // namespace
 
 const char* npt_version(void) { return NPT_VERSION; }
 const char* npt_last_error(void) { return last_error.data(); }
+const char* npt_last_notes(void) { return last_notes.data(); }
 
 void npt_default_options(npt_options* options) {
   if (options == nullptr) return;
@@ -195,14 +258,21 @@ npt_status npt_run(const npt_transfer* transfer, const npt_mesh* identity, const
   return guarded([&] {
     expect(transfer != nullptr && result != nullptr, "npt_run: a null pointer");
     const npt::MeshView own = view_of(identity, "identity");
-    transfer->transfer(own, view_of(pose, "pose"), {result, own.xyz.size()});
+    npt::TransferReport report;
+    const npt::TransferJob job{own, view_of(pose, "pose"), {result, own.xyz.size()}, &report};
+    try {
+      transfer->transfer.run({&job, 1});
+    } catch (const npt::Error& error) {
+      throw npt::with_trust(error, report, name_of(identity, "identity"), name_of(pose, "pose"));
+    }
   });
 }
 
 npt_status npt_prepare_identity(const npt_transfer* transfer, const npt_mesh* mesh, npt_identity** identity) {
   return guarded([&] {
     expect(transfer != nullptr && identity != nullptr, "npt_prepare_identity: a null pointer");
-    *identity = new npt_identity{transfer->transfer.prepare_identity(view_of(mesh, "identity"))};
+    *identity =
+        new npt_identity{transfer->transfer.prepare_identity(view_of(mesh, "identity")), name_of(mesh, "identity")};
   });
 }
 void npt_release_identity(npt_identity* identity) { delete identity; }
@@ -212,20 +282,31 @@ npt_status npt_prepare_pose(const npt_transfer* transfer, const npt_mesh* mesh, 
   return guarded([&] {
     expect(transfer != nullptr && pose != nullptr, "npt_prepare_pose: a null pointer");
     expect(identity_vertices <= most_vertices, "npt_prepare_pose: more than 2^28 vertices");
-    *pose = new npt_pose{transfer->transfer.prepare_pose(view_of(mesh, "pose"), identity_vertices)};
+    *pose =
+        new npt_pose{transfer->transfer.prepare_pose(view_of(mesh, "pose"), identity_vertices), name_of(mesh, "pose")};
   });
 }
 void npt_release_pose(npt_pose* pose) { delete pose; }
+
+npt_status npt_prepare(const npt_transfer* transfer, const npt_mesh* identity_mesh, const npt_mesh* pose_mesh,
+                       npt_identity** identity, npt_pose** pose) {
+  return guarded([&] {
+    expect(transfer != nullptr && identity != nullptr && pose != nullptr, "npt_prepare: a null pointer");
+    const npt::MeshView own = view_of(identity_mesh, "identity"), posed = view_of(pose_mesh, "pose");
+    auto made = std::make_unique<npt_identity>();
+    auto taken = std::make_unique<npt_pose>();
+    made->name = name_of(identity_mesh, "identity"), taken->name = name_of(pose_mesh, "pose");
+    transfer->transfer.prepare(own, posed, made->prepared, taken->prepared);
+    *identity = made.release(), *pose = taken.release();
+  });
+}
 
 npt_status npt_explain(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
                        npt_report* report) {
   return guarded([&] {
     expect(transfer != nullptr && identity != nullptr && pose != nullptr && report != nullptr,
            "npt_explain: a null pointer");
-    const npt::TransferReport made = transfer->transfer.report(identity->prepared, pose->prepared);
-    report->method = made.method == npt::Method::body ? NPT_BODY : NPT_NETWORK;
-    report->identity_trust = made.read ? made.identity_trust : -1;
-    report->pose_trust = made.read ? made.pose_trust : -1;
+    explain(*transfer, *identity, *pose, *report);
   });
 }
 
@@ -234,23 +315,80 @@ npt_status npt_run_prepared(const npt_transfer* transfer, const npt_identity* id
   return guarded([&] {
     expect(transfer != nullptr && identity != nullptr && pose != nullptr && result != nullptr,
            "npt_run_prepared: a null pointer");
-    transfer->transfer(identity->prepared, pose->prepared, {result, 3 * identity->prepared.vertex_count()});
+    run(*transfer, *identity, *pose, result);
   });
 }
 
 npt_status npt_open_sequence(const npt_transfer* transfer, const npt_identity* identity, npt_sequence** sequence) {
   return guarded([&] {
     expect(transfer != nullptr && identity != nullptr && sequence != nullptr, "npt_open_sequence: a null pointer");
-    *sequence = new npt_sequence{*transfer, *identity, npt::PoseSequence(transfer->transfer), {}};
+    *sequence = new npt_sequence{*transfer, *identity, npt::PoseSequence(transfer->transfer), {{}, "pose"}};
   });
 }
 
 npt_status npt_run_frame(npt_sequence* sequence, const npt_mesh* pose, float* result) {
   return guarded([&] {
     expect(sequence != nullptr && result != nullptr, "npt_run_frame: a null pointer");
-    const npt::PreparedIdentity& identity = sequence->identity.prepared;
-    sequence->frames.prepare(view_of(pose, "pose"), identity.vertex_count(), sequence->pose);
-    sequence->owner.transfer(identity, sequence->pose, {result, 3 * identity.vertex_count()});
+    const std::size_t vertices = sequence->identity.prepared.vertex_count();
+    sequence->frames.prepare(view_of(pose, "pose"), vertices, sequence->pose.prepared);
+    sequence->pose.name = name_of(pose, "pose");
+    run(sequence->owner, sequence->identity, sequence->pose, result);
+  });
+}
+
+npt_status npt_explain_frame(const npt_sequence* sequence, npt_report* report) {
+  return guarded([&] {
+    expect(sequence != nullptr && report != nullptr, "npt_explain_frame: a null pointer");
+    expect_frame(*sequence);
+    explain(sequence->owner, sequence->identity, sequence->pose, *report);
   });
 }
 void npt_close_sequence(npt_sequence* sequence) { delete sequence; }
+
+npt_status npt_open_skeleton(const npt_transfer* transfer, const npt_identity* identity,
+                             const npt_skeleton** skeleton) {
+  return guarded([&] {
+    expect(transfer != nullptr && identity != nullptr && skeleton != nullptr, "npt_open_skeleton: a null pointer");
+    auto made = transfer->transfer.skeleton(identity->prepared);
+    if (!made)
+      throw npt::Error({.file = "skeleton",
+                        .found = transfer->transfer.options().refinement != nullptr
+                                     ? "an identity whose results are refined"
+                                     : "that " + identity->name + " doesn't read as a person",
+                        .expected = "an identity that goes through bodies, without refinement"});
+    auto owned = std::make_unique<OwnedSkeleton>();
+    owned->skeleton = *std::move(made);
+    const npt::SkinnedSkeleton& own = owned->skeleton;
+    for (std::size_t j = 0; j < own.joint_count(); ++j) {
+      owned->name_pointers.push_back(own.names[j].c_str());
+      owned->parent_numbers.push_back(
+          own.parents[j] == npt::SkinnedSkeleton::no_parent ? -1 : static_cast<std::int32_t>(own.parents[j]));
+    }
+    static_cast<npt_skeleton&>(*owned) = {own.joint_count(),
+                                          owned->name_pointers.data(),
+                                          owned->parent_numbers.data(),
+                                          reinterpret_cast<const double*>(own.joints.data()),
+                                          own.start.size() - 1,
+                                          own.start.data(),
+                                          reinterpret_cast<const npt_influence*>(own.influences.data())};
+    *skeleton = owned.release();
+  });
+}
+void npt_close_skeleton(const npt_skeleton* skeleton) { delete static_cast<const OwnedSkeleton*>(skeleton); }
+
+npt_status npt_move_joints(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
+                           double* motions) {
+  return guarded([&] {
+    expect(transfer != nullptr && identity != nullptr && pose != nullptr && motions != nullptr,
+           "npt_move_joints: a null pointer");
+    move_joints(*transfer, *identity, *pose, motions);
+  });
+}
+
+npt_status npt_move_frame_joints(const npt_sequence* sequence, double* motions) {
+  return guarded([&] {
+    expect(sequence != nullptr && motions != nullptr, "npt_move_frame_joints: a null pointer");
+    expect_frame(*sequence);
+    move_joints(sequence->owner, sequence->identity, sequence->pose, motions);
+  });
+}

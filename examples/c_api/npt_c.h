@@ -64,7 +64,7 @@ typedef enum npt_method {
   NPT_NETWORK = 2    /* by the pose transfer network */
 } npt_method;
 
-/* How a transfer was made, and how sure it is. */
+/* How a transfer was made, and how sure it is; npt_last_notes() says it in words. */
 typedef struct npt_report {
   npt_method method;                 /* NPT_BODY or NPT_NETWORK */
   double identity_trust, pose_trust; /* 0 to 1: that it is a person, and was read right; below 0: not read */
@@ -92,6 +92,10 @@ NPT_C_API const char* npt_version(void);
 
 /* What the last failure in this thread was: UTF-8, valid until the next one. Empty before the first. */
 NPT_C_API const char* npt_last_error(void);
+
+/* What the user should know of the transfer that npt_explain or npt_explain_frame last spoke of in this thread, such as
+ * a mesh that doesn't read as a person: a line for each thing, UTF-8, valid until the next one. Empty: all is well. */
+NPT_C_API const char* npt_last_notes(void);
 
 NPT_C_API void npt_default_options(npt_options* options);
 
@@ -122,6 +126,10 @@ NPT_C_API npt_status npt_prepare_pose(const npt_transfer* transfer, const npt_me
                                       npt_pose** pose);
 NPT_C_API void npt_release_pose(npt_pose* pose);
 
+/* Both of one pair, read side by side. */
+NPT_C_API npt_status npt_prepare(const npt_transfer* transfer, const npt_mesh* identity_mesh, const npt_mesh* pose_mesh,
+                                 npt_identity** identity, npt_pose** pose);
+
 /* How npt_run_prepared makes a result of these. */
 NPT_C_API npt_status npt_explain(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
                                  npt_report* report);
@@ -135,7 +143,37 @@ NPT_C_API npt_status npt_run_prepared(const npt_transfer* transfer, const npt_id
 NPT_C_API npt_status npt_open_sequence(const npt_transfer* transfer, const npt_identity* identity,
                                        npt_sequence** sequence);
 NPT_C_API npt_status npt_run_frame(npt_sequence* sequence, const npt_mesh* pose, float* result);
+/* How the last frame's result was made. */
+NPT_C_API npt_status npt_explain_frame(const npt_sequence* sequence, npt_report* report);
 NPT_C_API void npt_close_sequence(npt_sequence* sequence);
+
+/* What moves an identity that goes through bodies: a skeleton and skin weights. In the identity's own unit, place and
+ * pose; joints have no rotation of their own. */
+typedef struct npt_influence {
+  uint16_t joint;
+  float weight;
+} npt_influence;
+typedef struct npt_skeleton {
+  size_t joints;
+  const char* const* names; /* [joints] as VRM calls them: "hips", "leftUpperLeg" ... */
+  const int32_t* parents;   /* [joints] a joint's number, before its own; -1: the root */
+  const double* places;     /* [joints][3] */
+  size_t vertices;
+  const size_t* start;             /* [vertices + 1] where a vertex's influences begin */
+  const npt_influence* influences; /* a vertex's weights sum to 1 */
+} npt_skeleton;
+
+/* NPT_BAD_INPUT: the identity doesn't read as a person, or results are refined, which no skeleton can do. */
+NPT_C_API npt_status npt_open_skeleton(const npt_transfer* transfer, const npt_identity* identity,
+                                       const npt_skeleton** skeleton);
+NPT_C_API void npt_close_skeleton(const npt_skeleton* skeleton);
+
+/* How the skeleton moves to a pose: [joints][3][4], rows of a rotation and a shift for each joint. Vertices that go by
+ * these and the skin weights are npt_run_prepared's result. NPT_BAD_INPUT: the pair doesn't go through bodies. */
+NPT_C_API npt_status npt_move_joints(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
+                                     double* motions);
+/* The same of a sequence's last frame. */
+NPT_C_API npt_status npt_move_frame_joints(const npt_sequence* sequence, double* motions);
 
 #ifdef __cplusplus
 }

@@ -22,6 +22,8 @@
 #include <npt/data/family.hpp>
 #include <npt/data/family_file.hpp>
 #include <npt/data/pair_files.hpp>
+#include <npt/io/file.hpp>
+#include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/parallel/default_executor.hpp>
@@ -49,7 +51,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   program::TransferArguments transfer;
-  std::optional<fs::path> body, list, family, page;
+  std::optional<fs::path> body, list, family, page, write;
   bool protocol = false, json = false, proportions = false;
   std::size_t pairs = 0, first = 0, worst = 0;
   std::string shapes = "normal", poses = "paper", held_out;
@@ -153,6 +155,31 @@ view::Group page_group(const std::string& set, const npt::PairErrors& errors, co
   return group;
 }
 
+/// The pairs of all sets as files, and list.txt, which --list takes.
+void write_pairs(const fs::path& folder, const Data& data) {
+  const program::OutputFolder made(folder);
+  std::string list;
+  std::size_t number = 0;
+  for (const npt::EvaluationSet& set : data.sets) {
+    list += "# " + set.name + '\n';
+    for (std::size_t i = 0; i < set.count; ++i, ++number) {
+      program::stop_if_interrupted();
+      const npt::EvaluationPair pair = set.pair(i);
+      char stem[16];
+      std::snprintf(stem, sizeof stem, "%04zu", number);
+      const auto write = [&](const char* part, std::span<const float> xyz, std::span<const npt::Triangle> triangles) {
+        const std::string name = std::string(stem) + '_' + part + ".ply";
+        npt::write_mesh(folder / name, mesh_of(xyz, triangles));
+        list += name + (std::string_view(part) == "truth" ? '\n' : ' ');
+      };
+      write("identity", pair.identity, pair.identity_triangles);
+      write("pose", pair.pose, pair.pose_triangles);
+      write("truth", pair.truth, pair.identity_triangles);
+    }
+  }
+  npt::write_file(folder / "list.txt", list);
+}
+
 /// The worst pairs of all sets as a page, each transferred once more.
 void write_page(const Options& o, const Data& data, const std::vector<npt::Evaluation>& evaluations,
                 const program::PoseTransfer& transfer) {
@@ -248,6 +275,7 @@ void run(Options o) {
     program::check_output(*o.page, inputs);
   }
   const Data data = load_data(o);
+  if (o.write) write_pairs(*o.write, data);
   std::optional<program::PoseTransfer> transfer;
   const program::Stopwatch watch;
   const std::vector<npt::Evaluation> evaluations = evaluate(data, o.transfer, transfer);
@@ -296,6 +324,7 @@ void add(CLI::App& command) {
   command
       .add_option("--view", o->page, "Also write the worst pairs as a page for a browser, errors as colours (.html)")
       ->needs(worst);
+  command.add_option("--write", o->write, "Also write the pairs' meshes into this folder, and list.txt for --list");
   CLI::Option* sequences =
       command.add_option("--sequences", o->sequences, "So many movements of the body instead: errors and jitter")
           ->check(CLI::Range(1, 72))
@@ -305,7 +334,8 @@ void add(CLI::App& command) {
           ->excludes("--family")
           ->excludes("--noise")
           ->excludes("--first")
-          ->excludes("--worst");
+          ->excludes("--worst")
+          ->excludes("--write");
   command.add_option("--frames", o->frames, "Of each sequence")
       ->check(CLI::Range(3, 100000))
       ->needs(sequences)

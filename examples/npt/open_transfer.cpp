@@ -75,44 +75,6 @@ PoseTransfer open_transfer(const TransferArguments& arguments) {
 
 namespace {
 
-std::string percent(double trust) { return std::to_string(std::lround(100 * trust)) + " %"; }
-
-}  // namespace
-
-npt::Error with_trust(const npt::Error& refusal, const npt::TransferReport& report, const std::string& identity,
-                      const std::string& pose) {
-  if (!report.read || report.method != npt::Method::network) return refusal;
-  const bool of_identity = report.identity_trust < report.pose_trust;
-  npt::ErrorParts parts = refusal.parts();
-  parts.expected += "; the network was asked since " + (of_identity ? identity : pose) +
-                    " doesn't read as a person (trust " + percent(report.trust()) + ", asked " +
-                    percent(npt::least_trust) + ")";
-  return npt::Error(parts);
-}
-
-std::vector<std::string> method_notes(const npt::TransferReport& report, const std::string& identity,
-                                      const std::string& pose) {
-  std::vector<std::string> notes;
-  if (!report.read) return notes;
-  if (report.method == npt::Method::body) {
-    for (const auto& [name, text] : {std::pair(identity, report.identity_notes), std::pair(pose, report.pose_notes)})
-      if (!text.empty()) notes.push_back(name + ": " + text);
-    if (report.trust() < npt::sure_trust)
-      notes.push_back((report.identity_trust < report.pose_trust ? identity : pose) +
-                      " reads as a person with a trust of only " + percent(report.trust()) +
-                      ": look at the result before using it");
-    return notes;
-  }
-  const bool of_identity = report.identity_trust < report.pose_trust;
-  notes.push_back((of_identity ? identity : pose) + " doesn't read as a person (trust " + percent(report.trust()) +
-                  ", asked " + percent(npt::least_trust) +
-                  "): left to the pose transfer network, which was trained on people in few poses; "
-                  "look at the result before using it");
-  return notes;
-}
-
-namespace {
-
 std::string unit_name(double unit) {
   for (const auto& [text, metres] : units)
     if (metres == unit)

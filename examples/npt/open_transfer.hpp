@@ -6,6 +6,7 @@
 
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
+#include <npt/transfer/notes.hpp>
 
 #include <filesystem>
 #include <string>
@@ -17,13 +18,7 @@ namespace program {
 /// Errors    npt::Error for weights that are missing, broken, or of another network than asked for
 PoseTransfer open_transfer(const TransferArguments& arguments);
 
-/// What must be known of how a pair was transferred: a mesh that doesn't read as a person, or hardly.
-std::vector<std::string> method_notes(const npt::TransferReport& report, const std::string& identity,
-                                      const std::string& pose);
-
-/// The network's refusal of a pair that was read as bodies, with why the network was asked at all.
-npt::Error with_trust(const npt::Error& refusal, const npt::TransferReport& report, const std::string& identity,
-                      const std::string& pose);
+using npt::method_notes, npt::with_trust;
 
 /// Metres in a unit of an identity whose result is a GLB, where numbers are metres, told from its size or by --unit; 1
 /// where its own file says them in metres, and where its unit can't be told. `note`: what the user should know of it.

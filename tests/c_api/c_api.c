@@ -91,6 +91,32 @@ static void transfers(void) {
   npt_close(NULL);
 }
 
+/* Random weights have no reader: the network does it, and there is nothing to say and no skeleton. */
+static void explained(const npt_transfer* transfer, const npt_identity* own, const npt_pose* posed) {
+  const npt_skeleton* skeleton = NULL;
+  npt_sequence* sequence = NULL;
+  npt_report report;
+  double motions[24 * 12];
+  CHECK(npt_explain(transfer, own, posed, &report) == NPT_OK);
+  CHECK(report.method == NPT_NETWORK && report.identity_trust < 0 && report.pose_trust < 0);
+  CHECK(strcmp(npt_last_notes(), "") == 0);
+  CHECK(npt_explain(transfer, own, posed, NULL) == NPT_BAD_ARGUMENT);
+  CHECK(npt_open_skeleton(transfer, own, &skeleton) == NPT_BAD_INPUT);
+  CHECK(strstr(npt_last_error(), "identity doesn't read as a person") != NULL);
+  CHECK(npt_open_skeleton(transfer, own, NULL) == NPT_BAD_ARGUMENT);
+  npt_close_skeleton(NULL);
+  CHECK(npt_move_joints(transfer, own, posed, motions) == NPT_BAD_INPUT);
+  CHECK(npt_move_joints(transfer, own, posed, NULL) == NPT_BAD_ARGUMENT);
+  CHECK(npt_open_sequence(transfer, own, &sequence) == NPT_OK);
+  CHECK(npt_explain_frame(sequence, &report) == NPT_BAD_ARGUMENT); /* no frame yet */
+  CHECK(npt_move_frame_joints(sequence, motions) == NPT_BAD_ARGUMENT);
+  CHECK(npt_run_frame(sequence, &pose, again) == NPT_OK);
+  CHECK(npt_explain_frame(sequence, &report) == NPT_OK);
+  CHECK(report.method == NPT_NETWORK);
+  CHECK(npt_move_frame_joints(sequence, motions) == NPT_BAD_INPUT);
+  npt_close_sequence(sequence);
+}
+
 /* Prepared meshes and sequences give npt_run's numbers, with every option. */
 static void prepared(void) {
   npt_transfer* transfer = NULL;
@@ -120,6 +146,13 @@ static void prepared(void) {
   CHECK(npt_prepare_identity(transfer, NULL, &own) == NPT_BAD_ARGUMENT);
   CHECK(npt_prepare_pose(transfer, &pose, V, NULL) == NPT_BAD_ARGUMENT);
   npt_close_sequence(sequence);
+  npt_release_pose(posed);
+  npt_release_identity(own);
+  CHECK(npt_prepare(transfer, &identity, &pose, &own, &posed) == NPT_OK);
+  CHECK(npt_run_prepared(transfer, own, posed, again) == NPT_OK);
+  CHECK(same(result, again));
+  CHECK(npt_prepare(transfer, &identity, NULL, &own, &posed) == NPT_BAD_ARGUMENT);
+  explained(transfer, own, posed);
   npt_release_pose(posed);
   CHECK(npt_prepare_pose(transfer, &pose, V - 1, &posed) == NPT_OK);
   CHECK(npt_run_prepared(transfer, own, posed, again) == NPT_BAD_INPUT); /* for other identities */

@@ -5,8 +5,9 @@ execute_process(COMMAND "${NM}" --dynamic --defined-only --format=posix "${LIBRA
 string(REGEX MATCHALL "[^\n ]+ [^\n]*\n" symbols "${output}")
 list(TRANSFORM symbols REPLACE " .*\n" "")
 list(SORT symbols)
-set(expected npt_close npt_close_sequence npt_default_options npt_describe npt_explain npt_last_error npt_open npt_open_random
-             npt_open_sequence npt_prepare_identity npt_prepare_pose npt_release_identity npt_release_pose npt_run
+set(expected npt_close npt_close_sequence npt_close_skeleton npt_default_options npt_describe npt_explain npt_explain_frame
+             npt_last_error npt_last_notes npt_move_frame_joints npt_move_joints npt_open npt_open_random npt_open_sequence
+             npt_open_skeleton npt_prepare npt_prepare_identity npt_prepare_pose npt_release_identity npt_release_pose npt_run
              npt_run_frame npt_run_prepared npt_version)
 if(NOT symbols STREQUAL expected)
   message(FATAL_ERROR "found ${symbols}\nexpected ${expected}")

@@ -704,6 +704,11 @@ test_evaluate() {
   first=$(pmd_of)
   expect 0 -- evaluate --method network --pairs 2 --seed 5 --threads 2 --json
   [ "$(pmd_of)" = "$first" ] || fail "threads change the result"
+  # Written and read again they are the same pairs.
+  expect 0 -- evaluate --method network --pairs 2 --seed 5 --write pairs --json
+  expect 0 -- evaluate --method network --list pairs/list.txt --seed 5 --json
+  [ "$(pmd_of)" = "$first" ] || fail "pairs that were written have other results"
+  expect 2 --err "--write" -- evaluate --sequences 1 --write pairs
   expect 0 -- evaluate --method network --pairs 2 --seed 5 --noise 0.01 --json
   [ "$(pmd_of)" != "$first" ] || fail "noise changes nothing"
   [ "$(wc -l < out.txt)" -eq 1 ] || fail "JSON of more than one line"

@@ -1,0 +1,404 @@
+"""The Python package against the program. Run with the package's Python: python test_npt.py NPT_PROGRAM [unittest's arguments]"""
+
+import gc
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import tracemalloc
+import unittest
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+import npt
+from npt import _meshes
+
+PROGRAM = ""
+FOLDER = Path()
+
+
+def run(*arguments):
+    return subprocess.run([PROGRAM, *map(str, arguments)], check=True, cwd=FOLDER, capture_output=True, text=True).stdout
+
+
+def read_obj(file):
+    """Vertices as the program read them, to the bit, and triangles."""
+    vertices, faces = [], []
+    for line in (FOLDER / file).read_text().splitlines():
+        words = line.split()
+        if words[:1] == ["v"]:
+            vertices.append([np.float32(word) for word in words[1:4]])
+        elif words[:1] == ["f"]:
+            faces.append([int(word.split("/")[0]) - 1 for word in words[1:]])
+    return np.array(vertices, np.float32), np.array(faces, np.int32)
+
+
+def read_ply(file):
+    """A PLY as npt writes it: float32 x y z, faces of three."""
+    data = (FOLDER / file).read_bytes()
+    end = data.index(b"end_header\n") + len(b"end_header\n")
+    counts = {words[1]: int(words[2]) for words in map(str.split, data[:end].decode().splitlines()) if words[0] == "element"}
+    vertices = np.frombuffer(data, "<f4", 3 * counts["vertex"], end).reshape(-1, 3)
+    face = np.dtype([("count", "u1"), ("corners", "<u4", 3)])
+    faces = np.frombuffer(data, face, counts["face"], end + vertices.nbytes)
+    assert (faces["count"] == 3).all()
+    return vertices, faces["corners"].astype(np.uint32)
+
+
+class Figures(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        if not (FOLDER / "identity.obj").exists():
+            run("generate", "--out", "identity.obj", "--shape-seed", 3, "--pose", "rest")
+            run("generate", "--out", "pose.obj", "--shape-seed", 8, "--pose", "natural", "--pose-seed", 9)
+            run("generate", "--out", "paper.obj", "--shape-seed", 8, "--pose", "random", "--pose-seed", 2)
+            t = np.linspace(0, 7, 400)
+            knot = np.stack([t * np.cos(9 * t), t * np.sin(9 * t), np.cos(40 * t)], axis=1) * 0.2
+            lines = ["v %.9g %.9g %.9g" % tuple(p) for p in knot]
+            lines += [f"f {i + 1} {i + 2} {i + 40}" for i in range(len(knot) - 40)]
+            (FOLDER / "knot.obj").write_text("\n".join(lines) + "\n")
+        cls.identity, cls.pose, cls.paper, cls.knot = map(read_obj, ("identity.obj", "pose.obj", "paper.obj", "knot.obj"))
+
+    def close(self, found, expected, height=1.7):
+        """1e-5 of the mesh's height; says whether it is the same bits."""
+        self.assertEqual(found.shape, expected.shape)
+        difference = float(np.abs(found.astype(np.float64) - expected).max())
+        print(f"  {self._testMethodName}: {'the same bits' if np.array_equal(found, expected) else f'within {difference:.2g} m'}")
+        self.assertLessEqual(difference, 1e-5 * height)
+
+    def fails(self, message, f, *arguments, **named):
+        with self.assertRaises(npt.Error) as caught:
+            f(*arguments, **named)
+        self.assertIn(message, str(caught.exception))
+
+
+class Program(Figures):
+    """The results are the program's."""
+
+    def transferred(self, *arguments, pose="pose.obj"):
+        run("transfer", "--identity", "identity.obj", "--pose", pose, "--out", "out.obj", *arguments)
+        return read_obj("out.obj")[0]
+
+    def test_through_bodies(self):
+        transfer = npt.PoseTransfer("human")
+        report = transfer.explain(self.identity, self.pose)
+        self.assertEqual((report.method, report.notes), ("body", ()))
+        self.assertGreater(min(report.identity_trust, report.pose_trust), 0.85)
+        self.close(transfer(self.identity, self.pose), self.transferred())
+
+    def test_by_the_network(self):
+        for name in npt.shipped_weights():
+            weights = npt._transfer._weights_file(name)
+            expected = self.transferred("--method", "network", "--weights", weights, pose="paper.obj")
+            self.close(npt.PoseTransfer(name, method="network")(self.identity, self.paper), expected)
+
+    def test_options(self):
+        found = npt.PoseTransfer(method="network", pairings=2, mirror=True, seed=4)(self.identity, self.paper)
+        expected = self.transferred("--method", "network", "--pairings", 2, "--mirror", "--seed", 4, pose="paper.obj")
+        self.close(found, expected)
+        found = npt.PoseTransfer(refine=True, refine_radius=0.1)(self.identity, self.pose)
+        self.close(found, self.transferred("--refine", "--refine-radius", 0.1))
+        in_feet = tuple((self.identity[0] / np.float32(0.3048), self.identity[1]))
+        found = npt.PoseTransfer(method="network", unit="foot")(in_feet, (self.paper[0] / np.float32(0.3048), self.paper[1]))
+        self.close(found * 0.3048, self.transferred("--method", "network", pose="paper.obj"))
+
+    def test_sequence(self):
+        (FOLDER / "walk").mkdir(exist_ok=True)
+        poses = []
+        for i in range(3):
+            moved = self.pose[0] + np.float32(0.001 * i) * np.float32([1, 0, 0])
+            text = "".join("v %.9g %.9g %.9g\n" % tuple(v) for v in moved) + \
+                "".join("f %d %d %d\n" % tuple(f + 1) for f in self.pose[1])
+            (FOLDER / "walk" / f"{i}.obj").write_text(text)
+            poses.append((moved, self.pose[1]))
+        run("transfer", "--identity", "identity.obj", "--pose", "walk", "--out", "walked")
+        transfer = npt.PoseTransfer()
+        for i, found in enumerate(transfer.sequence(self.identity, poses)):
+            self.close(found, read_obj(f"walked/{i}.obj")[0])
+
+    def test_protocol(self):
+        """PMD on the paper's protocol as `npt evaluate`'s: some pairs of both sets; all with NPT_ALL_PAIRS."""
+        first = () if os.environ.get("NPT_ALL_PAIRS") else ("--first", 3)
+        for method in "automatic", "network":
+            report = json.loads(run("evaluate", "--protocol", *first, "--method", method.replace("automatic", "auto"),
+                                    "--json", "--write", "protocol"))
+            transfer = npt.PoseTransfer("human", method=method)
+            with open(FOLDER / "protocol" / "list.txt") as file:
+                sets = [part.splitlines()[1:] for part in file.read().split("# ")[1:]]
+            for lines, expected in zip(sets, report["sets"]):
+                errors = []
+                for line in lines:
+                    identity, pose, truth = map(read_ply, (f"protocol/{name}" for name in line.split()))
+                    errors.append(npt.pmd(transfer(identity, pose), truth[0]))
+                found = float(np.mean(errors))
+                print(f"  {method}, {expected['name']}, {len(errors)} pairs: PMD {found:.6e}, npt evaluate's {expected['pmd']:.6e}")
+                self.assertAlmostEqual(found / expected["pmd"], 1, delta=1e-3)
+                self.assertLess(abs(found - expected["pmd"]), 1e-7)
+
+
+class Prepared(Figures):
+    def test_the_same_bits(self):
+        for method in "automatic", "network":
+            transfer = npt.PoseTransfer(method=method)
+            expected = transfer(self.identity, self.paper)
+            identity = transfer.prepare_identity(self.identity)
+            pose = transfer.prepare_pose(self.paper, len(identity))
+            for pair in ((identity, pose), (identity, self.paper), (self.identity, pose), transfer.prepare(self.identity, self.paper)):
+                self.assertTrue(np.array_equal(transfer(*pair), expected))
+            out = np.empty_like(expected)
+            self.assertIs(transfer(identity, pose, out=out), out)
+            self.assertTrue(np.array_equal(out, expected))
+            own = self.identity[0].copy()
+            transfer((own, self.identity[1]), self.paper, out=own)
+            self.assertTrue(np.array_equal(own, expected))
+
+    def test_what_is_prepared_keeps_the_weights(self):
+        transfer = npt.PoseTransfer(method="network")
+        identity = transfer.prepare_identity(self.identity)
+        frames = transfer.open_sequence(identity)
+        expected = transfer(identity, self.paper)
+        with transfer:
+            self.assertIn("bottleneck 256", repr(transfer))
+        self.assertEqual(repr(transfer), "npt.PoseTransfer(closed)")
+        self.fails("found one that was closed", transfer, self.identity, self.paper)
+        del identity, transfer
+        gc.collect()
+        self.assertTrue(np.array_equal(frames(self.paper), expected))
+        other = npt.PoseTransfer(method="network")
+        self.fails("another transfer prepared", other, frames._identity, self.paper)
+
+    def test_rig(self):
+        """Vertices that go by the rig's motions and weights are the result."""
+        transfer = npt.PoseTransfer()
+        identity, pose = transfer.prepare(self.identity, self.pose)
+        rig = transfer.rig(identity)
+        self.assertEqual((rig.names[0], len(rig.names), int(rig.parents[0])), ("hips", 24, -1))
+        weights = rig.weight_matrix()
+        self.assertTrue(np.allclose(weights.sum(axis=1), 1, atol=1e-5))
+        motions = transfer.motions(identity, pose)
+        points = np.c_[self.identity[0].astype(np.float64), np.ones(len(self.identity[0]))]
+        moved = np.einsum("vj,jrc,vc->vr", weights.astype(np.float64), motions, points)
+        self.assertLess(np.abs(moved - transfer(identity, pose)).max(), 1e-5)
+        frames = transfer.open_sequence(identity)
+        self.fails("no frame was run yet", frames.explain)
+        frames(self.pose)
+        self.assertEqual(frames.explain().method, "body")
+        self.assertEqual(frames.motions().shape, (24, 3, 4))
+        self.fails("results are refined", npt.PoseTransfer(refine=True).rig, self.identity)
+        self.fails("knot.obj doesn't read as a person", transfer.rig, npt.Mesh(*self.knot, name="knot.obj"))
+
+
+class Memory(Figures):
+    def test_no_copy_of_what_fits(self):
+        xyz, faces = self.identity
+        self.assertTrue(xyz.flags.c_contiguous and xyz.dtype == np.float32 and faces.dtype == np.int32)
+        mesh = _meshes.Borrowed((xyz, faces), "identity")
+        self.assertEqual(mesh.c.xyz, xyz.ctypes.data)
+        self.assertEqual(mesh.c.triangles, faces.ctypes.data)
+        self.assertIs(mesh.xyz, xyz)
+        unsigned = faces.astype(np.uint32)
+        self.assertEqual(_meshes.Borrowed((xyz, unsigned), "identity").c.triangles, unsigned.ctypes.data)
+        frozen = xyz.copy()
+        frozen.flags.writeable = False
+        self.assertEqual(_meshes.Borrowed(frozen, "identity").c.xyz, frozen.ctypes.data)
+
+    def test_a_call_allocates_no_array(self):
+        transfer = npt.PoseTransfer(method="network")
+        out = np.empty_like(self.identity[0])
+        transfer(self.identity, self.paper, out=out)
+        tracemalloc.start()  # numpy reports its memory to it
+        try:
+            transfer(self.identity, self.paper, out=out)
+            peak = tracemalloc.get_traced_memory()[1]
+            tracemalloc.reset_peak()
+            transfer((self.identity[0].astype(np.float64), self.identity[1]), self.paper, out=out)
+            converted = tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+        print(f"  {out.nbytes} bytes of result: {peak} bytes were allocated in a call, {converted} from float64")
+        self.assertLess(peak, out.nbytes / 2)  # numpy's minimum takes 32 KB, whatever the size
+        self.assertGreater(converted, out.nbytes)
+
+    def test_what_does_not_fit_is_converted(self):
+        transfer = npt.PoseTransfer(method="network")
+        expected = transfer(self.identity, self.paper)
+        xyz, faces = self.identity
+        wide = np.zeros((len(xyz), 6), np.float32)
+        wide[:, ::2] = xyz
+        for same in ((xyz.astype(np.float64), faces), (np.asfortranarray(xyz), faces), (wide[:, ::2], faces), (xyz.tolist(), faces.tolist()),
+                     (xyz.astype(">f4"), faces.astype(np.int64)), npt.Mesh(xyz, faces[:, ::1].astype(np.int16))):
+            self.assertTrue(np.array_equal(transfer(same, self.paper), expected))
+        self.assertTrue(np.array_equal(self.identity[0], xyz))
+
+    def test_quads(self):
+        quads = np.array([[0, 1, 2, 3], [4, 5, 6, 7]])
+        self.assertEqual(_meshes.triangles(quads, "x").tolist(), [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
+
+    def test_trimesh(self):
+        class Duck:
+            vertices, faces = self.identity[0].astype(np.float64), self.identity[1].astype(np.int64)
+
+        transfer = npt.PoseTransfer(method="network")
+        expected = transfer(self.identity, self.paper)
+        self.assertTrue(np.array_equal(transfer(Duck(), self.paper), expected))
+        try:
+            import trimesh
+        except ImportError:
+            print("  trimesh isn't there: an object with its attributes was taken")
+            return
+        self.assertTrue(np.array_equal(transfer(trimesh.Trimesh(*self.identity, process=False), self.paper), expected))
+
+
+class Threads(Figures):
+    def test_two_at_the_same_time(self):
+        """Both threads use the processor while the main thread runs Python: no call holds Python's lock, and none waits for the
+        other. A call's own CPU time says that it computes."""
+        transfer = npt.PoseTransfer(method="network", threads=1, pairings=8)
+        expected = transfer(self.identity, self.paper)
+        inside, results, barrier = [0, 0], [None, None], threading.Barrier(3)
+
+        def work(i):
+            barrier.wait()
+            inside[i] = 1
+            results[i] = transfer(self.identity, self.paper)
+            inside[i] = 2
+
+        threads = [threading.Thread(target=work, args=(i,)) for i in range(2)]
+        for thread in threads:
+            thread.start()
+        clocks = [time.pthread_getcpuclockid(thread.ident) for thread in threads]
+        start = [time.clock_gettime(clock) for clock in clocks]
+        barrier.wait()
+        looks, most = 0, 0.0
+        while 2 not in inside:
+            if inside == [1, 1]:
+                used = [time.clock_gettime(clock) - s for clock, s in zip(clocks, start)]
+                if inside == [1, 1]:  # both still computing after it was seen
+                    looks, most = looks + 1, max(most, min(used))
+            time.sleep(0.002)
+        for thread in threads:
+            thread.join()
+        print(f"  both had computed for {1000 * most:.0f} ms while neither was done; looked {looks} times")
+        self.assertGreater(looks, 5)
+        self.assertGreater(most, 0.02)
+        for result in results:
+            self.assertTrue(np.array_equal(result, expected))
+
+    def test_messages_are_each_threads_own(self):
+        transfer = npt.PoseTransfer(method="network", threads=1)
+        seen = {}
+
+        def work(i):
+            bad = self.paper[1].copy()
+            bad[7, 0] = 70000 + i
+            for _ in range(20):
+                try:
+                    transfer(self.identity, (self.paper[0], bad))
+                except npt.Error as error:
+                    seen.setdefault(i, set()).add(str(error))
+
+        threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        for i in range(4):
+            self.assertEqual(seen[i], {f"pose: triangle 7: found vertex {70000 + i}, expected a number below 6890"})
+
+
+class BadInput(Figures):
+    def test_arrays(self):
+        transfer = npt.PoseTransfer()
+        xyz, faces = self.identity
+        self.fails("identity: found vertices of shape [20670], expected an array [V, 3] of numbers", transfer, xyz.ravel(), self.pose)
+        self.fails("pose: found vertices of shape [3, 6890]", transfer, self.identity, xyz.T)
+        self.fails("identity: found vertices of type <U1, expected an array [V, 3]", transfer, [["a", "b", "c"]], self.pose)
+        self.fails("identity: found vertices of type complex64", transfer, xyz.astype(np.complex64), self.pose)
+        self.fails("in rows of different lengths", transfer, [[1, 2, 3], [4, 5]], self.pose)
+        self.fails("identity: found faces of type float64", transfer, (xyz, faces.astype(float)), self.pose)
+        self.fails("identity: found faces of shape [6890, 3, 2]", transfer, (xyz, np.zeros((6890, 3, 2), int)), self.pose)
+        self.fails("identity: found faces of shape [5, 5]", transfer, (xyz, np.zeros((5, 5), int)), self.pose)
+        bad = faces.copy()
+        bad[4, 1] = -1
+        self.fails("identity: face 4: found", transfer, (xyz, bad), self.pose)
+        bad[4, 1] = 6890
+        self.fails("identity: triangle 4: found vertex 6890, expected a number below 6890", transfer, (xyz, bad), self.pose)
+        self.fails("identity: found a tuple of 3, expected (vertices, faces)", transfer, (xyz, faces, faces), self.pose)
+        self.fails("identity: found 'identity.obj', expected a mesh", transfer, "identity.obj", self.pose)
+        self.fails("pose: found None, expected a mesh", transfer, self.identity, None)
+        for odd in (np.nan, np.inf, 1e300):
+            wrong = xyz.astype(np.float64)
+            wrong[5, 1] = odd
+            self.fails("walk.obj: vertex 5: found", transfer, self.identity, npt.Mesh(wrong, faces, "walk.obj"))
+
+    def test_empty(self):
+        transfer = npt.PoseTransfer()
+        self.fails("identity: found no vertices", transfer, np.zeros((0, 3), np.float32), self.pose)
+        self.fails("pose: found no vertices", transfer, self.identity, [])
+        self.fails("found no vertices", npt.pmd, [], [])
+        self.fails("one point", transfer, (np.ones((50, 3), np.float32), np.array([[0, 1, 2]])), self.pose)
+
+    def test_out(self):
+        transfer = npt.PoseTransfer(method="network")
+        for out in (np.empty((6890, 3)), np.empty((6889, 3), np.float32), np.empty((3, 6890), np.float32).T, [1, 2]):
+            self.fails("expected a contiguous, writable float32 array [6890, 3]", transfer, self.identity, self.paper, out=out)
+
+    def test_options(self):
+        self.fails("method: found 'magic', expected one of automatic, body, network", npt.PoseTransfer, method="magic")
+        self.fails("pairings: found 0", npt.PoseTransfer, pairings=0)
+        self.fails("seed: found -1", npt.PoseTransfer, seed=-1)
+        self.fails("threads: found 1.5", npt.PoseTransfer, threads=1.5)
+        self.fails("unit: found 'yard', expected one of metre", npt.PoseTransfer, unit="yard")
+        self.fails("refine_radius: found 0", npt.PoseTransfer, refine_radius=0)
+        self.fails("weights: found 'horse', expected one of human, human-pooled, human-wide, quadruped", npt.PoseTransfer, "horse")
+        self.fails("weights: found 7", npt.PoseTransfer, 7)
+
+    def test_weights_of_another_network(self):
+        self.fails("none.safetensors", npt.PoseTransfer, "none.safetensors")
+        (FOLDER / "junk.safetensors").write_bytes(b"not weights")
+        self.fails("junk.safetensors", npt.PoseTransfer, FOLDER / "junk.safetensors")
+        reader = npt._library.package_folder() / "weights" / "readers" / "human.safetensors"
+        self.fails("human.safetensors", npt.PoseTransfer, reader)
+        small = Path(__file__).resolve().parents[1] / "data/golden/paper_b16_v35.weights.safetensors"
+        self.fails("found bottleneck 16, conv_relu, per-vertex, expected one of the networks", npt.PoseTransfer, small)
+        self.fails("human.safetensors", npt.PoseTransfer, reader=npt._transfer._weights_file("human"))
+
+    def test_no_person(self):
+        transfer = npt.PoseTransfer()
+        knot = npt.Mesh(*self.knot, name="knot.obj")
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            transfer(self.identity, knot)
+        self.assertEqual([w.category for w in caught], [npt.TransferWarning])
+        self.assertEqual(caught[0].filename, __file__)
+        self.assertIn("knot.obj doesn't read as a person (trust ", str(caught[0].message))
+        report = transfer.explain(self.identity, knot)
+        self.assertEqual(report.method, "network")
+        self.assertLess(report.pose_trust, 0.6)
+        self.assertIn("knot.obj doesn't read as a person", report.notes[0])
+        giant = (self.identity[0] * np.float32(5), self.identity[1])  # of no person's size in metres, centimetres or millimetres
+        self.assertEqual(transfer.explain(giant, self.pose).method, "body")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", npt.TransferWarning)
+            self.fails("the network was asked since knot.obj doesn't read as a person", transfer, giant, knot)
+
+    def test_library(self):
+        code = "import npt"
+        env = dict(os.environ, NPT_LIBRARY=str(FOLDER / "identity.obj"))
+        done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("npt._library.Error: ", done.stderr)
+        self.assertIn("found a library that can't be opened", done.stderr)
+
+
+if __name__ == "__main__":
+    PROGRAM = os.path.abspath(sys.argv.pop(1))
+    with tempfile.TemporaryDirectory() as folder:
+        FOLDER = Path(folder)
+        print(f"npt {npt.__version__} from {npt.library_file()}, numpy {np.__version__}, Python {sys.version.split()[0]}")
+        unittest.main()
