@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# The Blender add-on in Debian's Blender, in background: its zip is installed, its operators are run and held against the program.
+# usage: tests/platforms/blender.sh [BUILD FOLDER [yes]]     without: build/release
+#   yes   the C library of that build, for this machine's processor, where it is there; else one for every x86-64 processor is made
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+build=$(realpath "${1:-build/release}") folder=$PWD/build/platforms/blender
+library=(--build "$build")
+[ -z "${2:-}" ] || [ ! -e "$build/lib/libnpt_c.so" ] || library=(--library "$build/lib/libnpt_c.so")
+rm -rf "$folder" && mkdir -p "$folder/files" "$folder/user"
+zip=$(examples/blender/build_zip.sh "${library[@]}" "$folder")
+export BLENDER_USER_SCRIPTS="$folder/user/scripts" BLENDER_USER_CONFIG="$folder/user/config" BLENDER_USER_DATAFILES="$folder/user/data"
+mkdir -p "$BLENDER_USER_SCRIPTS/addons"
+/usr/bin/blender --background --factory-startup --python-exit-code 1 --python tests/blender/test_addon.py -- "$zip" "$build/bin/npt" "$folder/files" \
+  2>&1 | { grep -vE "^(Info: |Error: |Warning: |\( *0\.|Progress: |\s*(Done|Finished|Parsing|loading|building) |Import|$)|Progress: |Modules Installed|addon_utils" || true; }
+echo "blender.sh: $(basename "$zip"), $(du -h "$zip" | cut -f1)"
