@@ -23,7 +23,7 @@ case "$name" in
   mpi) tools=(libopenmpi-dev openmpi-bin) ;;
   deb) tools=(lintian) ;;
   python) tools=(python3-numpy python3-venv python3-build python3-setuptools python3-wheel) ;;
-  blender) tools=(blender python3-numpy python3-build python3-setuptools python3-wheel) ;;
+  blender) tools=(blender xvfb xauth python3-numpy python3-build python3-setuptools python3-wheel) ;;
   *) sed -n '2,5s/^# //p' "$0" >&2; exit 2 ;;
 esac
 root="build/platforms/$name"

@@ -310,10 +310,13 @@ class Sequences(Addon):
         from npt_pose_transfer.operators import Job
         self.own.identity, self.own.pose, self.own.source = load("identity.obj"), self.walker(), "FRAMES"
         before = {kind: len(getattr(bpy.data, kind)) for kind in ("objects", "meshes", "armatures", "actions", "shape_keys")}
+        bpy.context.scene.frame_set(7)
         job = Job(bpy.context)
         for _ in range(2):
             job.compute(job.capture(bpy.context))
-        self.assertEqual(job.done, 2)
+        self.assertEqual((job.done, bpy.context.scene.frame_current), (2, 2))
+        job.restore(bpy.context)
+        self.assertEqual(bpy.context.scene.frame_current, 7)
         del job
         self.assertEqual({kind: len(getattr(bpy.data, kind)) for kind in before}, before)
 

@@ -1,6 +1,6 @@
 """The add-on in Blender's window: the panel, a transfer that is cancelled with Esc, one that ends, and a picture of it. Run by
-tests/platforms/blender.sh: blender --factory-startup --enable-event-simulate --python window.py -- FOLDER PICTURE
-FOLDER: files that test_addon.py made, its add-on installed."""
+tests/platforms/blender.sh: blender --factory-startup --enable-event-simulate --python window.py -- FOLDER FRAMES [PICTURE]
+FOLDER: files that test_addon.py made, its add-on installed; FRAMES: so many of its 24 frames; PICTURE: PNG file."""
 
 import os
 import sys
@@ -10,8 +10,8 @@ from pathlib import Path
 
 import bpy
 
-FOLDER, PICTURE = sys.argv[sys.argv.index("--") + 1:][:2]
-FRAMES = 24
+FOLDER, FRAMES, *PICTURE = sys.argv[sys.argv.index("--") + 1:]
+FRAMES = int(FRAMES)
 
 
 def load(file, name, x, colour):
@@ -124,11 +124,11 @@ def steps():
     space.region_3d.view_perspective = "PERSP"
     from mathutils import Euler
     space.region_3d.view_rotation = Euler((1.45, 0, 0.45)).to_quaternion()
-    space.region_3d.view_location, space.region_3d.view_distance = (0.2, 0, 0.0), 5.0
+    space.region_3d.view_location, space.region_3d.view_distance = (0.25, 0, 0.0), 4.2
     yield 1
-    if PICTURE != "none":
-        bpy.ops.screen.screenshot(filepath=PICTURE)
-        print(PICTURE)
+    if PICTURE:
+        bpy.ops.screen.screenshot(filepath=PICTURE[0])
+        print(PICTURE[0])
 
 
 NPT_panel_drawn = [0]
@@ -145,8 +145,6 @@ def main():
         draw(self, context)
 
     NPT_PT_transfer.draw = counted
-    bpy.utils.unregister_class(NPT_PT_transfer)
-    bpy.utils.register_class(NPT_PT_transfer)
     running, until = steps(), time.time() + 240
 
     def tick():

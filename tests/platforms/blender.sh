@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The Blender add-on in Debian's Blender, in background: its zip is installed, its operators are run and held against the program.
+# The Blender add-on in Debian's Blender: its zip is installed, its operators are run in background and held against the program;
+# then its panel and cancelling in a window, where there is a virtual display (xvfb).
 # usage: tests/platforms/blender.sh [BUILD FOLDER [yes]]     without: build/release
 #   yes   the C library of that build, for this machine's processor, where it is there; else one for every x86-64 processor is made
 set -euo pipefail
@@ -14,4 +15,10 @@ export BLENDER_USER_SCRIPTS="$folder/user/scripts" BLENDER_USER_CONFIG="$folder/
 mkdir -p "$BLENDER_USER_SCRIPTS/addons"
 /usr/bin/blender --background --factory-startup --python-exit-code 1 --python tests/blender/test_addon.py -- "$zip" "$build/bin/npt" "$folder/files" \
   2>&1 | { grep -vE "^(Info: |Error: |Warning: |\( *0\.|Progress: |\s*(Done|Finished|Parsing|loading|building) |Import|$)|Progress: |Modules Installed|addon_utils" || true; }
+if command -v xvfb-run > /dev/null; then
+  LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a -s "-screen 0 800x600x24" /usr/bin/blender --factory-startup --enable-event-simulate \
+    --window-geometry 0 0 800 600 --python tests/blender/window.py -- "$folder/files" 8 2>&1 | { grep -vE "Progress: |^$" || true; }
+else
+  echo "blender.sh: the window is left out: no xvfb-run"
+fi
 echo "blender.sh: $(basename "$zip"), $(du -h "$zip" | cut -f1)"

@@ -65,6 +65,7 @@ class Job:
         if own.weights == "FILE" and not own.weights_file:
             raise Mistake("No weights: pick a .safetensors file")
         self.total = len(self.frames) or 1
+        self.shown = context.scene.frame_current, context.scene.frame_subframe
         self.done, self.notes, self.points, self.motions, self.rig = 0, [], [], [], None
         self.who = self.sequence = self.prepared = None
 
@@ -80,13 +81,14 @@ class Job:
         if self.who is None:
             self.who = meshes.captured(context, self.identity)
         if self.source == "FRAMES":
-            current = context.scene.frame_current, context.scene.frame_subframe
             context.scene.frame_set(self.frames[self.done])
-            try:
-                return meshes.captured(context, self.poses[0])
-            finally:
-                context.scene.frame_set(current[0], subframe=current[1])
+            return meshes.captured(context, self.poses[0])
         return meshes.captured(context, self.poses[self.done])
+
+    def restore(self, context):
+        """The frame that was shown before the first capture."""
+        if self.source == "FRAMES":
+            context.scene.frame_set(self.shown[0], subframe=self.shown[1])
 
     def compute(self, pose):
         transfer = opened(self.weights, self.options)
@@ -171,6 +173,8 @@ class NPT_OT_transfer(bpy.types.Operator):
         except (npt.Error, MemoryError) as error:
             self.report({"ERROR"}, str(error) or "Out of memory")
             return {"CANCELLED"}
+        finally:
+            self.job.restore(context)
         return self.end(context)
 
     def end(self, context):
@@ -231,6 +235,7 @@ class NPT_OT_transfer(bpy.types.Operator):
                 self.report({"INFO"}, "Cancelled: nothing was changed")
                 return self.leave(context, {"CANCELLED"})
             if self.job.done == self.job.total:
+                self.job.restore(context)
                 return self.leave(context, self.end(context))
             self.worker = threading.Thread(target=self.work, args=(self.job.capture(context),), daemon=True)
             self.worker.start()
@@ -246,6 +251,7 @@ class NPT_OT_transfer(bpy.types.Operator):
 
     def leave(self, context, result):
         NPT_OT_transfer.running = None
+        self.job.restore(context)
         context.window_manager.event_timer_remove(self.timer)
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)

@@ -16,7 +16,10 @@ class NPT_PT_transfer(NPT_Panel, bpy.types.Panel):
         layout, own = self.layout, context.scene.npt
         layout.use_property_split, layout.use_property_decorate = True, False
         layout.prop(own, "identity")
-        layout.prop(own, "source", expand=True)
+        layout.separator()
+        row = layout.row()
+        row.use_property_split = False
+        row.prop(own, "source", expand=True)
         layout.prop(own, "collection" if own.source == "COLLECTION" else "pose")
         if own.source == "FRAMES":
             layout.prop(own, "use_scene_range")
