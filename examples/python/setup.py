@@ -21,5 +21,8 @@ class WithLibrary(Distribution):
         return True
 
 
-setup(version=Path(__file__).with_name("version.txt").read_text().strip(), cmdclass={"bdist_wheel": Wheel},
-      distclass=WithLibrary)
+setup(
+    version=Path(__file__).with_name("version.txt").read_text().strip(),
+    cmdclass={"bdist_wheel": Wheel},
+    distclass=WithLibrary,
+)

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-ZIP, PROGRAM, FOLDER = sys.argv[sys.argv.index("--") + 1:][:3]
+ZIP, PROGRAM, FOLDER = sys.argv[sys.argv.index("--") + 1 :][:3]
 FOLDER = Path(FOLDER)
 FRAMES = 24
 HEIGHT = 1.7
@@ -92,7 +92,9 @@ class Addon(unittest.TestCase):
         return made
 
     def fails(self, message):
-        before = {kind: len(getattr(bpy.data, kind)) for kind in ("objects", "meshes", "armatures", "actions", "shape_keys")}
+        before = {
+            kind: len(getattr(bpy.data, kind)) for kind in ("objects", "meshes", "armatures", "actions", "shape_keys")
+        }
         with self.assertRaises(RuntimeError) as caught:
             bpy.ops.npt.transfer()
         self.assertIn(message, str(caught.exception))
@@ -110,8 +112,11 @@ class Transfers(Addon):
         self.assertTrue(np.array_equal(shown(identity), original))
         # The identity's vertices and faces, in its order.
         self.assertEqual(len(made.data.vertices), 6890)
-        self.assertEqual([tuple(p.vertices) for p in made.data.polygons], [tuple(p.vertices) for p in identity.data.polygons])
+        self.assertEqual(
+            [tuple(p.vertices) for p in made.data.polygons], [tuple(p.vertices) for p in identity.data.polygons]
+        )
         import npt_pose_transfer
+
         found = npt_pose_transfer.npt.pmd(shown(made), read_obj("truth.obj"))
         expected = json.loads(run("evaluate", "--list", "list.txt", "--json"))["sets"][0]["pmd"]
         print(f"  PMD {found:.6e}, npt evaluate's {expected:.6e}")
@@ -121,8 +126,22 @@ class Transfers(Addon):
         self.pair("upright.obj")
         self.own.method, self.own.mirror, self.own.pairings, self.own.seed = "network", True, 2, 4
         made = self.transferred()
-        run("transfer", "--identity", "identity.obj", "--pose", "upright.obj", "--out", "out.obj", "--method", "network", "--mirror",
-            "--pairings", 2, "--seed", 4)
+        run(
+            "transfer",
+            "--identity",
+            "identity.obj",
+            "--pose",
+            "upright.obj",
+            "--out",
+            "out.obj",
+            "--method",
+            "network",
+            "--mirror",
+            "--pairings",
+            2,
+            "--seed",
+            4,
+        )
         self.close(shown(made), read_obj("out.obj"))
 
     def test_units_matrices_and_modifiers(self):
@@ -228,6 +247,7 @@ class Transfers(Addon):
         bpy.ops.ed.redo()
         self.assertIn(made, bpy.data.objects)
         from npt_pose_transfer.operators import NPT_OT_transfer
+
         self.assertEqual(NPT_OT_transfer.bl_options, {"REGISTER", "UNDO"})
 
 
@@ -291,7 +311,9 @@ class Sequences(Addon):
         self.own.use_scene_range, self.own.frame_start, self.own.frame_end, self.own.rig = False, 1, 4, True
         made = self.transferred()
         armature = made.parent
-        self.assertEqual((armature.type, len(armature.data.bones), made.modifiers[0].object), ("ARMATURE", 24, armature))
+        self.assertEqual(
+            (armature.type, len(armature.data.bones), made.modifiers[0].object), ("ARMATURE", 24, armature)
+        )
         self.assertEqual(armature.data.bones["leftLowerLeg"].parent.name, "leftUpperLeg")
         self.plays(made, range(1, 5))
         self.own.pose.animation_data_clear()
@@ -308,8 +330,11 @@ class Sequences(Addon):
     def test_cancelled(self):
         """What the window's operator does between two frames, and nothing is left."""
         from npt_pose_transfer.operators import Job
+
         self.own.identity, self.own.pose, self.own.source = load("identity.obj"), self.walker(), "FRAMES"
-        before = {kind: len(getattr(bpy.data, kind)) for kind in ("objects", "meshes", "armatures", "actions", "shape_keys")}
+        before = {
+            kind: len(getattr(bpy.data, kind)) for kind in ("objects", "meshes", "armatures", "actions", "shape_keys")
+        }
         bpy.context.scene.frame_set(7)
         job = Job(bpy.context)
         for _ in range(2):
@@ -380,7 +405,7 @@ try:
     make_files()
     bpy.ops.preferences.addon_install(filepath=ZIP, overwrite=True)
     print(f"Blender {bpy.app.version_string}, numpy {np.__version__}, Python {sys.version.split()[0]}")
-    program = unittest.main(module=__name__, argv=["test_addon.py", *sys.argv[sys.argv.index("--") + 4:]], exit=False)
+    program = unittest.main(module=__name__, argv=["test_addon.py", *sys.argv[sys.argv.index("--") + 4 :]], exit=False)
     status = 0 if program.result.wasSuccessful() and program.result.testsRun else 1
 except BaseException:
     traceback.print_exc()
@@ -388,4 +413,5 @@ except BaseException:
 sys.stdout.flush()
 sys.stderr.flush()
 import os  # noqa: E402
+
 os._exit(status)  # Blender's own end would hide the status

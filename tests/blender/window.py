@@ -10,7 +10,7 @@ from pathlib import Path
 
 import bpy
 
-FOLDER, FRAMES, *PICTURE = sys.argv[sys.argv.index("--") + 1:]
+FOLDER, FRAMES, *PICTURE = sys.argv[sys.argv.index("--") + 1 :]
 FRAMES = int(FRAMES)
 
 
@@ -52,6 +52,7 @@ def press(window, key, x=0, y=0, value="PRESS"):
 def steps():
     """Each yield lets Blender draw and handle events; what is yielded is the time to wait."""
     from npt_pose_transfer.operators import NPT_OT_transfer
+
     window = bpy.context.window_manager.windows[0]
     context = bpy.context
     for thing in list(bpy.data.objects):
@@ -97,7 +98,11 @@ def steps():
     press(window, "ESC", *middle)
     while NPT_OT_transfer.running is not None:
         yield 0.02
-    assert job.done < FRAMES and (set(bpy.data.objects), set(bpy.data.meshes)) == before and context.scene.frame_current == 6
+    assert (
+        job.done < FRAMES
+        and (set(bpy.data.objects), set(bpy.data.meshes)) == before
+        and context.scene.frame_current == 6
+    )
     print(f"Esc after {job.done} of {FRAMES} frames: nothing was changed")
     press(window, "ESC", *middle, "RELEASE")
     yield 0.1
@@ -116,13 +121,16 @@ def steps():
         yield 0.02
     made = context.view_layer.objects.active
     assert made.name == "Ann as Walker" and len(made.data.shape_keys.key_blocks) == FRAMES + 1, made.name
-    print(f"{FRAMES} frames in {time.time() - begin:.1f} s, the panel drawn {NPT_panel_drawn[0] - draws} times meanwhile")
+    print(
+        f"{FRAMES} frames in {time.time() - begin:.1f} s, the panel drawn {NPT_panel_drawn[0] - draws} times meanwhile"
+    )
     made.location.x = 0
     with context.temp_override(window=window, area=area, region=regions["WINDOW"]):
         bpy.ops.ed.undo_push(message="seen")
         bpy.ops.view3d.view_axis(type="FRONT")
     space.region_3d.view_perspective = "PERSP"
     from mathutils import Euler
+
     space.region_3d.view_rotation = Euler((1.45, 0, 0.45)).to_quaternion()
     space.region_3d.view_location, space.region_3d.view_distance = (0.25, 0, 0.0), 4.2
     yield 1
@@ -138,6 +146,7 @@ def main():
     bpy.context.preferences.view.show_splash = False
     bpy.ops.preferences.addon_enable(module="npt_pose_transfer")
     from npt_pose_transfer.panel import NPT_PT_transfer
+
     draw = NPT_PT_transfer.draw
 
     def counted(self, context):

@@ -23,7 +23,9 @@ FOLDER = Path()
 
 
 def run(*arguments):
-    return subprocess.run([PROGRAM, *map(str, arguments)], check=True, cwd=FOLDER, capture_output=True, text=True).stdout
+    return subprocess.run(
+        [PROGRAM, *map(str, arguments)], check=True, cwd=FOLDER, capture_output=True, text=True
+    ).stdout
 
 
 def read_obj(file):
@@ -42,7 +44,9 @@ def read_ply(file):
     """A PLY as npt writes it: float32 x y z, faces of three."""
     data = (FOLDER / file).read_bytes()
     end = data.index(b"end_header\n") + len(b"end_header\n")
-    counts = {words[1]: int(words[2]) for words in map(str.split, data[:end].decode().splitlines()) if words[0] == "element"}
+    counts = {
+        words[1]: int(words[2]) for words in map(str.split, data[:end].decode().splitlines()) if words[0] == "element"
+    }
     vertices = np.frombuffer(data, "<f4", 3 * counts["vertex"], end).reshape(-1, 3)
     face = np.dtype([("count", "u1"), ("corners", "<u4", 3)])
     faces = np.frombuffer(data, face, counts["face"], end + vertices.nbytes)
@@ -62,13 +66,17 @@ class Figures(unittest.TestCase):
             lines = ["v %.9g %.9g %.9g" % tuple(p) for p in knot]
             lines += [f"f {i + 1} {i + 2} {i + 40}" for i in range(len(knot) - 40)]
             (FOLDER / "knot.obj").write_text("\n".join(lines) + "\n")
-        cls.identity, cls.pose, cls.paper, cls.knot = map(read_obj, ("identity.obj", "pose.obj", "paper.obj", "knot.obj"))
+        cls.identity, cls.pose, cls.paper, cls.knot = map(
+            read_obj, ("identity.obj", "pose.obj", "paper.obj", "knot.obj")
+        )
 
     def close(self, found, expected, height=1.7):
         """1e-5 of the mesh's height; says whether it is the same bits."""
         self.assertEqual(found.shape, expected.shape)
         difference = float(np.abs(found.astype(np.float64) - expected).max())
-        print(f"  {self._testMethodName}: {'the same bits' if np.array_equal(found, expected) else f'within {difference:.2g} m'}")
+        print(
+            f"  {self._testMethodName}: {'the same bits' if np.array_equal(found, expected) else f'within {difference:.2g} m'}"
+        )
         self.assertLessEqual(difference, 1e-5 * height)
 
     def fails(self, message, f, *arguments, **named):
@@ -104,7 +112,9 @@ class Program(Figures):
         found = npt.PoseTransfer(refine=True, refine_radius=0.1)(self.identity, self.pose)
         self.close(found, self.transferred("--refine", "--refine-radius", 0.1))
         in_feet = tuple((self.identity[0] / np.float32(0.3048), self.identity[1]))
-        found = npt.PoseTransfer(method="network", unit="foot")(in_feet, (self.paper[0] / np.float32(0.3048), self.paper[1]))
+        found = npt.PoseTransfer(method="network", unit="foot")(
+            in_feet, (self.paper[0] / np.float32(0.3048), self.paper[1])
+        )
         self.close(found * 0.3048, self.transferred("--method", "network", pose="paper.obj"))
 
     def test_sequence(self):
@@ -112,8 +122,9 @@ class Program(Figures):
         poses = []
         for i in range(3):
             moved = self.pose[0] + np.float32(0.001 * i) * np.float32([1, 0, 0])
-            text = "".join("v %.9g %.9g %.9g\n" % tuple(v) for v in moved) + \
-                "".join("f %d %d %d\n" % tuple(f + 1) for f in self.pose[1])
+            text = "".join("v %.9g %.9g %.9g\n" % tuple(v) for v in moved) + "".join(
+                "f %d %d %d\n" % tuple(f + 1) for f in self.pose[1]
+            )
             (FOLDER / "walk" / f"{i}.obj").write_text(text)
             poses.append((moved, self.pose[1]))
         run("transfer", "--identity", "identity.obj", "--pose", "walk", "--out", "walked")
@@ -125,8 +136,18 @@ class Program(Figures):
         """PMD on the paper's protocol as `npt evaluate`'s: some pairs of both sets; all with NPT_ALL_PAIRS."""
         first = () if os.environ.get("NPT_ALL_PAIRS") else ("--first", 3)
         for method in "automatic", "network":
-            report = json.loads(run("evaluate", "--protocol", *first, "--method", method.replace("automatic", "auto"),
-                                    "--json", "--write", "protocol"))
+            report = json.loads(
+                run(
+                    "evaluate",
+                    "--protocol",
+                    *first,
+                    "--method",
+                    method.replace("automatic", "auto"),
+                    "--json",
+                    "--write",
+                    "protocol",
+                )
+            )
             transfer = npt.PoseTransfer("human", method=method)
             with open(FOLDER / "protocol" / "list.txt") as file:
                 sets = [part.splitlines()[1:] for part in file.read().split("# ")[1:]]
@@ -136,7 +157,9 @@ class Program(Figures):
                     identity, pose, truth = map(read_ply, (f"protocol/{name}" for name in line.split()))
                     errors.append(npt.pmd(transfer(identity, pose), truth[0]))
                 found = float(np.mean(errors))
-                print(f"  {method}, {expected['name']}, {len(errors)} pairs: PMD {found:.6e}, npt evaluate's {expected['pmd']:.6e}")
+                print(
+                    f"  {method}, {expected['name']}, {len(errors)} pairs: PMD {found:.6e}, npt evaluate's {expected['pmd']:.6e}"
+                )
                 self.assertAlmostEqual(found / expected["pmd"], 1, delta=1e-3)
                 self.assertLess(abs(found - expected["pmd"]), 1e-7)
 
@@ -148,7 +171,12 @@ class Prepared(Figures):
             expected = transfer(self.identity, self.paper)
             identity = transfer.prepare_identity(self.identity)
             pose = transfer.prepare_pose(self.paper, len(identity))
-            for pair in ((identity, pose), (identity, self.paper), (self.identity, pose), transfer.prepare(self.identity, self.paper)):
+            for pair in (
+                (identity, pose),
+                (identity, self.paper),
+                (self.identity, pose),
+                transfer.prepare(self.identity, self.paper),
+            ):
                 self.assertTrue(np.array_equal(transfer(*pair), expected))
             out = np.empty_like(expected)
             self.assertIs(transfer(identity, pose, out=out), out)
@@ -230,8 +258,14 @@ class Memory(Figures):
         xyz, faces = self.identity
         wide = np.zeros((len(xyz), 6), np.float32)
         wide[:, ::2] = xyz
-        for same in ((xyz.astype(np.float64), faces), (np.asfortranarray(xyz), faces), (wide[:, ::2], faces), (xyz.tolist(), faces.tolist()),
-                     (xyz.astype(">f4"), faces.astype(np.int64)), npt.Mesh(xyz, faces[:, ::1].astype(np.int16))):
+        for same in (
+            (xyz.astype(np.float64), faces),
+            (np.asfortranarray(xyz), faces),
+            (wide[:, ::2], faces),
+            (xyz.tolist(), faces.tolist()),
+            (xyz.astype(">f4"), faces.astype(np.int64)),
+            npt.Mesh(xyz, faces[:, ::1].astype(np.int16)),
+        ):
             self.assertTrue(np.array_equal(transfer(same, self.paper), expected))
         self.assertTrue(np.array_equal(self.identity[0], xyz))
 
@@ -315,19 +349,30 @@ class BadInput(Figures):
     def test_arrays(self):
         transfer = npt.PoseTransfer()
         xyz, faces = self.identity
-        self.fails("identity: found vertices of shape [20670], expected an array [V, 3] of numbers", transfer, xyz.ravel(), self.pose)
+        self.fails(
+            "identity: found vertices of shape [20670], expected an array [V, 3] of numbers",
+            transfer,
+            xyz.ravel(),
+            self.pose,
+        )
         self.fails("pose: found vertices of shape [3, 6890]", transfer, self.identity, xyz.T)
-        self.fails("identity: found vertices of type <U1, expected an array [V, 3]", transfer, [["a", "b", "c"]], self.pose)
+        self.fails(
+            "identity: found vertices of type <U1, expected an array [V, 3]", transfer, [["a", "b", "c"]], self.pose
+        )
         self.fails("identity: found vertices of type complex64", transfer, xyz.astype(np.complex64), self.pose)
         self.fails("in rows of different lengths", transfer, [[1, 2, 3], [4, 5]], self.pose)
         self.fails("identity: found faces of type float64", transfer, (xyz, faces.astype(float)), self.pose)
-        self.fails("identity: found faces of shape [6890, 3, 2]", transfer, (xyz, np.zeros((6890, 3, 2), int)), self.pose)
+        self.fails(
+            "identity: found faces of shape [6890, 3, 2]", transfer, (xyz, np.zeros((6890, 3, 2), int)), self.pose
+        )
         self.fails("identity: found faces of shape [5, 5]", transfer, (xyz, np.zeros((5, 5), int)), self.pose)
         bad = faces.copy()
         bad[4, 1] = -1
         self.fails("identity: face 4: found", transfer, (xyz, bad), self.pose)
         bad[4, 1] = 6890
-        self.fails("identity: triangle 4: found vertex 6890, expected a number below 6890", transfer, (xyz, bad), self.pose)
+        self.fails(
+            "identity: triangle 4: found vertex 6890, expected a number below 6890", transfer, (xyz, bad), self.pose
+        )
         self.fails("identity: found a tuple of 3, expected (vertices, faces)", transfer, (xyz, faces, faces), self.pose)
         self.fails("identity: found 'identity.obj', expected a mesh", transfer, "identity.obj", self.pose)
         self.fails("pose: found None, expected a mesh", transfer, self.identity, None)
@@ -346,7 +391,9 @@ class BadInput(Figures):
     def test_out(self):
         transfer = npt.PoseTransfer(method="network")
         for out in (np.empty((6890, 3)), np.empty((6889, 3), np.float32), np.empty((3, 6890), np.float32).T, [1, 2]):
-            self.fails("expected a contiguous, writable float32 array [6890, 3]", transfer, self.identity, self.paper, out=out)
+            self.fails(
+                "expected a contiguous, writable float32 array [6890, 3]", transfer, self.identity, self.paper, out=out
+            )
 
     def test_options(self):
         self.fails("method: found 'magic', expected one of automatic, body, network", npt.PoseTransfer, method="magic")
@@ -355,7 +402,11 @@ class BadInput(Figures):
         self.fails("threads: found 1.5", npt.PoseTransfer, threads=1.5)
         self.fails("unit: found 'yard', expected one of metre", npt.PoseTransfer, unit="yard")
         self.fails("refine_radius: found 0", npt.PoseTransfer, refine_radius=0)
-        self.fails("weights: found 'horse', expected one of human, human-pooled, human-wide, quadruped", npt.PoseTransfer, "horse")
+        self.fails(
+            "weights: found 'horse', expected one of human, human-pooled, human-wide, quadruped",
+            npt.PoseTransfer,
+            "horse",
+        )
         self.fails("weights: found 7", npt.PoseTransfer, 7)
 
     def test_weights_of_another_network(self):
@@ -381,7 +432,10 @@ class BadInput(Figures):
         self.assertEqual(report.method, "network")
         self.assertLess(report.pose_trust, 0.6)
         self.assertIn("knot.obj doesn't read as a person", report.notes[0])
-        giant = (self.identity[0] * np.float32(5), self.identity[1])  # of no person's size in metres, centimetres or millimetres
+        giant = (
+            self.identity[0] * np.float32(5),
+            self.identity[1],
+        )  # of no person's size in metres, centimetres or millimetres
         self.assertEqual(transfer.explain(giant, self.pose).method, "body")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", npt.TransferWarning)
@@ -400,5 +454,7 @@ if __name__ == "__main__":
     PROGRAM = os.path.abspath(sys.argv.pop(1))
     with tempfile.TemporaryDirectory() as folder:
         FOLDER = Path(folder)
-        print(f"npt {npt.__version__} from {npt.library_file()}, numpy {np.__version__}, Python {sys.version.split()[0]}")
+        print(
+            f"npt {npt.__version__} from {npt.library_file()}, numpy {np.__version__}, Python {sys.version.split()[0]}"
+        )
         unittest.main()

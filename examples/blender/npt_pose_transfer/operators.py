@@ -40,7 +40,9 @@ class Job:
         if own.source == "COLLECTION":
             if own.collection is None:
                 raise Mistake("No collection: pick the one that holds the poses")
-            self.poses = sorted((o for o in own.collection.all_objects if o.type == "MESH" and o != self.identity), key=lambda o: o.name)
+            self.poses = sorted(
+                (o for o in own.collection.all_objects if o.type == "MESH" and o != self.identity), key=lambda o: o.name
+            )
             if not self.poses:
                 raise Mistake(f"Collection '{own.collection.name}' holds no mesh object to take a pose from")
             self.frames = [context.scene.frame_start + i for i in range(len(self.poses))]
@@ -52,7 +54,11 @@ class Job:
                 raise Mistake(f"Identity and pose are both '{own.pose.name}': pick two objects")
             self.poses = [own.pose]
             if own.source == "FRAMES":
-                first, last = (context.scene.frame_start, context.scene.frame_end) if own.use_scene_range else (own.frame_start, own.frame_end)
+                first, last = (
+                    (context.scene.frame_start, context.scene.frame_end)
+                    if own.use_scene_range
+                    else (own.frame_start, own.frame_end)
+                )
                 self.frames = list(range(first, last + 1, own.frame_step))
                 if not self.frames:
                     raise Mistake(f"No frames: the first, {first}, lies behind the last, {last}")
@@ -119,7 +125,10 @@ class Job:
     @staticmethod
     def expect_bodies(report):
         if report.method != "body":
-            raise npt.Error("No rig: " + (report.notes[0].split(": left to")[0] if report.notes else "these weights have no reader of people"))
+            raise npt.Error(
+                "No rig: "
+                + (report.notes[0].split(": left to")[0] if report.notes else "these weights have no reader of people")
+            )
 
     def finish(self, context):
         """Makes the new object. Returns it."""

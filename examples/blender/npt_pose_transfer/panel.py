@@ -36,7 +36,9 @@ class NPT_PT_transfer(NPT_Panel, bpy.types.Panel):
             row.operator(NPT_OT_transfer.bl_idname, icon="ARMATURE_DATA")
         else:
             job = running.job
-            layout.label(text="Stopping ..." if running.cancelled else f"{job.done} of {job.total} done", icon="SORTTIME")
+            layout.label(
+                text="Stopping ..." if running.cancelled else f"{job.done} of {job.total} done", icon="SORTTIME"
+            )
             layout.operator(NPT_OT_cancel.bl_idname, icon="X")
 
 

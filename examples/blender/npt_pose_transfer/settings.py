@@ -10,12 +10,16 @@ def is_mesh(_, thing):
     return thing.type == "MESH"
 
 
-SOURCES = [("OBJECT", "Object", "The pose of one mesh object"),
-           ("COLLECTION", "Collection", "The mesh objects of a collection, in the order of their names: one shape key each"),
-           ("FRAMES", "Frames", "An animated mesh object, frame by frame: one shape key each")]
-METHODS = [("automatic", "Automatic", "Through bodies where both meshes read as people, else by the network"),
-           ("body", "Bodies", "Through bodies, whatever the meshes are"),
-           ("network", "Network", "By the pose transfer network: upright meshes that face the front view")]
+SOURCES = [
+    ("OBJECT", "Object", "The pose of one mesh object"),
+    ("COLLECTION", "Collection", "The mesh objects of a collection, in the order of their names: one shape key each"),
+    ("FRAMES", "Frames", "An animated mesh object, frame by frame: one shape key each"),
+]
+METHODS = [
+    ("automatic", "Automatic", "Through bodies where both meshes read as people, else by the network"),
+    ("body", "Bodies", "Through bodies, whatever the meshes are"),
+    ("network", "Network", "By the pose transfer network: upright meshes that face the front view"),
+]
 
 
 def weights_items(_self, _context):
@@ -29,32 +33,64 @@ weights_items.kept = []
 
 
 class NPT_Settings(bpy.types.PropertyGroup):
-    identity: PointerProperty(name="Identity", type=bpy.types.Object, poll=is_mesh,
-                              description="Who: the mesh object that takes the pose. It stays as it is; the result is a new object")
+    identity: PointerProperty(
+        name="Identity",
+        type=bpy.types.Object,
+        poll=is_mesh,
+        description="Who: the mesh object that takes the pose. It stays as it is; the result is a new object",
+    )
     source: EnumProperty(name="Pose from", items=SOURCES, description="Where the pose comes from")
-    pose: PointerProperty(name="Pose", type=bpy.types.Object, poll=is_mesh, description="The mesh object whose pose is taken")
-    collection: PointerProperty(name="Poses", type=bpy.types.Collection, description="The poses, in the order of their names")
+    pose: PointerProperty(
+        name="Pose", type=bpy.types.Object, poll=is_mesh, description="The mesh object whose pose is taken"
+    )
+    collection: PointerProperty(
+        name="Poses", type=bpy.types.Collection, description="The poses, in the order of their names"
+    )
     use_scene_range: BoolProperty(name="Scene's range", default=True, description="The frames that the scene plays")
     frame_start: IntProperty(name="First", default=1, description="The first frame")
     frame_end: IntProperty(name="Last", default=24, description="The last frame")
     frame_step: IntProperty(name="Step", default=1, min=1, description="Every so many frames")
-    rig: BoolProperty(name="Rig", description="Give the result an armature of 24 bones that takes the poses, with names and weights for "
-                                              "further animation, instead of moved vertices. For meshes that read as people")
+    rig: BoolProperty(
+        name="Rig",
+        description="Give the result an armature of 24 bones that takes the poses, with names and weights for "
+        "further animation, instead of moved vertices. For meshes that read as people",
+    )
     weights: EnumProperty(name="Weights", items=weights_items, description="The network's weights")
     weights_file: StringProperty(name="File", subtype="FILE_PATH", description="Weights of your own (.safetensors)")
     method: EnumProperty(name="Method", items=METHODS, description="How poses are transferred")
-    pairings: IntProperty(name="Pairings", default=1, min=1, max=64, description="Network: the mean over so many random pairings of vertices")
-    mirror: BoolProperty(name="Mirror", description="Network: also transfer the mirror images, and average; for symmetric subjects")
+    pairings: IntProperty(
+        name="Pairings",
+        default=1,
+        min=1,
+        max=64,
+        description="Network: the mean over so many random pairings of vertices",
+    )
+    mirror: BoolProperty(
+        name="Mirror", description="Network: also transfer the mirror images, and average; for symmetric subjects"
+    )
     refine: BoolProperty(name="Refine", description="Give results the identity's surface detail")
-    refine_radius: FloatProperty(name="Radius", default=0.04, min=0.001, max=10, precision=3,
-                                 description="Detail below this share of the root of the mesh's area comes from the identity")
+    refine_radius: FloatProperty(
+        name="Radius",
+        default=0.04,
+        min=0.001,
+        max=10,
+        precision=3,
+        description="Detail below this share of the root of the mesh's area comes from the identity",
+    )
     seed: IntProperty(name="Seed", min=0, description="Of every random choice")
     threads: IntProperty(name="Threads", min=0, max=4096, description="0: all processors")
 
     def options(self):
         """What npt.PoseTransfer is opened with."""
-        return {"method": self.method, "pairings": self.pairings, "mirror": self.mirror, "refine": self.refine,
-                "refine_radius": self.refine_radius if self.refine else None, "seed": self.seed, "threads": self.threads}
+        return {
+            "method": self.method,
+            "pairings": self.pairings,
+            "mirror": self.mirror,
+            "refine": self.refine,
+            "refine_radius": self.refine_radius if self.refine else None,
+            "seed": self.seed,
+            "threads": self.threads,
+        }
 
     def weights_named(self):
         return bpy.path.abspath(self.weights_file) if self.weights == "FILE" else self.weights

@@ -12,5 +12,19 @@ from ._meshes import Mesh, MeshLike, pmd
 from ._transfer import Identity, Pose, PoseTransfer, Report, Rig, Sequence, TransferWarning, shipped_weights
 
 __version__ = version()
-__all__ = ["Error", "Identity", "Mesh", "MeshLike", "Pose", "PoseTransfer", "Report", "Rig", "Sequence", "TransferWarning",
-           "library_file", "pmd", "shipped_weights", "version"]
+__all__ = [
+    "Error",
+    "Identity",
+    "Mesh",
+    "MeshLike",
+    "Pose",
+    "PoseTransfer",
+    "Report",
+    "Rig",
+    "Sequence",
+    "TransferWarning",
+    "library_file",
+    "pmd",
+    "shipped_weights",
+    "version",
+]

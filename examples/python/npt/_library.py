@@ -17,29 +17,54 @@ class Error(ValueError):
 
 class CMesh(ctypes.Structure):
     """npt_mesh"""
-    _fields_ = [("xyz", ctypes.c_void_p), ("vertices", ctypes.c_size_t), ("triangles", ctypes.c_void_p),
-                ("triangle_count", ctypes.c_size_t), ("name", ctypes.c_char_p)]
+
+    _fields_ = [
+        ("xyz", ctypes.c_void_p),
+        ("vertices", ctypes.c_size_t),
+        ("triangles", ctypes.c_void_p),
+        ("triangle_count", ctypes.c_size_t),
+        ("name", ctypes.c_char_p),
+    ]
 
 
 class COptions(ctypes.Structure):
     """npt_options"""
-    _fields_ = [("size", ctypes.c_size_t), ("threads", ctypes.c_int), ("pairings", ctypes.c_int), ("mirror", ctypes.c_int),
-                ("refine", ctypes.c_int), ("refine_radius", ctypes.c_double), ("invariant", ctypes.c_int),
-                ("pair_as_given", ctypes.c_int), ("resample", ctypes.c_int), ("unit", ctypes.c_double),
-                ("seed", ctypes.c_uint64), ("method", ctypes.c_int), ("reader", ctypes.c_char_p)]
+
+    _fields_ = [
+        ("size", ctypes.c_size_t),
+        ("threads", ctypes.c_int),
+        ("pairings", ctypes.c_int),
+        ("mirror", ctypes.c_int),
+        ("refine", ctypes.c_int),
+        ("refine_radius", ctypes.c_double),
+        ("invariant", ctypes.c_int),
+        ("pair_as_given", ctypes.c_int),
+        ("resample", ctypes.c_int),
+        ("unit", ctypes.c_double),
+        ("seed", ctypes.c_uint64),
+        ("method", ctypes.c_int),
+        ("reader", ctypes.c_char_p),
+    ]
 
 
 class CReport(ctypes.Structure):
     """npt_report"""
+
     _fields_ = [("method", ctypes.c_int), ("identity_trust", ctypes.c_double), ("pose_trust", ctypes.c_double)]
 
 
 class CSkeleton(ctypes.Structure):
     """npt_skeleton"""
-    _fields_ = [("joints", ctypes.c_size_t), ("names", ctypes.POINTER(ctypes.c_char_p)),
-                ("parents", ctypes.POINTER(ctypes.c_int32)), ("places", ctypes.POINTER(ctypes.c_double)),
-                ("vertices", ctypes.c_size_t), ("start", ctypes.POINTER(ctypes.c_size_t)),
-                ("influences", ctypes.c_void_p)]
+
+    _fields_ = [
+        ("joints", ctypes.c_size_t),
+        ("names", ctypes.POINTER(ctypes.c_char_p)),
+        ("parents", ctypes.POINTER(ctypes.c_int32)),
+        ("places", ctypes.POINTER(ctypes.c_double)),
+        ("vertices", ctypes.c_size_t),
+        ("start", ctypes.POINTER(ctypes.c_size_t)),
+        ("influences", ctypes.c_void_p),
+    ]
 
 
 MESH = ctypes.POINTER(CMesh)
@@ -86,7 +111,9 @@ def library() -> ctypes.CDLL:
         try:
             opened = ctypes.CDLL(str(file))
         except OSError as error:
-            raise Error(f"{file}: found a library that can't be opened ({error}), expected npt's for this system") from None
+            raise Error(
+                f"{file}: found a library that can't be opened ({error}), expected npt's for this system"
+            ) from None
         for name, arguments in ARGUMENTS.items():
             function = getattr(opened, name)
             function.argtypes, function.restype = arguments, ctypes.c_int

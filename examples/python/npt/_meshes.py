@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Optional, Protocol, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._library import CMesh, Error
 
@@ -14,6 +15,7 @@ from ._library import CMesh, Error
 @dataclass(frozen=True)
 class Mesh:
     """Vertices [V, 3], faces [F, 3] or [F, 4] of vertex numbers, None for a cloud of points, and what messages call it."""
+
     vertices: Any
     faces: Any = None
     name: Optional[str] = None
@@ -21,17 +23,21 @@ class Mesh:
 
 class HasVerticesAndFaces(Protocol):
     """Such as trimesh.Trimesh."""
+
     @property
-    def vertices(self) -> Any: ...
+    def vertices(self) -> Any:
+        ...
+
     @property
-    def faces(self) -> Any: ...
+    def faces(self) -> Any:
+        ...
 
 
 #: An npt.Mesh, anything with .vertices and .faces (trimesh), a pair (vertices, faces), or vertices alone.
-MeshLike = Union[Mesh, HasVerticesAndFaces, "tuple[Any, Any]", np.ndarray]
+MeshLike = Union[Mesh, HasVerticesAndFaces, "tuple[Any, Any]", NDArray[Any]]
 
 
-def _numbers(values: Any, name: str, what: str, kinds: str, wanted: str) -> np.ndarray:
+def _numbers(values: Any, name: str, what: str, kinds: str, wanted: str) -> NDArray[Any]:
     try:
         array = np.asarray(values)
     except ValueError:
@@ -43,12 +49,12 @@ def _numbers(values: Any, name: str, what: str, kinds: str, wanted: str) -> np.n
     return array
 
 
-def _name_row(array: np.ndarray, bad: np.ndarray) -> "tuple[int, str]":
+def _name_row(array: NDArray[Any], bad: NDArray[np.bool_]) -> "tuple[int, str]":
     row = int(np.flatnonzero(bad.any(axis=1))[0])
     return row, ", ".join(str(x) for x in array[row])
 
 
-def floats(values: Any, name: str) -> np.ndarray:
+def floats(values: Any, name: str) -> NDArray[np.float32]:
     """[V, 3] float32, contiguous: `values` itself if it is so already, else a converted copy."""
     wanted = "an array [V, 3] of numbers"
     array = _numbers(values, name, "vertices", "fiu", wanted)
@@ -63,14 +69,17 @@ def floats(values: Any, name: str) -> np.ndarray:
     return array
 
 
-def triangles(values: Any, name: str) -> np.ndarray:
+def triangles(values: Any, name: str) -> NDArray[np.uint32]:
     """[T, 3] uint32, contiguous: `values` itself if they are so or int32 already. Quads become two triangles each."""
     wanted = "an array [F, 3] or [F, 4] of vertex numbers"
     array = _numbers(values, name, "faces", "iu", wanted)
     if array.ndim != 2 or array.shape[1] not in (3, 4):
         raise Error(f"{name}: found faces of shape {list(array.shape)}, expected {wanted}")
-    if array.size and (array.dtype.kind == "i" or array.dtype.itemsize > 4) and \
-            not (0 <= int(array.min()) and int(array.max()) < 2**32):
+    if (
+        array.size
+        and (array.dtype.kind == "i" or array.dtype.itemsize > 4)
+        and not (0 <= int(array.min()) and int(array.max()) < 2**32)
+    ):
         row, text = _name_row(array, (array < 0) | (array >= 2**32))
         raise Error(f"{name}: face {row}: found {text}, expected vertex numbers from 0")
     if array.shape[1] == 4:
@@ -84,10 +93,10 @@ class Borrowed:
     """A mesh's arrays and the npt_mesh that points at them. Not longer than the arrays live, which it keeps."""
 
     def __init__(self, mesh: MeshLike, name: str):
-        vertices: Any = mesh
-        faces: Any = None
-        if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
-            vertices, faces = mesh.vertices, mesh.faces
+        given: Any = mesh
+        vertices, faces = given, None
+        if hasattr(given, "vertices") and hasattr(given, "faces"):
+            vertices, faces = given.vertices, given.faces
             name = getattr(mesh, "name", None) or name
         elif isinstance(mesh, tuple):
             if len(mesh) != 2:
@@ -98,9 +107,13 @@ class Borrowed:
         self.name = str(name)
         self.xyz = floats(vertices, self.name)
         self.triangles = triangles(faces, self.name) if faces is not None and len(faces) > 0 else None
-        self.c = CMesh(self.xyz.ctypes.data, len(self.xyz),
-                       self.triangles.ctypes.data if self.triangles is not None else None,
-                       len(self.triangles) if self.triangles is not None else 0, self.name.encode())
+        self.c = CMesh(
+            self.xyz.ctypes.data,
+            len(self.xyz),
+            self.triangles.ctypes.data if self.triangles is not None else None,
+            len(self.triangles) if self.triangles is not None else 0,
+            self.name.encode(),
+        )
 
     def __len__(self) -> int:
         return len(self.xyz)
@@ -110,11 +123,15 @@ class Borrowed:
         return ctypes.byref(self.c)
 
 
-def result_for(vertices: int, out: Optional[np.ndarray]) -> np.ndarray:
+def result_for(vertices: int, out: Optional[NDArray[np.float32]]) -> NDArray[np.float32]:
     if out is None:
         return np.empty((vertices, 3), np.float32)
-    if not isinstance(out, np.ndarray) or out.dtype != np.float32 or out.shape != (vertices, 3) or \
-            not (out.flags.c_contiguous and out.flags.aligned and out.flags.writeable):
+    if (
+        not isinstance(out, np.ndarray)
+        or out.dtype != np.float32
+        or out.shape != (vertices, 3)
+        or not (out.flags.c_contiguous and out.flags.aligned and out.flags.writeable)
+    ):
         found = f"{out.dtype} {list(out.shape)}" if isinstance(out, np.ndarray) else type(out).__name__
         raise Error(f"out: found {found}, expected a contiguous, writable float32 array [{vertices}, 3]")
     return out

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Iterable, Iterator, Optional, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._library import COptions, CReport, CSkeleton, Error, Handle, call, library, package_folder
 from ._meshes import Borrowed, MeshLike, result_for
@@ -29,6 +30,7 @@ class TransferWarning(UserWarning):
 @dataclass(frozen=True)
 class Report:
     """How a transfer is made, and how sure it is."""
+
     method: str  #: "body" or "network"
     identity_trust: Optional[float]  #: 0 to 1: that it is a person, and was read right; None: not read
     pose_trust: Optional[float]
@@ -38,14 +40,15 @@ class Report:
 @dataclass(frozen=True)
 class Rig:
     """A skeleton and skin weights for an identity, in its own unit, place and pose. Joints have no rotation of their own."""
-    names: "list[str]"  #: as VRM calls them: "hips", "leftUpperLeg" ...
-    parents: np.ndarray  #: [J] int32, -1: the root; parents stand before children
-    places: np.ndarray  #: [J, 3] float64
-    start: np.ndarray  #: [V + 1] where a vertex's influences begin
-    joints: np.ndarray  #: [N] uint16, of each influence
-    weights: np.ndarray  #: [N] float32; a vertex's sum to 1
 
-    def weight_matrix(self) -> np.ndarray:
+    names: "list[str]"  #: as VRM calls them: "hips", "leftUpperLeg" ...
+    parents: NDArray[np.int32]  #: [J] int32, -1: the root; parents stand before children
+    places: NDArray[np.float64]  #: [J, 3] float64
+    start: NDArray[np.uint64]  #: [V + 1] where a vertex's influences begin
+    joints: NDArray[np.uint16]  #: [N] uint16, of each influence
+    weights: NDArray[np.float32]  #: [N] float32; a vertex's sum to 1
+
+    def weight_matrix(self) -> NDArray[np.float32]:
         """[V, J] float32"""
         matrix = np.zeros((len(self.start) - 1, len(self.names)), np.float32)
         vertex = np.repeat(np.arange(len(self.start) - 1), np.diff(self.start).astype(np.int64))
@@ -102,7 +105,9 @@ def _weights_file(weights: Union[str, "os.PathLike[str]"]) -> Path:
         for folder in weights_folders():
             if (folder / f"{weights}.safetensors").is_file():
                 return folder / f"{weights}.safetensors"
-        raise Error(f"weights: found {weights!r}, expected one of {', '.join(shipped_weights())}, or a .safetensors file")
+        raise Error(
+            f"weights: found {weights!r}, expected one of {', '.join(shipped_weights())}, or a .safetensors file"
+        )
     try:
         return Path(weights)
     except TypeError:
@@ -115,7 +120,9 @@ def _whole(value: Any, name: str, least: int, most: int) -> int:
     except TypeError:
         number = least - 1
     if not least <= number <= most:
-        raise Error(f"{name}: found {value!r}, expected a whole number from {least}" + (f" to {most}" if most < 2**31 else ""))
+        raise Error(
+            f"{name}: found {value!r}, expected a whole number from {least}" + (f" to {most}" if most < 2**31 else "")
+        )
     return number
 
 
@@ -155,10 +162,23 @@ class PoseTransfer:
     Raises npt.Error for what can't be done right; warns with npt.TransferWarning of what may be wrong.
     """
 
-    def __init__(self, weights: Union[str, "os.PathLike[str]"] = "human", *, method: str = "automatic", pairings: int = 1,
-                 mirror: bool = False, refine: bool = False, refine_radius: Optional[float] = None, invariant: bool = False,
-                 pair_as_given: bool = False, resample: bool = True, unit: Union[None, str, float] = None, seed: int = 0,
-                 threads: int = 0, reader: Union[None, str, "os.PathLike[str]"] = None):
+    def __init__(
+        self,
+        weights: Union[str, "os.PathLike[str]"] = "human",
+        *,
+        method: str = "automatic",
+        pairings: int = 1,
+        mirror: bool = False,
+        refine: bool = False,
+        refine_radius: Optional[float] = None,
+        invariant: bool = False,
+        pair_as_given: bool = False,
+        resample: bool = True,
+        unit: Union[None, str, float] = None,
+        seed: int = 0,
+        threads: int = 0,
+        reader: Union[None, str, "os.PathLike[str]"] = None,
+    ):
         options = COptions()
         library().npt_default_options(ctypes.byref(options))
         if method not in METHODS:
@@ -203,8 +223,13 @@ class PoseTransfer:
     def __repr__(self) -> str:
         return "npt.PoseTransfer(closed)" if self._handle is None else f"npt.PoseTransfer({self.description})"
 
-    def __call__(self, identity: Union[MeshLike, Identity], pose: Union[MeshLike, Pose], *,
-                 out: Optional[np.ndarray] = None) -> np.ndarray:
+    def __call__(
+        self,
+        identity: Union[MeshLike, Identity],
+        pose: Union[MeshLike, Pose],
+        *,
+        out: Optional[NDArray[np.float32]] = None,
+    ) -> NDArray[np.float32]:
         """The identity's vertices [V, 3], float32, in the pose mesh's pose: in its own order, unit and place.
 
         identity, pose  meshes, or what prepare_identity and prepare_pose made of them
@@ -247,7 +272,7 @@ class PoseTransfer:
         """Frames one after another, whose random choices are made once, so that nothing flickers."""
         return Sequence(self, self._identity(identity))
 
-    def sequence(self, identity: Union[MeshLike, Identity], poses: Iterable[MeshLike]) -> Iterator[np.ndarray]:
+    def sequence(self, identity: Union[MeshLike, Identity], poses: Iterable[MeshLike]) -> Iterator[NDArray[np.float32]]:
         """The identity in each frame's pose, one after another."""
         frames = self.open_sequence(identity)
         return (frames(pose) for pose in poses)
@@ -267,13 +292,18 @@ class PoseTransfer:
             start = np.ctypeslib.as_array(c.start, (c.vertices + 1,)).copy()
             raw = ctypes.string_at(c.influences, int(start[-1]) * INFLUENCE.itemsize)
             influences = np.frombuffer(raw, INFLUENCE)
-            return Rig([c.names[j].decode() for j in range(c.joints)], np.ctypeslib.as_array(c.parents, (c.joints,)).copy(),
-                       np.ctypeslib.as_array(c.places, (c.joints * 3,)).reshape(-1, 3).copy(), start,
-                       influences["joint"].copy(), influences["weight"].copy())
+            return Rig(
+                [c.names[j].decode() for j in range(c.joints)],
+                np.ctypeslib.as_array(c.parents, (c.joints,)).copy(),
+                np.ctypeslib.as_array(c.places, (c.joints * 3,)).reshape(-1, 3).copy(),
+                start,
+                influences["joint"].copy(),
+                influences["weight"].copy(),
+            )
         finally:
             library().npt_close_skeleton(pointer)
 
-    def motions(self, identity: Union[MeshLike, Identity], pose: Union[MeshLike, Pose]) -> np.ndarray:
+    def motions(self, identity: Union[MeshLike, Identity], pose: Union[MeshLike, Pose]) -> NDArray[np.float64]:
         """How the rig's joints move to a pose: [J, 3, 4], a rotation and a shift each. Vertices that go by these and the skin
         weights are the transfer's result."""
         prepared, taken = self._prepared(identity, pose)
@@ -317,7 +347,7 @@ class Sequence:
         self._open = transfer._open  # the sequence goes before the transfer does
         call("npt_open_sequence", self._open.handle, identity._owned.handle, self._owned.out)
 
-    def __call__(self, pose: MeshLike, *, out: Optional[np.ndarray] = None) -> np.ndarray:
+    def __call__(self, pose: MeshLike, *, out: Optional[NDArray[np.float32]] = None) -> NDArray[np.float32]:
         """The identity's vertices in the next frame's pose."""
         mesh = Borrowed(pose, "pose")
         result = result_for(len(self._identity), out)
@@ -332,7 +362,7 @@ class Sequence:
             call("npt_explain_frame", self._owned.handle, ctypes.byref(report))
         return _report(report)
 
-    def motions(self) -> np.ndarray:
+    def motions(self) -> NDArray[np.float64]:
         """How the rig's joints moved to the last frame: [J, 3, 4]"""
         motions = np.empty((JOINTS, 3, 4))
         with self._lock:
@@ -342,6 +372,9 @@ class Sequence:
 
 def _report(report: CReport) -> Report:
     notes = library().npt_last_notes().decode("utf-8", "replace")
-    return Report("body" if report.method == METHODS["body"] else "network",
-                  report.identity_trust if report.identity_trust >= 0 else None,
-                  report.pose_trust if report.pose_trust >= 0 else None, tuple(notes.splitlines()))
+    return Report(
+        "body" if report.method == METHODS["body"] else "network",
+        report.identity_trust if report.identity_trust >= 0 else None,
+        report.pose_trust if report.pose_trust >= 0 else None,
+        tuple(notes.splitlines()),
+    )
