@@ -18,6 +18,7 @@ stage=$(mktemp -d)
 trap 'rm -rf "$stage"' EXIT
 wheel=$("$project/examples/python/build_wheel.sh" "${options[@]}" "$stage/wheel")
 cp -r "$project/examples/blender/npt_pose_transfer" "$stage"
+cp "$project/LICENSE" "$stage/npt_pose_transfer"
 python3 - "$wheel" "$stage/npt_pose_transfer" "$out/npt_pose_transfer.zip.part" << 'PYTHON'
 import pathlib, sys, zipfile
 wheel, addon, out = map(pathlib.Path, sys.argv[1:])

@@ -34,7 +34,7 @@ done
 mkdir -p "$out"
 stage=$(mktemp -d)
 trap 'rm -rf "$stage"' EXIT
-cp -r "$project/examples/python/npt" "$project/examples/python/pyproject.toml" "$project/examples/python/setup.py" "$stage"
+cp -r "$project/examples/python/npt" "$project/examples/python/pyproject.toml" "$project/examples/python/setup.py" "$project/LICENSE" "$stage"
 rm -rf "$stage"/npt/__pycache__
 mkdir -p "$stage/npt/lib" "$stage/npt/weights/readers"
 cp -L "$library" "$stage/npt/lib/libnpt_c.so"
