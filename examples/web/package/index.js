@@ -1,0 +1,406 @@
+// npt in WebAssembly: typed arrays in and out. index.d.ts says what each part takes and gives.
+import createModule from './npt-module.js';
+
+const kinds = ['none', 'argument', 'input', 'memory', 'internal'];
+
+/** What can't be done: the library's message, and whether it is the caller's, the input's or the memory's doing. */
+export class NptError extends Error {
+  constructor(message, kind, options) {
+    super(message, options);
+    this.name = 'NptError';
+    this.kind = kind;
+  }
+}
+
+const bad = (message) => new NptError(message, 'argument');
+
+// ---- the module ----
+
+let loading = null;   // Promise of the module
+let module_ = null;   // the module, once it is there
+
+async function compiled(wasm) {
+  if (wasm instanceof WebAssembly.Module) return wasm;
+  if (wasm instanceof ArrayBuffer || ArrayBuffer.isView(wasm)) return WebAssembly.compile(wasm);
+  const url = new URL(wasm ?? 'npt.wasm', import.meta.url);
+  if (url.protocol === 'file:') {
+    const { readFile } = await import('node:fs/promises');
+    return WebAssembly.compile(await readFile(url));
+  }
+  const response = await fetch(url);
+  if (!response.ok) throw new NptError(`${url}: ${response.status} ${response.statusText}`, 'input');
+  // A server that doesn't know the type of .wasm files is no obstacle.
+  if (/^application\/wasm/.test(response.headers.get('content-type') ?? '')) return WebAssembly.compileStreaming(response);
+  return WebAssembly.compile(await response.arrayBuffer());
+}
+
+/** Loads the module, once. `wasm`: where npt.wasm is, its bytes, or a WebAssembly.Module; without: beside this file. */
+export function load({ wasm } = {}) {
+  loading ??= (async () => {
+    const code = await compiled(wasm);
+    module_ = await createModule({
+      instantiateWasm(imports, done) {
+        WebAssembly.instantiate(code, imports).then((instance) => done(instance, code));
+        return {};
+      },
+      print() {}, printErr() {},
+    });
+    module_.code = code;
+  })().catch((error) => {
+    loading = null;
+    throw error;
+  });
+  return loading;
+}
+
+/** The version of npt: "0.1.0". */
+export async function version() {
+  await load();
+  return module_.UTF8ToString(module_._web_version());
+}
+
+/** Bytes of memory that the module holds. It grows as needed, to 2 GB at most, and never shrinks. */
+export const memory = () => (module_ ? module_.HEAPU8.byteLength : 0);
+
+function failure() {
+  return new NptError(module_.UTF8ToString(module_._web_error()), kinds[module_._web_error_kind()] ?? 'internal');
+}
+
+// What a function of the module returns, or its error. A trap is a mistake in the library: it says so.
+function call(name, ...words) {
+  let result;
+  try {
+    result = module_[`_web_${name}`](...words);
+  } catch (error) {
+    if (error instanceof NptError) throw error;
+    throw new NptError(`npt stopped in ${name}: ${error.message ?? error}`, 'internal', { cause: error });
+  }
+  if (result === 0) throw failure();
+  return result;
+}
+
+const textFrom = (pointer) => module_.UTF8ToString(pointer);
+
+function allocate(bytes) {
+  const pointer = module_._malloc(Math.max(1, bytes));
+  if (pointer === 0) throw new NptError('out of memory', 'memory');
+  return pointer;
+}
+
+// f(pointers...) with texts and arrays in the module's memory, which is freed afterwards.
+function lent(values, f) {
+  const pointers = [];
+  try {
+    for (const value of values) {
+      if (value === null) {
+        pointers.push(0);
+      } else if (typeof value === 'string') {
+        const bytes = module_.lengthBytesUTF8(value) + 1;
+        pointers.push(allocate(bytes));
+        module_.stringToUTF8(value, pointers.at(-1), bytes);
+      } else {
+        pointers.push(allocate(value.byteLength));
+        module_.HEAPU8.set(new Uint8Array(value.buffer, value.byteOffset, value.byteLength), pointers.at(-1));
+      }
+    }
+    return f(...pointers);
+  } finally {
+    for (const pointer of pointers) if (pointer !== 0) module_._free(pointer);
+  }
+}
+
+const floatsAt = (pointer, count) => module_.HEAPF32.slice(pointer / 4, pointer / 4 + count);
+
+// ---- files ----
+
+const asBytes = (bytes, what) => {
+  if (bytes instanceof ArrayBuffer) return new Uint8Array(bytes);
+  if (ArrayBuffer.isView(bytes)) return new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  throw bad(`${what}: bytes are wanted, an ArrayBuffer or a typed array`);
+};
+
+// A name for one file in a folder of its own.
+const fileName = (name) => {
+  const last = String(name ?? '').split(/[\\/]/).at(-1).replace(/[\u0000-\u001f]/g, '_');
+  return last === '' || last === '.' || last === '..' ? 'mesh' : last;
+};
+
+let folders = 0;
+
+// f() in a folder with these files, which then goes away. Names in messages are those that the caller knows.
+function inFolder(files, f) {
+  const { FS } = module_;
+  const folder = `/npt-${folders++}`;
+  FS.mkdir(folder);
+  FS.chdir(folder);
+  try {
+    for (const [name, bytes] of files) {
+      const parts = name.split('/');
+      for (let i = 1; i < parts.length; ++i) {
+        const part = parts.slice(0, i).join('/');
+        if (!FS.analyzePath(part).exists) FS.mkdir(part);
+      }
+      FS.writeFile(name, bytes, { canOwn: false });
+    }
+    return f();
+  } catch (error) {
+    if (error instanceof NptError) throw error;
+    if (error instanceof RangeError) throw new NptError('out of memory', 'memory', { cause: error });
+    throw new NptError(String(error.message ?? error), 'internal', { cause: error });
+  } finally {
+    FS.chdir('/');
+    remove(folder);
+  }
+}
+
+function remove(path) {
+  const { FS } = module_;
+  if (!FS.isDir(FS.stat(path).mode)) return FS.unlink(path);
+  for (const name of FS.readdir(path)) if (name !== '.' && name !== '..') remove(`${path}/${name}`);
+  return FS.rmdir(path);
+}
+
+// ---- handles ----
+
+// Something that lives in the module's memory. It is freed when it is closed and all that was made of it is.
+class Handle {
+  #pointer;
+  #release;
+  #parents;
+  #users = 1;
+  #closed = false;
+  constructor(pointer, release, parents = []) {
+    this.#pointer = pointer;
+    this.#release = release;
+    this.#parents = parents;
+    for (const parent of parents) parent.#users += 1;
+  }
+  get pointer_() {
+    if (this.#closed) throw bad(`${this.constructor.name}: used after close()`);
+    return this.#pointer;
+  }
+  get closed() { return this.#closed; }
+  close() {
+    if (this.#closed) return;
+    this.#closed = true;
+    this.#leave();
+  }
+  [Symbol.dispose ?? Symbol.for('Symbol.dispose')]() { this.close(); }
+  #leave() {
+    this.#users -= 1;
+    if (this.#users > 0) return;
+    module_[`_web_${this.#release}`](this.#pointer);
+    for (const parent of this.#parents) parent.#leave();
+  }
+}
+
+/** A mesh in the module's memory, with all that its file holds, so that it can be written again. */
+export class Mesh extends Handle {
+  constructor(pointer) {
+    super(pointer, 'release_mesh');
+    Object.assign(this, JSON.parse(textFrom(call('mesh_info', pointer))));
+  }
+
+  /** Reads OBJ, PLY, GLB, glTF or OFF: the format is that of the name's extension. */
+  static async read(bytes, name, others = {}) {
+    await load();
+    const own = fileName(name);
+    const files = Object.entries(others).map(([other, content]) => [other.replace(/^\.?\//, ''), asBytes(content, other)]);
+    files.push([own, asBytes(bytes, own)]);
+    return new Mesh(inFolder(files, () => lent([own], (path) => call('read', path, path))));
+  }
+
+  /** A mesh of positions [3 V] and triangles [3 T]. */
+  static async from({ positions, triangles = null, name = 'mesh' }) {
+    await load();
+    return made({ positions, triangles, name });
+  }
+
+  /** The built-in mannequin; the same seeds give the same mesh as `npt generate` does. */
+  static async mannequin({ shapeSeed = 0, proportions = false, pose = 'rest', poseSeed = 0, angles = null, name = 'mannequin' } = {}) {
+    await load();
+    const kind = ['rest', 'random', 'wide', 'natural'].indexOf(pose);
+    if (kind < 0) throw bad(`pose '${pose}': rest, random, wide or natural`);
+    if (angles !== null && angles.length !== 72) throw bad(`angles: ${angles.length} numbers, expected 72`);
+    return new Mesh(lent([name, angles === null ? null : Float32Array.from(angles)], (text, numbers) =>
+      call('mannequin', text, shapeSeed, proportions ? 1 : 0, kind, poseSeed, numbers)));
+  }
+
+  get positions() { return floatsAt(module_._web_positions(this.pointer_), 3 * this.vertices); }
+  get indices() {
+    const first = module_._web_triangles(this.pointer_) / 4;
+    return module_.HEAPU32.slice(first, first + 3 * this.triangles);
+  }
+
+  /** Moves the mesh to a time, in seconds, of one of its clips. */
+  moveTo(clip, time) {
+    if (!this.clips[clip]) throw bad(`clip ${clip}: ${this.name} has ${this.clips.length}`);
+    call('move', this.pointer_, clip, time);
+  }
+
+  /** The bytes of a file: this mesh with all that came with it, in `positions` where they are given. */
+  write(format, { positions = null, transfer = null } = {}) {
+    if (!['obj', 'ply', 'glb'].includes(format)) throw bad(`format '${format}': obj, ply or glb`);
+    if (positions !== null && positions.length !== 3 * this.vertices)
+      throw bad(`positions: ${positions.length} numbers, expected ${3 * this.vertices}`);
+    const file = `result.${format}`;
+    return inFolder([], () => {
+      lent([positions === null ? null : asFloats(positions), file], (xyz, path) =>
+        call('write', transfer === null ? 0 : transfer.pointer_, this.pointer_, xyz, path));
+      return module_.FS.readFile(file);
+    });
+  }
+}
+
+const asFloats = (numbers) => (numbers instanceof Float32Array ? numbers : Float32Array.from(numbers));
+
+function made({ positions, triangles = null, name = 'mesh' }) {
+  if (!positions || positions.length === undefined || positions.length % 3 !== 0)
+    throw bad(`${name}: positions are three numbers a vertex`);
+  if (triangles !== null && triangles.length % 3 !== 0) throw bad(`${name}: triangles are three vertex numbers each`);
+  const faces = triangles === null ? null : triangles instanceof Uint32Array ? triangles : Uint32Array.from(triangles);
+  return new Mesh(lent([name, asFloats(positions), faces], (text, xyz, corners) =>
+    call('make', text, xyz, positions.length / 3, corners, faces === null ? 0 : faces.length / 3)));
+}
+
+/** An identity that takes many poses. */
+class PreparedIdentity extends Handle {
+  constructor(transfer, mesh) {
+    super(call('prepare_identity', transfer.pointer_, mesh.pointer_), 'release_identity', [transfer, mesh]);
+    this.transfer = transfer;
+    this.mesh = mesh;
+  }
+}
+
+/** A pose that many identities take. */
+class PreparedPose extends Handle {
+  constructor(transfer, mesh, vertices) {
+    super(call('prepare_pose', transfer.pointer_, mesh.pointer_, vertices), 'release_pose', [transfer]);
+    this.transfer = transfer;
+  }
+}
+
+/** Frames of one movement on one identity, one after another. */
+class Sequence extends Handle {
+  constructor(identity) {
+    super(call('open_sequence', identity.pointer_), 'close_sequence', [identity]);
+    this.identity = identity;
+    this.length = 0;
+    this.reports = [];
+  }
+
+  /** Transfers the next frame. */
+  add(pose) {
+    return borrowed(pose, 'pose', (mesh) => {
+      const report = JSON.parse(textFrom(call('add_frame', this.pointer_, mesh.pointer_)));
+      this.reports.push(report);
+      this.length += 1;
+      return { positions: this.frame(this.length - 1), report };
+    });
+  }
+
+  /** Takes the frames along the pose's way, as `npt transfer --clip` does. After the last frame. */
+  followRoot() { call('follow_root', this.pointer_); }
+
+  /** Positions [3 V] of frame i. */
+  frame(i) { return floatsAt(call('frame', this.pointer_, i), 3 * this.identity.mesh.vertices); }
+
+  /** A GLB that moves. */
+  write({ clip = 'clip', fps = 30, times = null } = {}) {
+    const seconds = Float64Array.from(times ?? Array.from({ length: this.length }, (_, i) => i / fps));
+    if (seconds.length !== this.length) throw bad(`times: ${seconds.length}, expected ${this.length}`);
+    return inFolder([], () => {
+      lent(['result.glb', clip, seconds], (path, name, at) => call('write_sequence', this.pointer_, path, name, at));
+      return module_.FS.readFile('result.glb');
+    });
+  }
+}
+
+// f(mesh) on a mesh, or on arrays for as long as f runs.
+function borrowed(mesh, name, f) {
+  if (mesh instanceof Mesh) return f(mesh);
+  const own = made({ name, ...mesh });
+  try {
+    return f(own);
+  } finally {
+    own.close();
+  }
+}
+
+const methods = ['automatic', 'body', 'network'];
+
+/** Weights, ready to put poses onto meshes. */
+export class PoseTransfer extends Handle {
+  constructor(pointer) {
+    super(pointer, 'close');
+    Object.assign(this, JSON.parse(textFrom(call('describe', pointer))));
+  }
+
+  /** Opens weights (.safetensors). Without `reader`, the network that reads people, all transfers are the network's. */
+  static async open(weights, options = {}) {
+    const {
+      reader = null, name = 'weights', method = 'automatic', pairings = 1, mirror = false, refine = false, refineRadius = 0,
+      invariant = false, resample = true, unit = 0, seed = 0, wasm,
+    } = options;
+    if (!methods.includes(method)) throw bad(`method '${method}': automatic, body or network`);
+    await load({ wasm });
+    const own = fileName(name);
+    const files = [[own, asBytes(weights, own)]];
+    if (reader !== null) files.push(['reader.safetensors', asBytes(reader, 'reader')]);
+    return new PoseTransfer(inFolder(files, () => lent([own, reader === null ? '' : 'reader.safetensors'], (path, readerPath) =>
+      call('open', path, readerPath, methods.indexOf(method), pairings, mirror ? 1 : 0, refine ? 1 : 0, refineRadius, invariant ? 1 : 0,
+        resample ? 1 : 0, unit, seed, 0))));
+  }
+
+  prepareIdentity(mesh) {
+    if (mesh instanceof Mesh) return new PreparedIdentity(this, mesh);
+    const own = made({ name: 'identity', ...mesh });
+    try {
+      return new PreparedIdentity(this, own);
+    } finally {
+      own.close();  // the prepared identity keeps it
+    }
+  }
+  preparePose(mesh, identityVertices) {
+    return borrowed(mesh, 'pose', (own) => new PreparedPose(this, own, identityVertices));
+  }
+  openSequence(identity) {
+    if (identity instanceof PreparedIdentity) return new Sequence(identity);
+    const own = this.prepareIdentity(identity);
+    try {
+      return new Sequence(own);
+    } finally {
+      own.close();
+    }
+  }
+
+  /** The identity's positions in the pose. Both may be meshes, arrays, or prepared. */
+  run(identity, pose) {
+    const own = [];
+    try {
+      let preparedIdentity = identity, preparedPose = pose;
+      if (!(identity instanceof PreparedIdentity)) own.push(preparedIdentity = this.prepareIdentity(identity));
+      if (!(pose instanceof PreparedPose))
+        own.push(preparedPose = this.preparePose(pose, preparedIdentity.mesh.vertices));
+      if (preparedIdentity.transfer !== this || preparedPose.transfer !== this)
+        throw bad('prepared by another transfer');
+      const report = JSON.parse(textFrom(call('report', preparedIdentity.pointer_, preparedPose.pointer_)));
+      const count = 3 * preparedIdentity.mesh.vertices;
+      const positions = lent([new Float32Array(count)], (xyz) => {
+        try {
+          call('run', preparedIdentity.pointer_, preparedPose.pointer_, xyz);
+        } catch (error) {
+          error.report = report;  // why the network was asked at all
+          throw error;
+        }
+        return floatsAt(xyz, count);
+      });
+      return { positions, report };
+    } finally {
+      for (const handle of own) handle.close();
+    }
+  }
+
+  /** Metres in a unit of the mesh, told from its size; 0 where that is no person's. */
+  unitOf(mesh) { return module_._web_unit(this.pointer_, mesh.pointer_); }
+}
