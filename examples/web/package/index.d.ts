@@ -48,14 +48,14 @@ export class Mesh extends Handle {
     angles?: ArrayLike<number> | null; name?: string;
   }): Promise<Mesh>;
   readonly name: string;
-  readonly vertices: number;
-  readonly faces: number;
-  readonly triangles: number;
+  readonly vertexCount: number;
+  readonly faceCount: number;
+  readonly triangleCount: number;
   readonly clips: readonly Clip[];
-  /** [3 vertices], a copy. */
+  /** [3 V], a copy. */
   readonly positions: Float32Array;
-  /** [3 triangles], a copy. */
-  readonly indices: Uint32Array;
+  /** [3 T], a copy. */
+  readonly triangles: Uint32Array;
   /** Moves the mesh to a time of a clip. */
   moveTo(clip: number, seconds: number): void;
   /** A file of this mesh: faces, UVs, groups and materials as far as the format has them. `transfer` knows its unit: GLB is in metres. */

@@ -198,7 +198,8 @@ class Handle {
 export class Mesh extends Handle {
   constructor(pointer) {
     super(pointer, 'release_mesh');
-    Object.assign(this, JSON.parse(textFrom(call('mesh_info', pointer))));
+    const { name, vertices, faces, triangles, clips } = JSON.parse(textFrom(call('mesh_info', pointer)));
+    Object.assign(this, { name, vertexCount: vertices, faceCount: faces, triangleCount: triangles, clips });
   }
 
   /** Reads OBJ, PLY, GLB, glTF or OFF: the format is that of the name's extension. */
@@ -226,10 +227,10 @@ export class Mesh extends Handle {
       call('mannequin', text, shapeSeed, proportions ? 1 : 0, kind, poseSeed, numbers)));
   }
 
-  get positions() { return floatsAt(module_._web_positions(this.pointer_), 3 * this.vertices); }
-  get indices() {
+  get positions() { return floatsAt(module_._web_positions(this.pointer_), 3 * this.vertexCount); }
+  get triangles() {
     const first = module_._web_triangles(this.pointer_) / 4;
-    return module_.HEAPU32.slice(first, first + 3 * this.triangles);
+    return module_.HEAPU32.slice(first, first + 3 * this.triangleCount);
   }
 
   /** Moves the mesh to a time, in seconds, of one of its clips. */
@@ -241,8 +242,8 @@ export class Mesh extends Handle {
   /** The bytes of a file: this mesh with all that came with it, in `positions` where they are given. */
   write(format, { positions = null, transfer = null } = {}) {
     if (!['obj', 'ply', 'glb'].includes(format)) throw bad(`format '${format}': obj, ply or glb`);
-    if (positions !== null && positions.length !== 3 * this.vertices)
-      throw bad(`positions: ${positions.length} numbers, expected ${3 * this.vertices}`);
+    if (positions !== null && positions.length !== 3 * this.vertexCount)
+      throw bad(`positions: ${positions.length} numbers, expected ${3 * this.vertexCount}`);
     const file = `result.${format}`;
     return inFolder([], () => {
       lent([positions === null ? null : asFloats(positions), file], (xyz, path) =>
@@ -303,7 +304,7 @@ class Sequence extends Handle {
   followRoot() { call('follow_root', this.pointer_); }
 
   /** Positions [3 V] of frame i. */
-  frame(i) { return floatsAt(call('frame', this.pointer_, i), 3 * this.identity.mesh.vertices); }
+  frame(i) { return floatsAt(call('frame', this.pointer_, i), 3 * this.identity.mesh.vertexCount); }
 
   /** A GLB that moves. */
   write({ clip = 'clip', fps = 30, times = null } = {}) {
@@ -381,11 +382,11 @@ export class PoseTransfer extends Handle {
       let preparedIdentity = identity, preparedPose = pose;
       if (!(identity instanceof PreparedIdentity)) own.push(preparedIdentity = this.prepareIdentity(identity));
       if (!(pose instanceof PreparedPose))
-        own.push(preparedPose = this.preparePose(pose, preparedIdentity.mesh.vertices));
+        own.push(preparedPose = this.preparePose(pose, preparedIdentity.mesh.vertexCount));
       if (preparedIdentity.transfer !== this || preparedPose.transfer !== this)
         throw bad('prepared by another transfer');
       const report = JSON.parse(textFrom(call('report', preparedIdentity.pointer_, preparedPose.pointer_)));
-      const count = 3 * preparedIdentity.mesh.vertices;
+      const count = 3 * preparedIdentity.mesh.vertexCount;
       const positions = lent([new Float32Array(count)], (xyz) => {
         try {
           call('run', preparedIdentity.pointer_, preparedPose.pointer_, xyz);

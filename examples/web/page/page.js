@@ -44,7 +44,7 @@ function ask(name, request = {}) {
 
 // ---- what is there ----
 
-// A side: { key, source, name, vertices, faces, clips, indices, frames, clip, along }. Nothing is replaced before its successor is whole.
+// A side: { key, source, name, vertexCount, faceCount, clips, triangles, frames, clip, along }. Nothing is replaced before its successor is whole.
 const state = { identity: null, pose: null, result: null, truth: null, playing: false, time: 0 };
 let studio = null, keys = 0, turn = 0, weightsFile = null;
 
@@ -111,7 +111,7 @@ function count(n, what) { return `${n.toLocaleString('en')} ${what}${n === 1 ? '
 
 function describe(side) {
   const frames = side.frames.length > 1 ? `, ${count(side.frames.length, 'frame')}` : '';
-  return `${count(side.vertices, 'vertex').replace('vertexs', 'vertices')}, ${count(side.faces, 'face')}${frames}`;
+  return `${count(side.vertexCount, 'vertex').replace('vertexs', 'vertices')}, ${count(side.faceCount, 'face')}${frames}`;
 }
 
 async function readSide(source, clip) {
@@ -124,7 +124,7 @@ async function readSide(source, clip) {
       doing(`Reading ${one.name}`, i / source.list.length);
       const mesh = await ask('open', { key: -1, source: one });
       first ??= mesh;
-      frames.push({ positions: mesh.positions, indices: mesh.indices, name: mesh.name });
+      frames.push({ positions: mesh.positions, triangles: mesh.triangles, name: mesh.name });
     }
     await ask('drop', { key: -1 });
     return { key, source, ...first, name: `${first.name} and ${frames.length - 1} more`, frames, clips: [], clip: null, along: false, known: true };
@@ -136,9 +136,9 @@ async function readSide(source, clip) {
   if (chosen !== null || (source.sample && samples[source.sample].mesh.frames)) {
     side.clip = chosen;
     side.along = true;  // as npt transfer --clip does
-    side.frames = (await ask('frames', { key, source, clip: chosen, fps: fps() })).map((positions) => ({ positions, indices: mesh.indices, name: mesh.name }));
+    side.frames = (await ask('frames', { key, source, clip: chosen, fps: fps() })).map((positions) => ({ positions, triangles: mesh.triangles, name: mesh.name }));
   } else {
-    side.frames = [{ positions: mesh.positions, indices: mesh.indices, name: mesh.name }];
+    side.frames = [{ positions: mesh.positions, triangles: mesh.triangles, name: mesh.name }];
   }
   return side;
 }
@@ -245,7 +245,7 @@ function report(result) {
 function showPanels(aim) {
   const { identity, pose, result } = state;
   const panel = (side, caption, frames, colour) => ({
-    caption, detail: side.source.sample ? samples[side.source.sample].name : side.name, colour, faces: side.indices, frames,
+    caption, detail: side.source.sample ? samples[side.source.sample].name : side.name, colour, faces: side.triangles, frames,
   });
   const panels = [
     panel(identity, 'Identity', [identity.positions], colours.identity),
@@ -422,7 +422,15 @@ async function openWeights(file) {
   if (file) {
     weightsFile = { key: ++keys, name: file.name, bytes: new Uint8Array(await file.arrayBuffer()) };
     element('weights').querySelector('[value=file]').textContent = file.name;
+    element('weights').value = 'file';
     await startTransfer();
+    if (element('notice').hidden) {
+      chosenWeights = 'file';
+    } else {  // back to those that worked, which the result on show is of
+      weightsFile = null;
+      element('weights').querySelector('[value=file]').textContent = 'a file of mine';
+      element('weights').value = chosenWeights;
+    }
   } else if (!weightsFile) {
     element('weights').value = chosenWeights;
   }
@@ -550,7 +558,6 @@ function listen() {
     element('drop').hidden = true;
     const files = [...event.dataTransfer.files];
     if (files.length === 1 && /\.safetensors$/i.test(files[0].name)) {
-      element('weights').value = 'file';
       openWeights(files[0]);
     } else {
       openFiles(thirds[third(event)], files);

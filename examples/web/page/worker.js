@@ -66,7 +66,7 @@ async function makeMesh(source) {
 }
 
 const shownOf = (mesh) => ({
-  name: mesh.name, vertices: mesh.vertices, faces: mesh.faces, clips: mesh.clips, positions: mesh.positions, indices: mesh.indices,
+  name: mesh.name, vertexCount: mesh.vertexCount, faceCount: mesh.faceCount, clips: mesh.clips, positions: mesh.positions, triangles: mesh.triangles,
 });
 
 // Positions of a frame: a mesh of a list, a step of a sample, or a moment of a clip.
@@ -168,11 +168,11 @@ async function transfer({ own, ...request }) {
     if (prepared) prepared.identity.close();
     prepared = { mesh: identity, transfer: use, identity: next };
   }
-  const { poses } = request;  // [{ positions, indices, name }]
+  const { poses } = request;  // [{ positions, triangles, name }]
   if (poses.length === 1) {
     progress(`Reading ${poses[0].name}`);
     await wanted();
-    const pose = use.preparePose(poses[0], identity.vertices);
+    const pose = use.preparePose(poses[0], identity.vertexCount);
     try {
       progress('Posing');
       await wanted();
