@@ -68,7 +68,6 @@ function words(error) {
     return 'There is not enough memory for this in a browser tab. What is shown stays; a smaller mesh, or fewer frames, will do.';
   if (error.kind === 'internal' && /SIMD|CompileError|WebAssembly|exception/i.test(error.message))
     return `This browser can't run it (Chrome 95, Firefox 114, Safari 16.4 or later can): ${error.message}`;
-  const percent = (trust) => `${Math.round(100 * trust)} %`;
   if (error.report && error.report.read) {
     const { identityTrust, poseTrust } = error.report;
     const [side, trust] = identityTrust < poseTrust ? [state.identity, identityTrust] : [state.pose, poseTrust];
@@ -219,6 +218,8 @@ async function startTransfer() {
 }
 
 const percent = (trust) => `${Math.round(100 * trust)} %`;
+const inShort = ({ report: how }) =>
+  (how.method === 'body' ? `trust ${percent(Math.min(how.identityTrust, how.poseTrust))}` : 'by the network');
 
 function report(result) {
   const { report: how } = result, trust = Math.min(how.identityTrust, how.poseTrust);
@@ -253,7 +254,7 @@ function showPanels(aim) {
   ];
   // Until there is a result, its place is kept.
   panels.push(panel(identity, 'Result', result ? result.frames : [identity.positions], result ? colours.result : '#c9cdd0'));
-  panels[2].detail = result ? element('result-said').textContent : '';
+  panels[2].detail = result ? inShort(result) : '';
   if (!result) element('notes').replaceChildren(), element('result-said').textContent = 'Not yet';
   // Frames of other triangles are no movement that one panel can show: those that fit are.
   panels[1].frames = panels[1].frames.filter((frame) => frame.length === panels[1].frames[0].length);
@@ -356,7 +357,7 @@ function compare() {
     return compare();
   }
   studio.setOverlay(how === 'overlay' && state.result !== null);
-  if (state.result) studio.setCaptions([{}, {}, { detail: element('result-said').textContent }]);
+  if (state.result) studio.setCaptions([{}, {}, { detail: inShort(state.result) }]);
   paint();
 }
 

@@ -213,7 +213,7 @@ export class Studio {
       shader.vertexShader = 'varying vec2 onGround;\n' + shader.vertexShader.replace(
         '#include <begin_vertex>', '#include <begin_vertex>\nonGround = position.xz;');
       shader.fragmentShader = 'varying vec2 onGround;\n' + shader.fragmentShader.replace(
-        '#include <fog_fragment>', 'gl_FragColor.a *= 1.0 - smoothstep(0.05, 0.11, length(onGround));\n#include <fog_fragment>');
+        '#include <fog_fragment>', 'gl_FragColor.a *= 1.0 - smoothstep(0.04, 0.085, length(onGround));\n#include <fog_fragment>');
     };
     this.shadow.receiveShadow = true;
     this.floor = new THREE.Mesh(plane, new THREE.MeshBasicMaterial({ map: glow(), transparent: true, depthWrite: false }));
