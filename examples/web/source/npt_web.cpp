@@ -326,7 +326,8 @@ NPT_WEB Mesh* web_mannequin(const char* name, double shape_seed, int proportions
 /// Name, counts, clips, as JSON.
 NPT_WEB const char* web_mesh_info(const Mesh* mesh) {
   return guarded(static_cast<const char*>(nullptr), [&] {
-    std::string text = "{\"name\":" + quoted(mesh->name) + ",\"vertices\":" + std::to_string(mesh->mesh.vertex_count()) +
+    std::string text = "{\"name\":" + quoted(mesh->name) +
+                       ",\"vertices\":" + std::to_string(mesh->mesh.vertex_count()) +
                        ",\"faces\":" + std::to_string(mesh->mesh.face_count()) +
                        ",\"triangles\":" + std::to_string(mesh->triangles.size()) + ",\"clips\":[";
     if (mesh->scene != nullptr)

@@ -213,9 +213,9 @@ inline constexpr npt_adjacent_find adjacent_find;
 struct npt_lower_bound {
   template <class R, class T, class C = std::less<>, class P = identity>
   constexpr auto operator()(R&& range, const T& value, C compare = {}, P projection = {}) const {
-    return std::lower_bound(ranges::begin(range), ranges::end(range), value, [&](auto&& element, const T& bound) -> bool {
-      return invoke(compare, invoke(projection, element), bound);
-    });
+    return std::lower_bound(
+        ranges::begin(range), ranges::end(range), value,
+        [&](auto&& element, const T& bound) -> bool { return invoke(compare, invoke(projection, element), bound); });
   }
 };
 inline constexpr npt_lower_bound lower_bound;
