@@ -32,35 +32,34 @@ flags=(-std=c++20 -O3 -DNDEBUG -DNPT_NO_TBB -DNPT_PORTABLE_SIMD -msimd128 -fwasm
 sources=("$here/source/npt_web.cpp" "$here/source/libraries.cpp"
   "$root/examples/npt/formats/off.cpp" "$root/examples/npt/formats/read.cpp" "$root/examples/npt/formats/assimp_missing.cpp")
 
-# Those whose sources or headers are newer than their object, or that other flags made.
-[ "$(cat "$out/objects/flags" 2> /dev/null)" = "${flags[*]}" ] || rm -f "$out"/objects/*.o
-printf '%s' "${flags[*]}" > "$out/objects/flags"
-stale=()
-for source in "${sources[@]}"; do
-  object=$out/objects/$(basename "$source" .cpp).o
-  [ -e "$object" ] && [ -z "$(find "$root/include" "$here/source" "$root/examples/npt/formats" -newer "$object" -print -quit)" ] || stale+=("$source")
-done
-if [ "${#stale[@]}" -ne 0 ]; then
-  echo "Compiling ${#stale[@]} files; one of them takes a minute or two"
-  running=()
-  for source in "${stale[@]}"; do
-    object=$out/objects/$(basename "$source" .cpp).o
-    (emcc "${flags[@]}" -c "$source" -o "$object.part" && mv "$object.part" "$object") &
+# build NAME FLAG...: OUT/objects/NAME/npt-NAME.js and .wasm, with these flags besides. Only what is older than a source or a header, or made
+# with other flags, is compiled.
+build() {
+  local name=$1 folder=$out/objects/$1 source object objects=() running=()
+  shift
+  mkdir -p "$folder"
+  [ "$(cat "$folder/flags" 2> /dev/null)" = "${flags[*]} $*" ] || rm -f "$folder"/*.o
+  printf '%s' "${flags[*]} $*" > "$folder/flags"
+  for source in "${sources[@]}"; do
+    object=$folder/$(basename "$source" .cpp).o
+    objects+=("$object")
+    [ -e "$object" ] && [ -z "$(find "$root/include" "$here/source" "$root/examples/npt/formats" -newer "$object" -print -quit)" ] && continue
+    echo "Compiling $(basename "$source") ($name)"
+    (emcc "${flags[@]}" "$@" -c "$source" -o "$object.part" && mv "$object.part" "$object") &
     running+=($!)
   done
   for one in "${running[@]}"; do wait "$one"; done
-fi
-
-objects=()
-for source in "${sources[@]}"; do objects+=("$out/objects/$(basename "$source" .cpp).o"); done
-emcc -O3 -fwasm-exceptions -msimd128 "${objects[@]}" -o "$out/objects/npt-module.js" --no-entry \
-  -sMODULARIZE -sEXPORT_ES6 -sEXPORT_NAME=createNpt -sENVIRONMENT=web,worker -sFORCE_FILESYSTEM \
-  -sALLOW_MEMORY_GROWTH -sABORTING_MALLOC=0 -sINITIAL_MEMORY=33554432 -sMAXIMUM_MEMORY=2147483648 \
-  -sEXPORTED_FUNCTIONS=_malloc,_free -sEXPORTED_RUNTIME_METHODS=FS,UTF8ToString,stringToUTF8,lengthBytesUTF8
+  emcc -O3 -fwasm-exceptions -msimd128 "$@" "${objects[@]}" -o "$folder/npt-$name.js" --no-entry -Wno-pthreads-mem-growth \
+    -sMODULARIZE -sEXPORT_ES6 -sEXPORT_NAME=createNpt -sENVIRONMENT=web,worker -sFORCE_FILESYSTEM \
+    -sALLOW_MEMORY_GROWTH -sABORTING_MALLOC=0 -sINITIAL_MEMORY=33554432 -sMAXIMUM_MEMORY=2147483648 \
+    -sEXPORTED_FUNCTIONS=_malloc,_free -sEXPORTED_RUNTIME_METHODS=FS,UTF8ToString,stringToUTF8,lengthBytesUTF8
+}
+build single
+# For pages whose server lets them share memory between workers. The pool is counted where the module is opened.
+build threads -pthread -DNPT_DEFAULT_THREADS -sPTHREAD_POOL_SIZE='Module["pool"]'
 
 cp "$here"/package/* "$root/LICENSE" "$out/package/"
-cp "$out/objects/npt-module.js" "$out/package/"
-cp "$out/objects/npt-module.wasm" "$out/package/npt.wasm"
+cp "$out"/objects/*/npt-*.{js,wasm} "$out/package/"
 for weights in human human-pooled human-wide quadruped readers/human; do
   file=$out/package/weights/$weights.safetensors
   [ "$file" -nt "$root/examples/weights/$weights.safetensors" ] && [ "$file" -nt "$here/halve.mjs" ] ||
@@ -70,9 +69,10 @@ done
 rm -rf "$out/page"
 mkdir -p "$out/page/npt"
 cp "$here"/page/* "$root/examples/npt/view/three/three.min.js" "$out/page/"
-cp "$out"/package/{index.js,npt-module.js,npt.wasm,LICENSE} "$out/page/npt/"
+cp "$out"/package/{index.js,npt-single.js,npt-single.wasm,npt-threads.js,npt-threads.worker.js,npt-threads.wasm,LICENSE} "$out/page/npt/"
 cp -r "$out/package/weights" "$out/page/weights"
 
 packed() { cat "$@" | gzip -9 | wc -c; }
-echo "page $out/page: $(($(packed "$out/page/npt/npt.wasm") / 1000)) KB of WebAssembly and $(($(packed "$out"/page/*.* "$out"/page/npt/*.js) / 1000)) KB of" \
-  "everything else, gzipped; $(($(packed "$out/page/weights/human.safetensors" "$out/page/weights/readers/human.safetensors") / 1000)) KB of weights"
+kilobytes() { echo $(($(packed "$@") / 1000)); }
+echo "page $out/page, gzipped: $(kilobytes "$out"/page/npt/npt-single.*) KB of WebAssembly for one thread, $(kilobytes "$out"/page/npt/npt-threads.*) KB for several," \
+  "$(kilobytes "$out"/page/*.* "$out/page/npt/index.js") KB of everything else, $(kilobytes "$out"/page/weights/{human,readers/human}.safetensors) KB of weights"

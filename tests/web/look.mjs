@@ -4,6 +4,7 @@
 import { execFileSync } from 'node:child_process';
 import { copyFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
+import { availableParallelism } from 'node:os';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { Checks, read } from './compare.mjs';
@@ -28,7 +29,7 @@ const browser = await playwright.chromium.launch({
   args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-dev-shm-usage'],
 });
 
-async function open(options = {}) {
+async function open(options = {}, at = server) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', colorScheme: 'light', bypassCSP: false, ...options });
   const page = await context.newPage();
   const complaints = [];
@@ -40,11 +41,11 @@ async function open(options = {}) {
   page.on('pageerror', (error) => complaints.push(String(error)));
   page.on('request', (request) => {
     const url = request.url();
-    if (!url.startsWith(server.url) && !url.startsWith('blob:') && !url.startsWith('data:')) complaints.push(`request: ${url}`);
+    if (!url.startsWith(at.url) && !url.startsWith('blob:') && !url.startsWith('data:')) complaints.push(`request: ${url}`);
     if (request.method() !== 'GET') complaints.push(`${request.method()} ${url}`);
   });
   const start = Date.now();
-  await page.goto(server.url);
+  await page.goto(at.url);
   const until = (f, argument) => page.waitForFunction(f, argument ?? null, { timeout: 240000, polling: 50 });
   await until(() => document.querySelectorAll('#captions p').length === 3);
   const first = (Date.now() - start) / 1000;
@@ -226,6 +227,25 @@ async function withFiles() {
   await close('files');
 }
 
+// The same with shared memory, which threads want.
+async function withThreads() {
+  const isolated = await serve(path.join(web, 'page'), true);
+  const { page, done, text, save, close } = await open({ acceptDownloads: true }, isolated);
+  await done('with threads');
+  console.log(`isolated: ${await text('result-said')}`);
+  const wanted = Math.min(4, availableParallelism());
+  checks.expect(wanted === 1 || (await text('result-said')).includes(`on ${wanted} threads`), await text('result-said'));
+  checks.near((await read(Mesh, 'leap-result.ply')).positions, (await read(Mesh, await save('ply'))).positions, 'with threads, saved');
+  await page.selectOption('#weights', 'human-pooled');
+  await page.waitForFunction(() => document.getElementById('result-said').textContent.startsWith('By the network'), null, { timeout: 120000 });
+  await done('other weights with threads');
+  run('transfer', '--weights', path.join(web, 'page/weights/human-pooled.safetensors'), '--method', 'network', '--identity', 'character.ply', '--pose', 'leap.ply',
+      '--out', 'pooled.ply');
+  checks.near((await read(Mesh, 'pooled.ply')).positions, (await read(Mesh, await save('obj'))).positions, 'by the pooled network with threads');
+  await close('with threads');
+  isolated.close();
+}
+
 async function onPhone() {
   const { page, done, text, picture, accessible, close } = await open({ viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true, colorScheme: 'dark' });
   await done('on a phone');
@@ -240,6 +260,7 @@ async function onPhone() {
 try {
   await withSamples();
   await withFiles();
+  await withThreads();
   await onPhone();
 } finally {
   await browser.close();

@@ -10,8 +10,11 @@ export class NptError extends Error {
 
 export type Bytes = ArrayBuffer | ArrayBufferView;
 
-/** Loads the module, once; every other call does so by itself. `wasm`: where npt.wasm is, its bytes or its module. */
-export function load(options?: { wasm?: string | URL | Bytes | WebAssembly.Module }): Promise<void>;
+/** Loads the module, once; every other call does so by itself. `wasm`: where npt-single.wasm is, its bytes or its module. `threads`: at most so many,
+ * and at most four; where the page isn't cross-origin isolated, and outside workers, there is one. */
+export function load(options?: { wasm?: string | URL | Bytes | WebAssembly.Module; threads?: number }): Promise<void>;
+/** Threads that a transfer would be opened with now. */
+export function threads(): number;
 export function version(): Promise<string>;
 /** Bytes of memory that the module holds. */
 export function memory(): number;
@@ -94,6 +97,8 @@ export interface TransferOptions {
   /** Metres in a unit of the meshes; 0: told from their size. */
   unit?: number;
   seed?: number;
+  /** 0: as many as there are. */
+  threads?: number;
   wasm?: string | URL | Bytes | WebAssembly.Module;
 }
 
@@ -117,6 +122,7 @@ export class PoseTransfer extends Handle {
   readonly description: string;
   readonly pairsVertices: boolean;
   readonly hasBody: boolean;
+  readonly threads: number;
   run(identity: Mesh | MeshArrays | PreparedIdentity, pose: Mesh | MeshArrays | PreparedPose): Result;
   prepareIdentity(mesh: Mesh | MeshArrays): PreparedIdentity;
   /** `identityVertices`: of the identities that take it. */

@@ -1,6 +1,4 @@
 // npt in WebAssembly: typed arrays in and out. index.d.ts says what each part takes and gives.
-import createModule from './npt-module.js';
-
 const kinds = ['none', 'argument', 'input', 'memory', 'internal'];
 
 /** What can't be done: the library's message, and whether it is the caller's, the input's or the memory's doing. */
@@ -18,11 +16,16 @@ const bad = (message) => new NptError(message, 'argument');
 
 let loading = null;   // Promise of the module
 let module_ = null;   // the module, once it is there
+let memory_ = null;   // its memory, whose buffer is another one whenever it has grown
+let threads_ = 1;
 
-async function compiled(wasm) {
+// Threads want memory that is shared, which a server's headers allow, and a thread that may wait.
+const mayShare = () => globalThis.crossOriginIsolated === true && typeof WorkerGlobalScope !== 'undefined' && globalThis instanceof WorkerGlobalScope;
+
+async function compiled(wasm, name) {
   if (wasm instanceof WebAssembly.Module) return wasm;
   if (wasm instanceof ArrayBuffer || ArrayBuffer.isView(wasm)) return WebAssembly.compile(wasm);
-  const url = new URL(wasm ?? 'npt.wasm', import.meta.url);
+  const url = new URL(wasm ?? name, import.meta.url);
   if (url.protocol === 'file:') {
     const { readFile } = await import('node:fs/promises');
     return WebAssembly.compile(await readFile(url));
@@ -34,24 +37,48 @@ async function compiled(wasm) {
   return WebAssembly.compile(await response.arrayBuffer());
 }
 
-/** Loads the module, once. `wasm`: where npt.wasm is, its bytes, or a WebAssembly.Module; without: beside this file. */
-export function load({ wasm } = {}) {
-  loading ??= (async () => {
-    const code = await compiled(wasm);
-    module_ = await createModule({
-      instantiateWasm(imports, done) {
-        WebAssembly.instantiate(code, imports).then((instance) => done(instance, code));
+async function start(wasm, threads) {
+  const name = threads > 1 ? 'threads' : 'single';
+  const [code, { default: createModule }] = await Promise.all([compiled(wasm, `npt-${name}.wasm`), import(`./npt-${name}.js`)]);
+  let memory = null;
+  const started = await new Promise((done, fail) => {
+    createModule({
+      pool: poolOf(threads),
+      instantiateWasm(imports, use) {
+        WebAssembly.instantiate(code, imports).then((instance) => {
+          const all = [...Object.values(instance.exports), ...Object.values(imports).flatMap((from) => Object.values(from))];
+          memory = all.find((value) => value instanceof WebAssembly.Memory);
+          use(instance, code);
+        }).catch(fail);
         return {};
       },
       print() {}, printErr() {},
-    });
-    module_.code = code;
-  })().catch((error) => {
+    }).then(done, fail);
+  });
+  module_ = started, memory_ = memory, threads_ = threads;
+}
+
+/** Loads the module, once. `wasm`: where npt-single.wasm is, its bytes, or a WebAssembly.Module; without: beside this file. */
+export function load({ wasm, threads = 0 } = {}) {
+  const wanted = Math.min(threads || globalThis.navigator?.hardwareConcurrency || 1, 4);
+  const shared = wasm === undefined && wanted > 1 && mayShare();
+  // Shared memory is asked for in one piece, which a phone may not have: one thread does without.
+  loading ??= (shared ? start(wasm, wanted).catch(() => start(wasm, 1)) : start(wasm, 1)).catch((error) => {
     loading = null;
     throw error;
   });
   return loading;
 }
+
+// Each transfer has threads for its network and as many for its reader; there are those for two. They are started with the module, since
+// a thread that waits for another can't start it.
+const poolOf = (threads) => 4 * (threads - 1);
+let taken = 0;  // of the pool, by transfers that are open
+
+/** Threads of a transfer that is opened now: 1 where memory can't be shared, or others have taken them. */
+export const threads = () => (taken + 2 * (threads_ - 1) <= poolOf(threads_) ? threads_ : 1);
+
+const bytes_ = () => new Uint8Array(memory_.buffer);
 
 /** The version of npt: "0.1.0". */
 export async function version() {
@@ -60,7 +87,7 @@ export async function version() {
 }
 
 /** Bytes of memory that the module holds. It grows as needed, to 2 GB at most, and never shrinks. */
-export const memory = () => (module_ ? module_.HEAPU8.byteLength : 0);
+export const memory = () => (memory_ ? memory_.buffer.byteLength : 0);
 
 function failure() {
   return new NptError(module_.UTF8ToString(module_._web_error()), kinds[module_._web_error_kind()] ?? 'internal');
@@ -100,7 +127,7 @@ function lent(values, f) {
         module_.stringToUTF8(value, pointers.at(-1), bytes);
       } else {
         pointers.push(allocate(value.byteLength));
-        module_.HEAPU8.set(new Uint8Array(value.buffer, value.byteOffset, value.byteLength), pointers.at(-1));
+        bytes_().set(new Uint8Array(value.buffer, value.byteOffset, value.byteLength), pointers.at(-1));
       }
     }
     return f(...pointers);
@@ -109,7 +136,7 @@ function lent(values, f) {
   }
 }
 
-const floatsAt = (pointer, count) => module_.HEAPF32.slice(pointer / 4, pointer / 4 + count);
+const floatsAt = (pointer, count) => new Float32Array(memory_.buffer, pointer, count).slice();
 
 // ---- files ----
 
@@ -190,6 +217,8 @@ class Handle {
     this.#users -= 1;
     if (this.#users > 0) return;
     module_[`_web_${this.#release}`](this.#pointer);
+    // Threads come back to the pool by a message.
+    if (this.#release === 'close') setTimeout(() => { taken -= 2 * (this.threads - 1); }, 100);
     for (const parent of this.#parents) parent.#leave();
   }
 }
@@ -229,8 +258,7 @@ export class Mesh extends Handle {
 
   get positions() { return floatsAt(module_._web_positions(this.pointer_), 3 * this.vertexCount); }
   get triangles() {
-    const first = module_._web_triangles(this.pointer_) / 4;
-    return module_.HEAPU32.slice(first, first + 3 * this.triangleCount);
+    return new Uint32Array(memory_.buffer, module_._web_triangles(this.pointer_), 3 * this.triangleCount).slice();
   }
 
   /** Moves the mesh to a time, in seconds, of one of its clips. */
@@ -332,8 +360,9 @@ const methods = ['automatic', 'body', 'network'];
 
 /** Weights, ready to put poses onto meshes. */
 export class PoseTransfer extends Handle {
-  constructor(pointer) {
+  constructor(pointer, threads) {
     super(pointer, 'close');
+    this.threads = threads;
     Object.assign(this, JSON.parse(textFrom(call('describe', pointer))));
   }
 
@@ -341,16 +370,19 @@ export class PoseTransfer extends Handle {
   static async open(weights, options = {}) {
     const {
       reader = null, name = 'weights', method = 'automatic', pairings = 1, mirror = false, refine = false, refineRadius = 0,
-      invariant = false, resample = true, unit = 0, seed = 0, wasm,
+      invariant = false, resample = true, unit = 0, seed = 0, threads: wanted = 0, wasm,
     } = options;
     if (!methods.includes(method)) throw bad(`method '${method}': automatic, body or network`);
     await load({ wasm });
+    const count = wanted > 0 ? Math.min(wanted, threads()) : threads();
     const own = fileName(name);
     const files = [[own, asBytes(weights, own)]];
     if (reader !== null) files.push(['reader.safetensors', asBytes(reader, 'reader')]);
-    return new PoseTransfer(inFolder(files, () => lent([own, reader === null ? '' : 'reader.safetensors'], (path, readerPath) =>
+    const pointer = inFolder(files, () => lent([own, reader === null ? '' : 'reader.safetensors'], (path, readerPath) =>
       call('open', path, readerPath, methods.indexOf(method), pairings, mirror ? 1 : 0, refine ? 1 : 0, refineRadius, invariant ? 1 : 0,
-        resample ? 1 : 0, unit, seed, 0))));
+        resample ? 1 : 0, unit, seed, count)));
+    taken += 2 * (count - 1);
+    return new PoseTransfer(pointer, count);
   }
 
   prepareIdentity(mesh) {

@@ -82,6 +82,8 @@ async function guarded(f) {
   } catch (error) {
     if (error.kind === 'stopped') return null;
     if (error.kind === undefined) console.error(error);
+    // After a trap nothing in the module can be trusted: another one begins with what is on show.
+    if (error.kind === 'internal' && error.message.startsWith('npt stopped') && worker) worker.terminate(), worker = null;
     notice(words(error));
     doing('');
     return null;
@@ -223,9 +225,8 @@ const inShort = ({ report: how }) =>
 
 function report(result) {
   const { report: how } = result, trust = Math.min(how.identityTrust, how.poseTrust);
-  element('result-said').textContent = how.method === 'body'
-    ? `Through bodies, trust ${percent(trust)}, ${result.seconds.toFixed(1)} s`
-    : `By the network, ${result.seconds.toFixed(1)} s`;
+  const time = `${result.seconds.toFixed(1)} s${result.threads > 1 ? ` on ${result.threads} threads` : ''}`;
+  element('result-said').textContent = how.method === 'body' ? `Through bodies, trust ${percent(trust)}, ${time}` : `By the network, ${time}`;
   const notes = [];
   const worse = how.identityTrust < how.poseTrust ? state.identity : state.pose;
   if (how.method === 'body') {

@@ -178,7 +178,7 @@ async function transfer({ own, ...request }) {
       await wanted();
       const { positions, report } = use.run(prepared.identity, pose);
       keep({ transfer: use, mesh: identity, frames: [positions], sequence: null });
-      return { frames: [positions], report, seconds: (performance.now() - start) / 1000, unit: use.unitOf(identity), description: use.description };
+      return { frames: [positions], report, seconds: (performance.now() - start) / 1000, unit: use.unitOf(identity), threads: use.threads };
     } finally {
       pose.close();
     }
@@ -195,7 +195,7 @@ async function transfer({ own, ...request }) {
     const report = sequence.reports.reduce((worst, r) =>
       (Math.min(r.identityTrust, r.poseTrust) < Math.min(worst.identityTrust, worst.poseTrust) ? r : worst));
     keep({ transfer: use, mesh: identity, frames: shown, sequence });
-    return { frames: shown, report, seconds: (performance.now() - start) / 1000, unit: use.unitOf(identity), description: use.description };
+    return { frames: shown, report, seconds: (performance.now() - start) / 1000, unit: use.unitOf(identity), threads: use.threads };
   } catch (error) {
     sequence.close();
     throw error;

@@ -48,6 +48,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The paper's network in all its variants. The ablations, a third of the size, are for studies.
+template <int Bottleneck>
+using Variants = npt::NetworkList<npt::PoseTransferNet<Bottleneck, npt::ConvRelu, npt::PerVertex>,
+                                  npt::PoseTransferNet<Bottleneck, npt::ConvRelu, npt::Pooled>,
+                                  npt::PoseTransferNet<Bottleneck, npt::ReluConv, npt::PerVertex>,
+                                  npt::PoseTransferNet<Bottleneck, npt::ReluConv, npt::Pooled>>;
+using Networks = typename npt::internal::JoinedLists<Variants<1024>, Variants<512>, Variants<256>, Variants<128>,
+                                                     Variants<64>>::type;
+
 // ---- what went wrong ----
 
 enum class ErrorKind { none, argument, input, memory, internal };
@@ -380,7 +389,7 @@ NPT_WEB Transfer* web_open(const char* weights, const char* reader, int method, 
     options.resample = resample != 0;
     if (unit != 0) options.unit = unit;
     options.seed = static_cast<std::uint64_t>(seed);
-    return new Transfer{npt::PoseTransfer::open(weights, options, threads)};
+    return new Transfer{npt::PoseTransfer::open<Networks>(weights, options, threads)};
   });
 }
 
