@@ -32,11 +32,11 @@ flags=(-std=c++20 -O3 -DNDEBUG -DNPT_NO_TBB -DNPT_PORTABLE_SIMD -msimd128 -fwasm
 sources=("$here/source/npt_web.cpp" "$here/source/libraries.cpp"
   "$root/examples/npt/formats/off.cpp" "$root/examples/npt/formats/read.cpp" "$root/examples/npt/formats/assimp_missing.cpp")
 
-# build NAME FLAG...: OUT/objects/NAME/npt-NAME.js and .wasm, with these flags besides. Only what is older than a source or a header, or made
-# with other flags, is compiled.
+# build NAME LINKING FLAG...: OUT/objects/NAME/npt-NAME.js and .wasm, with these flags besides, and LINKING where it is linked. Only what is
+# older than a source or a header, or made with other flags, is compiled.
 build() {
-  local name=$1 folder=$out/objects/$1 source object objects=() running=()
-  shift
+  local name=$1 linking=$2 folder=$out/objects/$1 source object objects=() running=()
+  shift 2
   mkdir -p "$folder"
   [ "$(cat "$folder/flags" 2> /dev/null)" = "${flags[*]} $*" ] || rm -f "$folder"/*.o
   printf '%s' "${flags[*]} $*" > "$folder/flags"
@@ -49,14 +49,14 @@ build() {
     running+=($!)
   done
   for one in "${running[@]}"; do wait "$one"; done
-  emcc -O3 -fwasm-exceptions -msimd128 "$@" "${objects[@]}" -o "$folder/npt-$name.js" --no-entry -Wno-pthreads-mem-growth \
+  emcc -O3 -fwasm-exceptions -msimd128 "$@" $linking "${objects[@]}" -o "$folder/npt-$name.js" --no-entry -Wno-pthreads-mem-growth \
     -sMODULARIZE -sEXPORT_ES6 -sEXPORT_NAME=createNpt -sENVIRONMENT=web,worker -sFORCE_FILESYSTEM \
     -sALLOW_MEMORY_GROWTH -sABORTING_MALLOC=0 -sINITIAL_MEMORY=33554432 -sMAXIMUM_MEMORY=2147483648 \
     -sEXPORTED_FUNCTIONS=_malloc,_free -sEXPORTED_RUNTIME_METHODS=FS,UTF8ToString,stringToUTF8,lengthBytesUTF8
 }
-build single
-# For pages whose server lets them share memory between workers. The pool is counted where the module is opened.
-build threads -pthread -DNPT_DEFAULT_THREADS -sPTHREAD_POOL_SIZE='Module["pool"]'
+build single ""
+# For pages whose server lets them share memory between workers. The package says how many threads the pool has.
+build threads '-sPTHREAD_POOL_SIZE=Module["pool"]' -pthread -DNPT_DEFAULT_THREADS
 
 cp "$here"/package/* "$root/LICENSE" "$out/package/"
 cp "$out"/objects/*/npt-*.{js,wasm} "$out/package/"

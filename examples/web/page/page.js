@@ -73,6 +73,8 @@ function words(error) {
     const [side, trust] = identityTrust < poseTrust ? [state.identity, identityTrust] : [state.pose, poseTrust];
     return `${error.message}; the network was asked since ${side.name} doesn't read as a person (trust ${percent(trust)}, asked 60 %)`;
   }
+  if (weightsFile && error.message.startsWith(weightsFile.name))
+    return `These are no weights of a pose transfer network that could be used. ${error.message}`;
   return error.message;
 }
 
