@@ -154,7 +154,7 @@ async function withSamples() {
   await page.click('#play');
   await page.locator('#time').fill('6');
   checks.expect(await text('frame') === '7 / 24', `frame ${await text('frame')}`);
-  await picture('sequence', 'web-sequence');
+  await picture('sequence');
   for (let i = 0; i < 24; ++i) await sampleFile('walk', `walk/frame_${String(i).padStart(2, '0')}.ply`, i);
   run('transfer', '--weights', weights, '--identity', 'character.ply', '--pose', 'walk', '--fps', '24', '--out', 'walk.glb');
   const [theirs, own] = [await read(Mesh, 'walk.glb'), await read(Mesh, await save('glb'))];
