@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian 12 tools that building for a platform needs, only those that are missing, and puts the platform's libraries
 # into build/platforms/NAME, where the toolchain files and presets look for them. Done at once when all is there.
-# usage: cmake/platform-packages.sh arm64|windows|libcxx|clang19|newest-xsimd|mpi|deb|python|blender [--have]
+# usage: cmake/platform-packages.sh arm64|windows|libcxx|clang19|newest-xsimd|mpi|deb|python|blender|wasm [--have]
 #   --have   installs nothing; status 1 where something is missing
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -24,6 +24,7 @@ case "$name" in
   deb) tools=(lintian) ;;
   python) tools=(python3-numpy python3-venv python3-build python3-setuptools python3-wheel) ;;
   blender) tools=(blender xvfb xauth python3-numpy python3-build python3-setuptools python3-wheel) ;;
+  wasm) tools=(emscripten nodejs libeigen3-dev libtinyobjloader-dev liblbfgs-dev) ;;
   *) sed -n '2,5s/^# //p' "$0" >&2; exit 2 ;;
 esac
 root="build/platforms/$name"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds npt for other platforms, runs there what can run, and compares transfers with this machine's to 1e-5 of a mesh's height.
-# usage: tests/platforms.sh [--have] [--program] [libcxx] [newest-xsimd] [clang19] [portable] [arm64] [windows] [mpi] [deb] [python] [blender]
+# usage: tests/platforms.sh [--have] [--program] [libcxx] [newest-xsimd] [clang19] [portable] [arm64] [windows] [mpi] [deb] [python] [blender] [wasm]
 #   without names: all, one after another
 #   --have      installs nothing: a platform whose tools are missing is skipped; with one name that is status 77
 #   --program   also builds the program for libcxx, arm64 and windows (ten minutes each) and runs its commands there
@@ -16,12 +16,12 @@ while [ "$#" -gt 0 ]; do
     --have) have=yes ;;
     --build) native_build="$1"; shift ;;
     --program) program=yes ;;
-    libcxx | newest-xsimd | clang19 | portable | arm64 | windows | mpi | deb | python | blender) names+=("$argument") ;;
+    libcxx | newest-xsimd | clang19 | portable | arm64 | windows | mpi | deb | python | blender | wasm) names+=("$argument") ;;
     -h | --help) sed -n '2,7s/^# //p' "$0"; exit 0 ;;
     *) echo "platforms.sh: unknown argument '$argument'; --help lists what is known" >&2; exit 2 ;;
   esac
 done
-[ "${#names[@]}" -ne 0 ] || names=(libcxx newest-xsimd clang19 portable arm64 windows mpi deb python blender)
+[ "${#names[@]}" -ne 0 ] || names=(libcxx newest-xsimd clang19 portable arm64 windows mpi deb python blender wasm)
 
 native="$native_build/bin/npt"
 [ -x "$native" ] || { echo "platforms.sh: $native is missing: cmake --preset release && cmake --build --preset release" >&2; exit 1; }
@@ -151,6 +151,8 @@ python() { bash tests/platforms/python.sh "$native_build" "$have"; }
 
 blender() { bash tests/platforms/blender.sh "$native_build" "$have"; }
 
+wasm() { bash tests/platforms/wasm.sh "$native_build"; }
+
 failed=()
 for name in "${names[@]}"; do
   echo "== $name"
@@ -166,7 +168,7 @@ for name in "${names[@]}"; do
   set +e  # not `if (...)`: within a condition a failing command would not end the platform's run
   (
     set -e
-    case "$name" in mpi | deb | python | blender) ;; *) prepare ;; esac
+    case "$name" in mpi | deb | python | blender | wasm) ;; *) prepare ;; esac
     "$name"
   )
   status=$?

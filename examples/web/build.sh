@@ -1,0 +1,78 @@
+#!/usr/bin/env bash
+# The page and its npm package: npt in WebAssembly, by Debian's emscripten. Leaves the package in OUT/package and the page, for any static
+# server, in OUT/page. Needs emcc, node and the headers of npt's dependencies (cmake/platform-packages.sh wasm installs all).
+# usage: examples/web/build.sh [OUT]        without: build/web
+set -euo pipefail
+
+case "${1:-}" in
+  -h | --help) sed -n '2,4s/^# //p' "$0"; exit 0 ;;
+  -*) echo "build.sh: unknown option '$1' (usage: examples/web/build.sh [OUT])" >&2; exit 2 ;;
+esac
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+here=$root/examples/web
+mkdir -p "${1:-$root/build/web}"
+out=$(cd "${1:-$root/build/web}" && pwd)
+for tool in emcc node; do
+  command -v "$tool" > /dev/null || { echo "build.sh: $tool is missing: cmake/platform-packages.sh wasm" >&2; exit 1; }
+done
+
+# Headers only, out of the system's folder, whose other headers are of this machine.
+include=$out/include
+mkdir -p "$include" "$out/objects" "$out/package/weights/readers"
+for header in Eigen:eigen3/Eigen tiny_obj_loader.h lbfgs.h; do
+  [ -e "/usr/include/${header#*:}" ] || { echo "build.sh: /usr/include/${header#*:} is missing: cmake/install-dependencies.sh" >&2; exit 1; }
+  ln -sfn "/usr/include/${header#*:}" "$include/${header%%:*}"
+done
+
+# Emscripten's own scripts find their modules there, also by a node that isn't Debian's.
+export NODE_PATH="/usr/share/nodejs${NODE_PATH:+:$NODE_PATH}"
+# The compiler's own vectors: 1.5 times as fast as xsimd on SSE intrinsics that emscripten translates.
+flags=(-std=c++20 -O3 -DNDEBUG -DNPT_NO_TBB -DNPT_PORTABLE_SIMD -msimd128 -fwasm-exceptions -Wall -Wextra
+  -I"$root/include" -I"$root/examples/npt" -isystem "$include" -include "$here/source/standard_library.hpp")
+sources=("$here/source/npt_web.cpp" "$here/source/libraries.cpp"
+  "$root/examples/npt/formats/off.cpp" "$root/examples/npt/formats/read.cpp" "$root/examples/npt/formats/assimp_missing.cpp")
+
+# build NAME LINKING FLAG...: OUT/objects/NAME/npt-NAME.js and .wasm, with these flags besides, and LINKING where it is linked. Only what is
+# older than a source or a header, or made with other flags, is compiled.
+build() {
+  local name=$1 linking=$2 folder=$out/objects/$1 source object objects=() running=()
+  shift 2
+  mkdir -p "$folder"
+  [ "$(cat "$folder/flags" 2> /dev/null)" = "${flags[*]} $*" ] || rm -f "$folder"/*.o
+  printf '%s' "${flags[*]} $*" > "$folder/flags"
+  for source in "${sources[@]}"; do
+    object=$folder/$(basename "$source" .cpp).o
+    objects+=("$object")
+    [ -e "$object" ] && [ -z "$(find "$root/include" "$here/source" "$root/examples/npt/formats" -newer "$object" -print -quit)" ] && continue
+    echo "Compiling $(basename "$source") ($name)"
+    (emcc "${flags[@]}" "$@" -c "$source" -o "$object.part" && mv "$object.part" "$object") &
+    running+=($!)
+  done
+  for one in "${running[@]}"; do wait "$one"; done
+  emcc -O3 -fwasm-exceptions -msimd128 "$@" $linking "${objects[@]}" -o "$folder/npt-$name.js" --no-entry -Wno-pthreads-mem-growth \
+    -sMODULARIZE -sEXPORT_ES6 -sEXPORT_NAME=createNpt -sENVIRONMENT=web,worker -sFORCE_FILESYSTEM \
+    -sALLOW_MEMORY_GROWTH -sABORTING_MALLOC=0 -sINITIAL_MEMORY=33554432 -sMAXIMUM_MEMORY=2147483648 \
+    -sEXPORTED_FUNCTIONS=_malloc,_free -sEXPORTED_RUNTIME_METHODS=FS,UTF8ToString,stringToUTF8,lengthBytesUTF8
+}
+build single ""
+# For pages whose server lets them share memory between workers. The package says how many threads the pool has.
+build threads '-sPTHREAD_POOL_SIZE=Module["pool"]' -pthread -DNPT_DEFAULT_THREADS
+
+cp "$here"/package/* "$root/LICENSE" "$out/package/"
+cp "$out"/objects/*/npt-*.{js,wasm} "$out/package/"
+for weights in human human-pooled human-wide quadruped readers/human; do
+  file=$out/package/weights/$weights.safetensors
+  [ "$file" -nt "$root/examples/weights/$weights.safetensors" ] && [ "$file" -nt "$here/halve.mjs" ] ||
+    node "$here/halve.mjs" "$root/examples/weights/$weights.safetensors" "$file"
+done
+
+rm -rf "$out/page"
+mkdir -p "$out/page/npt"
+cp "$here"/page/* "$root/examples/npt/view/three/three.min.js" "$out/page/"
+cp "$out"/package/{index.js,npt-single.js,npt-single.wasm,npt-threads.js,npt-threads.worker.js,npt-threads.wasm,LICENSE} "$out/page/npt/"
+cp -r "$out/package/weights" "$out/page/weights"
+
+packed() { cat "$@" | gzip -9 | wc -c; }
+kilobytes() { echo $(($(packed "$@") / 1000)); }
+echo "page $out/page, gzipped: $(kilobytes "$out"/page/npt/npt-single.*) KB of WebAssembly for one thread, $(kilobytes "$out"/page/npt/npt-threads.*) KB for several," \
+  "$(kilobytes "$out"/page/*.* "$out/page/npt/index.js") KB of everything else, $(kilobytes "$out"/page/weights/{human,readers/human}.safetensors) KB of weights"

@@ -1,0 +1,108 @@
+// usage: node package.mjs PACKAGE PROGRAM FOLDER
+// The package in node, held against the program's results on the same weights.
+import { execFileSync } from 'node:child_process';
+import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import path from 'node:path';
+import { pathToFileURL } from 'node:url';
+import { Checks, read } from './compare.mjs';
+
+const [folder, program, out] = process.argv.slice(2).map((name) => path.resolve(name));
+const { Mesh, PoseTransfer, memory, version } = await import(pathToFileURL(path.join(folder, 'index.js')));
+const run = (...words) => execFileSync(program, words, { encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'], cwd: out });
+rmSync(out, { recursive: true, force: true });
+mkdirSync(out, { recursive: true });
+process.chdir(out);
+
+const checks = new Checks();
+const weights = path.join(folder, 'weights/human.safetensors');
+const bytes = readFileSync(weights), reader = readFileSync(path.join(folder, 'weights/readers/human.safetensors'));
+console.log(`npt ${await version()} in node ${process.version}`);
+
+// ---- meshes ----
+
+run('generate', '--shape-seed', '1', '--pose-seed', '1', '--out', 'a.ply');
+run('generate', '--shape-seed', '2', '--pose-seed', '2', '--out', 'b.ply');
+run('generate', '--shape-seed', '1', '--pose', 'natural', '--pose-seed', '5', '--out', 'c.obj');
+run('generate', '--shape-seed', '3', '--pose', 'natural', '--pose-seed', '9', '--out', 'd.glb');
+const [a, b, c, d] = await Promise.all(['a.ply', 'b.ply', 'c.obj', 'd.glb'].map((file) => read(Mesh, file)));
+checks.expect(a.vertexCount === 6890 && a.faceCount === 13776 && a.name === 'a.ply', `a.ply: ${a.vertexCount} vertices, ${a.faceCount} faces`);
+const made = await Mesh.mannequin({ shapeSeed: 1, pose: 'random', poseSeed: 1 });
+checks.near(a.positions, made.positions, 'the mannequin', 1e-6);
+for (const format of ['obj', 'ply', 'glb']) {
+  const again = await Mesh.read(a.write(format), `again.${format}`);
+  checks.near(a.positions, again.positions, `written as ${format} and read`, 1e-7);
+  checks.expect(again.triangleCount === a.triangleCount, `${format}: ${again.triangleCount} triangles`);
+}
+const off = await Mesh.read(new TextEncoder().encode('OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n'), 'four.off');
+checks.expect(off.vertexCount === 4 && off.triangles.length === 12, 'four.off');
+
+// ---- transfers ----
+
+const seconds = (f) => {
+  const start = performance.now();
+  const value = f();
+  return [value, (performance.now() - start) / 1000];
+};
+const network = await PoseTransfer.open(bytes, { method: 'network', name: 'human.safetensors' });
+run('transfer', '--weights', weights, '--method', 'network', '--identity', 'a.ply', '--pose', 'b.ply', '--out', 'network.ply');
+checks.near((await read(Mesh, 'network.ply')).positions, network.run(a, b).positions, 'by the network');
+// The time of the processor, since this machine may be busy.
+const times = Array.from({ length: 5 }, () => {
+  const before = process.cpuUsage();
+  network.run(a, b);
+  return process.cpuUsage(before).user / 1e6;
+});
+console.log(`a transfer of 6890 vertices by the network, bottleneck 256, one thread: ${Math.min(...times).toFixed(2)} s of the processor`);
+// Arrays instead of meshes, and what was prepared.
+const arrays = (mesh) => ({ positions: mesh.positions, triangles: mesh.triangles, name: mesh.name });
+checks.near(network.run(a, b).positions, network.run(arrays(a), arrays(b)).positions, 'arrays', 0);
+const identity = network.prepareIdentity(arrays(a)), pose = network.preparePose(b, a.vertexCount);
+checks.near(network.run(a, b).positions, network.run(identity, pose).positions, 'prepared', 0);
+const refined = await PoseTransfer.open(bytes, { method: 'network', pairings: 2, mirror: true, refine: true, seed: 3 });
+run('transfer', '--weights', weights, '--method', 'network', '--pairings', '2', '--mirror', '--refine', '--seed', '3', '--identity', 'a.ply', '--pose', 'b.ply',
+    '--out', 'refined.ply');
+checks.near((await read(Mesh, 'refined.ply')).positions, refined.run(a, b).positions, 'averaged, mirrored, refined');
+
+const people = await PoseTransfer.open(bytes, { reader, name: 'human.safetensors' });
+checks.expect(people.hasBody && /people through bodies/.test(people.description), people.description);
+for (const [name, one, two] of [['paper', a, b], ['natural', c, d]]) {
+  run('transfer', '--weights', weights, '--identity', one.name, '--pose', two.name, '--out', `${name}.ply`);
+  const [result, time] = seconds(() => people.run(one, two));
+  checks.expect(result.report.method === 'body' && result.report.poseTrust > 0.9, JSON.stringify(result.report));
+  checks.near((await read(Mesh, `${name}.ply`)).positions, result.positions, `through bodies, ${name} poses, ${time.toFixed(1)} s`);
+}
+// As a GLB, with the program's units.
+run('transfer', '--weights', weights, '--identity', 'c.obj', '--pose', 'd.glb', '--out', 'natural.glb');
+checks.near((await read(Mesh, 'natural.glb')).positions,
+            (await Mesh.read(c.write('glb', { positions: people.run(c, d).positions, transfer: people }), 'own.glb')).positions, 'the GLB');
+
+// ---- bad input ----
+
+await checks.fails(() => Mesh.read(new Uint8Array(0), 'empty.obj'), 'input', /empty\.obj/, 'an empty file');
+await checks.fails(() => Mesh.read(new Uint8Array([137, 80, 78, 71, 13, 10]), 'picture.ply'), 'input', /picture\.ply/, 'no mesh');
+await checks.fails(() => Mesh.read(new Uint8Array(9), 'mesh.xyz'), 'input', /\.xyz/, 'another format');
+await checks.fails(() => PoseTransfer.open(new Uint8Array(100), { name: 'bad.safetensors' }), 'input', /bad\.safetensors/, 'no weights');
+await checks.fails(() => PoseTransfer.open(reader, { name: 'reader.safetensors' }), 'input', /reader\.safetensors/, 'weights of another network');
+await checks.fails(() => PoseTransfer.open(bytes, { method: 'magic' }), 'argument', /magic/, 'an option that is none');
+await checks.fails(() => network.run({ positions: [0, 0, 0, 1, NaN, 1] }, b), 'input', /finite|nan/i, 'no finite numbers');
+await checks.fails(() => network.run({ positions: new Float32Array(0) }, b), 'input', /./, 'no vertices');
+const four = people.run(off, b).report;
+checks.expect(four.method === 'network' && four.read && four.identityTrust < 0.6, `a tetrahedron as a person: ${JSON.stringify(four)}`);
+const far = { positions: off.positions.map((x) => 1000000 * x), triangles: off.triangles, name: 'far.off' };
+await checks.fails(() => people.run(far, b), 'input', /far\.off.*person/, 'a tetrahedron of no person\'s size');
+await checks.fails(() => { made.close(); return made.positions; }, 'argument', /close/, 'a closed mesh');
+// Memory that is short comes back as an error, and the module works on.
+const huge = new Float32Array(3 * 4e6).map((_, i) => Math.sin(i));
+await checks.fails(() => network.run({ positions: huge }, b), 'memory', /memory/, 'too large a mesh');
+checks.near(network.run(identity, pose).positions, network.run(a, b).positions, 'after that', 0);
+
+// Closing gives the memory back: what was used once is used again.
+const before = memory();
+for (let i = 0; i < 20; ++i) {
+  const mesh = await read(Mesh, 'b.ply');
+  people.prepareIdentity(mesh).close();
+  mesh.close();
+}
+checks.expect(memory() <= before, `memory grew from ${before} to ${memory()}`);
+writeFileSync('done', '');
+checks.end();
