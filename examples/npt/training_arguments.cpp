@@ -104,8 +104,14 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
                   "Body model to draw shapes and poses from: a file (.safetensors) or mannequin, the default. Several "
                   "are mixed; =WEIGHT behind one gives its share")
       ->group("Data");
+  command
+      .add_option("--rig", a.rigs,
+                  "Rigged character (.glb, .gltf) beside bodies or instead of them; several are mixed; =WEIGHT behind "
+                  "one gives its share")
+      ->group("Data");
   command.add_option("--family", a.family, "Folder of species with labelled poses instead of bodies")
       ->excludes("--body")
+      ->excludes("--rig")
       ->group("Data");
   command
       .add_option("--held-out", a.held_out, "Label of the family (or its part before _) that is kept for validation")
@@ -420,7 +426,7 @@ std::string command_text(const CLI::App& command) {
       continue;
     }
     for (const std::string& value : option->results()) {
-      const bool file = name == "--body" || name == "--family" || name == "--start";
+      const bool file = name == "--body" || name == "--rig" || name == "--family" || name == "--start";
       const std::string shown = file ? std::filesystem::path(value).filename().string() : value;
       text += " " + name + " " + (shown.find(' ') == std::string::npos ? shown : "\"" + shown + "\"");
     }

@@ -2,6 +2,7 @@
 
 #include "arguments.hpp"
 
+#include <formats/read.hpp>
 #include <refining/body_method.hpp>
 
 #include <npt/body/body_file.hpp>
@@ -14,8 +15,11 @@
 #include <npt/data/family_sampler.hpp>
 #include <npt/data/reading_sampler.hpp>
 #include <npt/mannequin/mannequin.hpp>
+#include <npt/rig/rig.hpp>
+#include <npt/rig/rigged_body.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -28,19 +32,20 @@ struct NamedBody {
   std::string name;
 };
 
-NamedBody load_named_body(const std::string& argument) {
-  std::string file = argument;
+/// FILE or FILE=WEIGHT
+std::pair<std::string, double> split_weight(const std::string& argument, const std::string& option) {
   double weight = 1;
-  if (const std::size_t sign = argument.rfind('='); sign != std::string::npos) {
-    const auto result = npt::number_from_chars(argument.data() + sign + 1, argument.data() + argument.size(), weight);
-    if (result.ec == std::errc() && result.ptr == argument.data() + argument.size()) {
-      if (!(weight > 0) || !std::isfinite(weight))
-        throw npt::Error({"--body " + argument, {}, "a weight of " + argument.substr(sign + 1), "a number above 0"});
-      file = argument.substr(0, sign);
-    } else {
-      weight = 1;
-    }
-  }
+  const std::size_t sign = argument.rfind('=');
+  if (sign == std::string::npos) return {argument, 1};
+  const auto result = npt::number_from_chars(argument.data() + sign + 1, argument.data() + argument.size(), weight);
+  if (result.ec != std::errc() || result.ptr != argument.data() + argument.size()) return {argument, 1};
+  if (!(weight > 0) || !std::isfinite(weight))
+    throw npt::Error({option + " " + argument, {}, "a weight of " + argument.substr(sign + 1), "a number above 0"});
+  return {argument.substr(0, sign), weight};
+}
+
+NamedBody load_named_body(const std::string& argument) {
+  const auto [file, weight] = split_weight(argument, "--body");
   if (file == "mannequin") return {{npt::borrowed(npt::mannequin()), weight}, "mannequin"};
   return {{std::make_shared<const npt::BodyModel>(npt::load_body(file)), weight},
           std::filesystem::path(file).stem().string()};
@@ -117,19 +122,65 @@ void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired)
   };
 }
 
+/// Poses of the rigs' clips, between two of them, and with noise on the angles.
+class ClipPoses {
+ public:
+  using Angles = std::array<float, 3 * npt::smpl_joint_count>;
+
+  void add(const std::vector<std::vector<Angles>>& clips) { clips_.insert(clips_.end(), clips.begin(), clips.end()); }
+  bool empty() const { return clips_.empty(); }
+
+  Angles sample(npt::Random& random) const {
+    Angles pose = frame(random);
+    const bool between = random.uniform() < 0.4;
+    const Angles other = frame(random);
+    const auto share = static_cast<float>(between ? random.uniform() : 0.0);
+    const double sigma = random.uniform() < 0.3 ? 0 : random.uniform(0.02, 0.2);
+    for (std::size_t i = 0; i < pose.size(); ++i) {
+      pose[i] += share * (other[i] - pose[i]);
+      if (i >= 3) pose[i] += static_cast<float>(sigma * random.normal());
+    }
+    return pose;
+  }
+
+ private:
+  const Angles& frame(npt::Random& random) const {
+    const auto& clip = clips_[random.below(static_cast<std::uint32_t>(clips_.size()))];
+    return clip[random.below(static_cast<std::uint32_t>(clip.size()))];
+  }
+  std::vector<std::vector<Angles>> clips_;
+};
+
 /// Points of bodies in any pose and their canonical coordinates, for the network that reads meshes.
 void use_readings(TrainingCourse& course, const TrainingArguments& a) {
-  std::vector<std::shared_ptr<const npt::SurfaceCloud>> clouds;
-  for (const std::string& argument : a.bodies.empty() ? std::vector<std::string>{"mannequin"} : a.bodies) {
+  std::vector<npt::WeightedCloud> clouds;
+  const auto clips = std::make_shared<ClipPoses>();
+  for (const std::string& argument :
+       a.bodies.empty() && a.rigs.empty() ? std::vector<std::string>{"mannequin"} : a.bodies) {
     const NamedBody named = load_named_body(argument);
     clouds.push_back(
-        std::make_shared<const npt::SurfaceCloud>(named.body.body, refining::canonical_coordinates(*named.body.body)));
+        {std::make_shared<const npt::SurfaceCloud>(named.body.body, refining::canonical_coordinates(*named.body.body)),
+         named.body.weight});
     course.trained_on += (course.trained_on.empty() ? "" : ", ") + named.name;
   }
-  const auto source = [clouds, seed = a.seed](std::size_t points, npt::data::Purpose purpose) {
+  for (const std::string& argument : a.rigs) {
+    const auto [file, weight] = split_weight(argument, "--rig");
+    const npt::RiggedBody rig =
+        npt::rigged_body(npt::make_rig(formats::read_scene(file), file), {.longest_edge = 0.04, .frame_rate = 15});
+    clouds.push_back({std::make_shared<const npt::SurfaceCloud>(rig.body, rig.canonical), weight});
+    clips->add(rig.clips);
+    course.trained_on += (course.trained_on.empty() ? "" : ", ") + std::filesystem::path(file).stem().string();
+  }
+  const auto source = [clouds, clips, seed = a.seed, with_rigs = !a.rigs.empty()](std::size_t points,
+                                                                                 npt::data::Purpose purpose) {
+    const auto pose = [clips](npt::Random& random) {
+      return !clips->empty() && random.uniform() < 0.25 ? clips->sample(random) : npt::natural_poses().sample(random);
+    };
     return std::make_unique<npt::ReadingSampler>(
-        clouds, [](npt::Random& random) { return npt::natural_poses().sample(random); },
-        npt::ReadingSampleOptions{.seed = seed, .points = points}, purpose);
+        clouds, pose,
+        npt::ReadingSampleOptions{
+            .seed = seed, .points = points, .patched = with_rigs ? 0.4 : 0.0, .mirror = with_rigs},
+        purpose);
   };
   for (const StageArguments& stage : parse_stages(a)) {
     if (stage.vertices == 0)
