@@ -105,17 +105,18 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
                   "are mixed; =WEIGHT behind one gives its share")
       ->group("Data");
   command
-      .add_option("--rig", a.rigs,
-                  "Rigged character (.glb, .gltf) beside bodies or instead of them; several are mixed; =WEIGHT behind "
-                  "one gives its share")
+      .add_option(
+          "--rig", a.rigs,
+          "Rigged character (.glb, .gltf, .fbx) in the poses of its clips: of a person beside bodies or instead "
+          "of them, of anything else with its like. Several are mixed; =WEIGHT behind one gives its share")
       ->group("Data");
   command.add_option("--family", a.family, "Folder of species with labelled poses instead of bodies")
       ->excludes("--body")
       ->excludes("--rig")
       ->group("Data");
   command
-      .add_option("--held-out", a.held_out, "Label of the family (or its part before _) that is kept for validation")
-      ->needs("--family")
+      .add_option("--held-out", a.held_out,
+                  "Label of the family (or its part before _), or clip of the rigs, that is kept for validation")
       ->group("Data");
   command
       .add_option("--blend", a.blend,
@@ -143,6 +144,12 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
                   "Part of a body's meshes in natural poses, from the prior that npt ships, in any direction")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
+      ->group("Data");
+  command
+      .add_option("--clip-poses", a.clip_poses,
+                  "Part of people's meshes in poses of the rigs' clips, between two of them, and with noise; without: "
+                  "0.25 where there are clips")
+      ->check(CLI::Range(0.0, 1.0))
       ->group("Data");
   command
       .add_flag("--protocol", a.protocol, "The paper's 16 identities in 400 poses instead of fresh ones at every step")

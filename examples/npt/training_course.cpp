@@ -7,6 +7,7 @@
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/natural_poses.hpp>
+#include <npt/body/proportions.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/number_text.hpp>
 #include <npt/data/body_pairs.hpp>
@@ -15,7 +16,10 @@
 #include <npt/data/family_sampler.hpp>
 #include <npt/data/reading_sampler.hpp>
 #include <npt/mannequin/mannequin.hpp>
+#include <npt/rig/clip_poses.hpp>
+#include <npt/rig/humanoid_joints.hpp>
 #include <npt/rig/rig.hpp>
+#include <npt/rig/rig_sampler.hpp>
 #include <npt/rig/rigged_body.hpp>
 
 #include <algorithm>
@@ -49,6 +53,33 @@ NamedBody load_named_body(const std::string& argument) {
   if (file == "mannequin") return {{npt::borrowed(npt::mannequin()), weight}, "mannequin"};
   return {{std::make_shared<const npt::BodyModel>(npt::load_body(file)), weight},
           std::filesystem::path(file).stem().string()};
+}
+
+/// --rig FILE or FILE=WEIGHT
+struct NamedRig {
+  npt::Rig rig;
+  double weight = 1;
+  std::string name;
+};
+
+std::vector<NamedRig> load_rigs(const TrainingArguments& a) {
+  std::vector<NamedRig> rigs;
+  for (const std::string& argument : a.rigs) {
+    const auto [file, weight] = split_weight(argument, "--rig");
+    if (!formats::is_scene(file))
+      throw npt::Error(
+          {"--rig " + argument, {}, "a file without a skeleton", "a rigged character: .glb, .gltf, .fbx, .dae"});
+    rigs.push_back(
+        {npt::make_rig(formats::read_scene(file), file), weight, std::filesystem::path(file).stem().string()});
+  }
+  return rigs;
+}
+
+/// The part of poses that come from the rigs' clips.
+double clip_share(const TrainingArguments& a, const npt::ClipPoses& clips) {
+  if (clips.empty() && a.clip_poses)
+    throw npt::Error({"--clip-poses", {}, a.rigs.empty() ? "no --rig" : "rigs without clips", "a rig with clips"});
+  return clips.empty() ? 0 : a.clip_poses.value_or(0.25);
 }
 
 npt::BodySamplerOptions sampler_options(const TrainingArguments& a, const StageArguments& stage,
@@ -94,17 +125,34 @@ void add_stages(TrainingCourse& course, const TrainingArguments& a, bool paired,
                       "a stage of whole meshes, such as --stage 0:60x96 --stage 0.7:2xall, or --vertices all"});
 }
 
-void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired) {
+void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired, const std::vector<NamedRig>& rigs) {
   std::vector<NamedBody> bodies;
-  for (const std::string& argument : a.bodies.empty() ? std::vector<std::string>{"mannequin"} : a.bodies)
+  for (const std::string& argument :
+       a.bodies.empty() && rigs.empty() ? std::vector<std::string>{"mannequin"} : a.bodies)
     bodies.push_back(load_named_body(argument));
+  npt::ClipPoses clips;
+  for (const NamedRig& named : rigs) {
+    const npt::RiggedBody rig = npt::rigged_body(named.rig, {.frame_rate = 15});
+    clips.add(rig.clips);
+    // Proportions are all the shapes that a rig has: twice as far apart as people's.
+    npt::Proportions unit = npt::human_proportion_deviations;
+    for (double& deviation : unit) deviation *= 2;
+    bodies.push_back(
+        {{std::make_shared<const npt::BodyModel>(npt::with_proportions(*rig.body, unit)), named.weight}, named.name});
+  }
   std::vector<npt::WeightedBody> mixture;
   for (const NamedBody& body : bodies) {
     mixture.push_back(body.body);
     course.trained_on += (course.trained_on.empty() ? "" : ", ") + body.name;
   }
+  const double share = clip_share(a, clips);
+  if (share > 0 && a.protocol)
+    throw npt::Error({"--protocol", {}, "with --rig, whose poses are its clips'", "one of them, or --clip-poses 0"});
   add_stages(course, a, paired, [&](const StageArguments& stage) {
-    return std::make_unique<npt::BodySampler>(mixture, sampler_options(a, stage, course.normalisation));
+    npt::BodySamplerOptions options = sampler_options(a, stage, course.normalisation);
+    options.clip_poses = share;
+    options.clip_pose = [clips](npt::Random& random) { return clips.sample(random); };
+    return std::make_unique<npt::BodySampler>(mixture, options);
   });
   course.unit = "metre";
   course.validated_on =
@@ -122,39 +170,52 @@ void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired)
   };
 }
 
-/// Poses of the rigs' clips, between two of them, and with noise on the angles.
-class ClipPoses {
- public:
-  using Angles = std::array<float, 3 * npt::smpl_joint_count>;
+/// Rigs of any kind, in the poses of each other's clips.
+void use_rigs(TrainingCourse& course, const TrainingArguments& a, bool paired, const std::vector<NamedRig>& rigs) {
+  if (a.protocol || a.mix_bodies || a.wide_poses > 0 || a.natural_poses > 0 || a.clip_poses || a.shapes != "normal")
+    throw npt::Error({"--rig",
+                      {},
+                      "rigs that aren't all people's, with an option for bodies",
+                      "no --protocol, --mix-bodies, --wide-poses, --natural-poses, --clip-poses or --shapes"});
+  std::vector<npt::WeightedRig> members;
+  for (const NamedRig& named : rigs) {
+    members.push_back({std::make_shared<const npt::RigCharacter>(named.rig), named.weight});
+    course.trained_on += (course.trained_on.empty() ? "" : ", ") + named.name;
+  }
+  const auto mixture = std::make_shared<const npt::RigMixture>(std::move(members), a.held_out);
+  add_stages(course, a, paired, [&](const StageArguments& stage) {
+    return std::make_unique<npt::RigSampler>(mixture, sampler_options(a, stage, course.normalisation));
+  });
+  course.unit = "the meshes' own";
+  course.validated_on = (a.held_out.empty() ? "clips, trained on, of " : "held-out clips of ") + course.trained_on +
+                        ", seed " + std::to_string(validation_seed);
+  if (paired) {
+    // Whole meshes of two characters can't be paired.
+    course.make_validation = [](std::size_t) { return std::vector<npt::EvaluationSet>{}; };
+    course.validated_on.clear();
+    return;
+  }
+  course.make_validation = [mixture](std::size_t pairs) {
+    return std::vector<npt::EvaluationSet>{npt::rig_pairs(mixture, pairs, validation_seed)};
+  };
+}
 
-  void add(const std::vector<std::vector<Angles>>& clips) { clips_.insert(clips_.end(), clips.begin(), clips.end()); }
-  bool empty() const { return clips_.empty(); }
-
-  Angles sample(npt::Random& random) const {
-    Angles pose = frame(random);
-    const bool between = random.uniform() < 0.4;
-    const Angles other = frame(random);
-    const auto share = static_cast<float>(between ? random.uniform() : 0.0);
-    const double sigma = random.uniform() < 0.3 ? 0 : random.uniform(0.02, 0.2);
-    for (std::size_t i = 0; i < pose.size(); ++i) {
-      pose[i] += share * (other[i] - pose[i]);
-      if (i >= 3) pose[i] += static_cast<float>(sigma * random.normal());
+/// Whether all rigs are people's; those that aren't can't be mixed with bodies.
+/// Errors    npt::Error of the first rig that isn't, where bodies are mixed in
+bool are_people(const std::vector<NamedRig>& rigs, bool must) {
+  for (const NamedRig& named : rigs) try {
+      npt::humanoid_joints(named.rig);
+    } catch (const npt::Error&) {
+      if (must) throw;
+      return false;
     }
-    return pose;
-  }
-
- private:
-  const Angles& frame(npt::Random& random) const {
-    const auto& clip = clips_[random.below(static_cast<std::uint32_t>(clips_.size()))];
-    return clip[random.below(static_cast<std::uint32_t>(clip.size()))];
-  }
-  std::vector<std::vector<Angles>> clips_;
-};
+  return true;
+}
 
 /// Points of bodies in any pose and their canonical coordinates, for the network that reads meshes.
-void use_readings(TrainingCourse& course, const TrainingArguments& a) {
+void use_readings(TrainingCourse& course, const TrainingArguments& a, const std::vector<NamedRig>& rigs) {
   std::vector<npt::WeightedCloud> clouds;
-  const auto clips = std::make_shared<ClipPoses>();
+  const auto clips = std::make_shared<npt::ClipPoses>();
   for (const std::string& argument :
        a.bodies.empty() && a.rigs.empty() ? std::vector<std::string>{"mannequin"} : a.bodies) {
     const NamedBody named = load_named_body(argument);
@@ -163,18 +224,16 @@ void use_readings(TrainingCourse& course, const TrainingArguments& a) {
          named.body.weight});
     course.trained_on += (course.trained_on.empty() ? "" : ", ") + named.name;
   }
-  for (const std::string& argument : a.rigs) {
-    const auto [file, weight] = split_weight(argument, "--rig");
-    const npt::RiggedBody rig =
-        npt::rigged_body(npt::make_rig(formats::read_scene(file), file), {.longest_edge = 0.04, .frame_rate = 15});
-    clouds.push_back({std::make_shared<const npt::SurfaceCloud>(rig.body, rig.canonical), weight});
+  for (const NamedRig& named : rigs) {
+    const npt::RiggedBody rig = npt::rigged_body(named.rig, {.longest_edge = 0.04, .frame_rate = 15});
+    clouds.push_back({std::make_shared<const npt::SurfaceCloud>(rig.body, rig.canonical), named.weight});
     clips->add(rig.clips);
-    course.trained_on += (course.trained_on.empty() ? "" : ", ") + std::filesystem::path(file).stem().string();
+    course.trained_on += (course.trained_on.empty() ? "" : ", ") + named.name;
   }
-  const auto source = [clouds, clips, seed = a.seed, with_rigs = !a.rigs.empty()](std::size_t points,
-                                                                                 npt::data::Purpose purpose) {
-    const auto pose = [clips](npt::Random& random) {
-      return !clips->empty() && random.uniform() < 0.25 ? clips->sample(random) : npt::natural_poses().sample(random);
+  const auto source = [clouds, clips, share = clip_share(a, *clips), seed = a.seed, with_rigs = !rigs.empty()](
+                          std::size_t points, npt::data::Purpose purpose) {
+    const auto pose = [clips, share](npt::Random& random) {
+      return share > 0 && random.uniform() < share ? clips->sample(random) : npt::natural_poses().sample(random);
     };
     return std::make_unique<npt::ReadingSampler>(
         clouds, pose,
@@ -240,12 +299,18 @@ TrainingCourse make_training_course(const TrainingArguments& arguments, bool pai
   course.normalisation = arguments.normalisation ? npt::parse_normalisation(*arguments.normalisation, "--normalisation")
                          : arguments.family      ? npt::Normalisation::sphere
                                                  : npt::Normalisation::centre;
+  const std::vector<NamedRig> rigs = load_rigs(arguments);
+  const bool bodies = !arguments.bodies.empty();
+  if (!arguments.held_out.empty() && rigs.empty() && !arguments.family)
+    throw npt::Error({"--held-out", {}, "neither --family nor --rig", "what has the labels or clips to be held out"});
   if (arguments.variant.net == "reader")
-    use_readings(course, arguments);
+    use_readings(course, arguments, rigs);
   else if (arguments.family)
     use_family(course, arguments, paired);
+  else if (are_people(rigs, bodies))
+    use_bodies(course, arguments, paired, rigs);
   else
-    use_bodies(course, arguments, paired);
+    use_rigs(course, arguments, paired, rigs);
   return course;
 }
 

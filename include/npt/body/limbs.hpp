@@ -16,9 +16,10 @@ inline constexpr std::size_t limb_count = 6;
 /// Collars belong to the trunk, the neck to the skull.
 constexpr Limb limb_of(std::size_t joint) {
   using enum Limb;
-  constexpr std::array<Limb, smpl_joint_count> limbs{
-      trunk,     left_leg, right_leg, trunk, left_leg, right_leg, trunk,    left_leg,  right_leg, trunk,    left_leg,  right_leg,
-      skull,     trunk,    trunk,     skull, left_arm, right_arm, left_arm, right_arm, left_arm,  right_arm, left_arm, right_arm};
+  constexpr std::array<Limb, smpl_joint_count> limbs{trunk,    left_leg,  right_leg, trunk,     left_leg, right_leg,
+                                                     trunk,    left_leg,  right_leg, trunk,     left_leg, right_leg,
+                                                     skull,    trunk,     trunk,     skull,     left_arm, right_arm,
+                                                     left_arm, right_arm, left_arm,  right_arm, left_arm, right_arm};
   return limbs[joint];
 }
 

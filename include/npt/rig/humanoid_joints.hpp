@@ -101,8 +101,8 @@ class HumanoidFinder {
          wrists ? std::initializer_list<std::string_view>{"hand", "middle1", "middleproximal", "handmiddle1"}
                 : std::initializer_list<std::string_view>{"middle1", "middleproximal", "handmiddle1", "fmiddle1",
                                                           "middlehand", "fingers"});
-    for (const SmplJoint joint : {left_hip, right_hip, left_knee, right_knee, left_shoulder, right_shoulder, left_elbow,
-                                  right_elbow})
+    for (const SmplJoint joint :
+         {left_hip, right_hip, left_knee, right_knee, left_shoulder, right_shoulder, left_elbow, right_elbow})
       if (at(joint) == no_item) miss(joint);
     if (at(neck) == no_item && at(head) == no_item) miss(head);
     return found_;

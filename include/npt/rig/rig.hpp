@@ -197,6 +197,8 @@ class RigMaker {
 
 }  // namespace rig::internal
 
-inline Rig make_rig(Scene scene, std::string name) { return rig::internal::RigMaker(std::move(scene), std::move(name)).make(); }
+inline Rig make_rig(Scene scene, std::string name) {
+  return rig::internal::RigMaker(std::move(scene), std::move(name)).make();
+}
 
 }  // namespace npt::inline NPT_ABI

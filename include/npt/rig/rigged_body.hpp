@@ -59,7 +59,7 @@ using JointWeights = std::array<double, smpl_joint_count>;
 
 /// The part's child bone along which it points; itself for what has none.
 inline std::size_t bone_end(std::size_t joint) {
-  static constexpr std::array<std::size_t, smpl_joint_count> ends{3, 4, 5, 6,  7,  8,  9,  10, 11, 12, 10, 11,
+  static constexpr std::array<std::size_t, smpl_joint_count> ends{3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 10, 11,
                                                                   15, 16, 17, 15, 18, 19, 20, 21, 22, 23, 22, 23};
   return ends[joint];
 }
@@ -248,7 +248,8 @@ class RiggedBodyMaker {
     const std::array<Vec3d, smpl_joint_count>& m = model_.joints;
     const Vec3d hips = (bind_[1] + bind_[2]) * 0.5, shoulders = (bind_[16] + bind_[17]) * 0.5;
     const Vec3d model_hips = (m[1] + m[2]) * 0.5;
-    if (found_[12] == no_item) bind_[12] = found_[15] == no_item ? shoulders : shoulders + (bind_[15] - shoulders) * 0.4;
+    if (found_[12] == no_item)
+      bind_[12] = found_[15] == no_item ? shoulders : shoulders + (bind_[15] - shoulders) * 0.4;
     if (found_[15] == no_item) {
       const double share = length(m[15] - m[12]) / length(m[12] - model_hips);
       bind_[15] = bind_[12] + (bind_[12] - hips) * share;
@@ -274,8 +275,7 @@ class RiggedBodyMaker {
     const Vec3d along = normalised(bind_[joint] - bind_[above]);
     double farthest = 0;
     for (std::size_t v = 0; v < positions_.size(); ++v)
-      if (rest_.weights[v][joint] > 0.5)
-        farthest = std::max(farthest, dot(positions_[v] - bind_[joint], along));
+      if (rest_.weights[v][joint] > 0.5) farthest = std::max(farthest, dot(positions_[v] - bind_[joint], along));
     return bind_[joint] + along * (0.8 * farthest);
   }
 
@@ -295,15 +295,16 @@ class RiggedBodyMaker {
     double own = 0, mannequins = 0;
     for (const std::size_t hip : {1U, 2U})
       own += length(bind_[hip + 3] - bind_[hip]) + length(bind_[hip + 6] - bind_[hip + 3]),
-          mannequins += length(model_.joints[hip + 3] - model_.joints[hip]) +
-                        length(model_.joints[hip + 6] - model_.joints[hip + 3]);
+          mannequins +=
+          length(model_.joints[hip + 3] - model_.joints[hip]) + length(model_.joints[hip + 6] - model_.joints[hip + 3]);
     for (const std::size_t ankle : {7U, 8U})
       if (found_[ankle + 3] == no_item)
         bind_[ankle + 3] = bind_[ankle] + (model_.joints[ankle + 3] - model_.joints[ankle]) * (own / mannequins);
     for (const std::size_t wrist : {20U, 21U})
       if (found_[wrist + 2] == no_item)
-        bind_[wrist + 2] = bind_[wrist] + normalised(bind_[wrist] - bind_[wrist - 2]) *
-                                              (length(model_.joints[wrist + 2] - model_.joints[wrist]) * own / mannequins);
+        bind_[wrist + 2] =
+            bind_[wrist] + normalised(bind_[wrist] - bind_[wrist - 2]) *
+                               (length(model_.joints[wrist + 2] - model_.joints[wrist]) * own / mannequins);
     // Feet point forwards, whatever the names say.
     double forwards = 0;
     for (std::size_t v = 0; v < positions_.size(); ++v)
@@ -408,7 +409,8 @@ class RiggedBodyMaker {
   /// Which joint of the rig turns each of the 24; no_item: none, it goes with the one before it.
   HumanoidJoints turning_joints() const {
     HumanoidJoints turning = found_;
-    if (const std::size_t above = rig_.parents[found_[1]]; above != no_item) turning[0] = above;  // what the legs hang on
+    if (const std::size_t above = rig_.parents[found_[1]]; above != no_item)
+      turning[0] = above;  // what the legs hang on
     // Of the chain down from the neck the joint that stands nearest below each of the spine's.
     std::size_t from = rig_.parents[found_[12] != no_item ? found_[12] : found_[15]];
     std::vector<std::size_t> chain;
@@ -494,8 +496,7 @@ class RiggedBodyMaker {
     const double far = dot(off, along);
     const Vec3d across = off - along * far;
     const double girth = from.area > 1e-6 ? ratio(goal.girth, from.girth) : ratio(length(model_bone), length(bone));
-    return to[j] + model_bone * (far / length(bone)) +
-           shortest_turn(along, normalised(model_bone)) * across * girth;
+    return to[j] + model_bone * (far / length(bone)) + shortest_turn(along, normalised(model_bone)) * across * girth;
   }
 
   std::vector<float> places() const {
@@ -580,7 +581,7 @@ class RiggedBodyMaker {
   std::array<Vec3d, smpl_joint_count> bind_{};
   std::array<Matrix3, smpl_joint_count> turns_;
   Matrix3 upright_ = Matrix3::identity();
-  Vec3d centre_;        ///< of the hips, in the bind pose
+  Vec3d centre_;       ///< of the hips, in the bind pose
   double metres_ = 1;  ///< in a unit of the bind pose
 };
 
