@@ -174,7 +174,7 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
   command
       .add_option("--normalisation", a.normalisation,
                   "How meshes are brought to the network's frame: sphere, centre or none; without: centre for bodies, "
-                  "sphere for families")
+                  "sphere for families and animals")
       ->check(CLI::IsMember({"sphere", "centre", "none"}))
       ->group("Data");
 }

@@ -296,18 +296,19 @@ void use_family(TrainingCourse& course, const TrainingArguments& a, bool paired)
 
 TrainingCourse make_training_course(const TrainingArguments& arguments, bool paired) {
   TrainingCourse course;
-  course.normalisation = arguments.normalisation ? npt::parse_normalisation(*arguments.normalisation, "--normalisation")
-                         : arguments.family      ? npt::Normalisation::sphere
-                                                 : npt::Normalisation::centre;
   const std::vector<NamedRig> rigs = load_rigs(arguments);
-  const bool bodies = !arguments.bodies.empty();
+  const bool reader = arguments.variant.net == "reader";
+  const bool people = reader || arguments.family || are_people(rigs, !arguments.bodies.empty());
+  course.normalisation = arguments.normalisation ? npt::parse_normalisation(*arguments.normalisation, "--normalisation")
+                         : arguments.family || !people ? npt::Normalisation::sphere
+                                                       : npt::Normalisation::centre;
   if (!arguments.held_out.empty() && rigs.empty() && !arguments.family)
     throw npt::Error({"--held-out", {}, "neither --family nor --rig", "what has the labels or clips to be held out"});
-  if (arguments.variant.net == "reader")
+  if (reader)
     use_readings(course, arguments, rigs);
   else if (arguments.family)
     use_family(course, arguments, paired);
-  else if (are_people(rigs, bodies))
+  else if (people)
     use_bodies(course, arguments, paired, rigs);
   else
     use_rigs(course, arguments, paired, rigs);

@@ -56,6 +56,7 @@ class BodySampler : public SampleSource {
     data::check_options(options_);
     expect_part("wide_poses", options_.wide_poses);
     expect_part("natural_poses", options_.natural_poses);
+    expect_part("wide_poses and natural_poses", options_.wide_poses + options_.natural_poses);
     expect_part("clip_poses", options_.clip_poses);
     expect_part("wide_poses, natural_poses and clip_poses",
                 options_.wide_poses + options_.natural_poses + options_.clip_poses);

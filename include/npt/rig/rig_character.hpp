@@ -237,6 +237,16 @@ class RigCharacter {
   /// A joint whose place its parent doesn't tell belongs to one that does.
   void find_parents(const Rig& rig, const std::vector<std::vector<Moment>>& moments) {
     parents_ = rig.parents;
+    // Of several roots the one that most joints hang on is the root, and the others, feet often, hang on it.
+    std::vector<std::size_t> hanging(joints_.size());
+    for (std::size_t j = 0; j < joints_.size(); ++j) {
+      std::size_t root = j;
+      while (parents_[root] != no_item) root = parents_[root];
+      ++hanging[root];
+    }
+    const auto root = static_cast<std::size_t>(std::ranges::max_element(hanging) - hanging.begin());
+    for (std::size_t j = 0; j < joints_.size(); ++j)
+      if (parents_[j] == no_item && j != root) parents_[j] = root;
     const auto loose = [&](std::size_t j, std::size_t to) {
       double sum = 0, count = 0;
       for (const auto& clip : moments)

@@ -279,14 +279,11 @@ class RiggedBodyMaker {
     return bind_[joint] + along * (0.8 * farthest);
   }
 
-  /// Turns the bind pose: y from the hips to the neck, x to the left.
+  /// Turns the bind pose so that the trunk stands as the mannequin's does.
   void stand_upright() {
-    const Vec3d hips = (bind_[1] + bind_[2]) * 0.5;
-    const Vec3d y = normalised(bind_[12] - hips);
-    const Vec3d side = normalised(bind_[1] - bind_[2]) + normalised(bind_[16] - bind_[17]);
-    const Vec3d x = normalised(side - y * dot(side, y));
-    if (!(length(y) > 0) || !(length(x) > 0)) fail(12, "no way from the hips to it", "a bind pose with a trunk");
-    upright_ = Matrix3{{{x, y, cross(x, y)}}};
+    const Matrix3 frame = trunk_frame(bind_);
+    if (!(frame.determinant() > 0.5)) fail(12, "no way from the hips to it", "a bind pose with a trunk");
+    upright_ = trunk_frame(model_.joints).transposed() * frame;
     centre_ = bind_[0];
     const auto turned = [&](Vec3d p) { return upright_ * (p - centre_); };
     for (Vec3d& p : positions_) p = turned(p);
@@ -317,6 +314,13 @@ class RiggedBodyMaker {
     metres_ = size_of(model_.joints) / size_of(bind_);
     for (Vec3d& p : positions_) p = p * metres_;
     for (Vec3d& p : bind_) p = p * metres_;
+  }
+  /// Rows: to the left, from the hips to the neck, forwards.
+  static Matrix3 trunk_frame(const std::array<Vec3d, smpl_joint_count>& j) {
+    const Vec3d y = normalised(j[12] - (j[1] + j[2]) * 0.5);
+    const Vec3d side = normalised(j[1] - j[2]) + normalised(j[16] - j[17]);
+    const Vec3d x = normalised(side - y * dot(side, y));
+    return {{{x, y, cross(x, y)}}};
   }
   /// Of a skeleton: legs, trunk and arms.
   static double size_of(const std::array<Vec3d, smpl_joint_count>& j) {
