@@ -669,7 +669,7 @@ test_rigs() {
   [ -e killed.safetensors ] && echo "note: the training was over before it could be killed"
   expect 0 -- train --out killed.safetensors --resume --threads 1
   same whole.safetensors killed.safetensors
-  expect 0 --out "mannequin, own" -- train --net reader --rig own.glb --body mannequin --steps 3 --batch 2 --vertices 60 --validation-pairs 1 --out reads.safetensors
+  expect 0 --out "net reader, width 256, 3 steps" -- train --net reader --rig own.glb --body mannequin --steps 3 --batch 2 --vertices 60 --validation-pairs 1 --out reads.safetensors
   expect 1 --err "--held-out: found neither" -- train --steps 3 --out x.safetensors --held-out way
   expect 1 --err "--clip-poses: found no --rig" -- train --steps 3 --out x.safetensors --clip-poses 0.5
   expect 1 --err "a weight of 0" -- train --steps 3 --out x.safetensors --rig own.glb=0
