@@ -104,12 +104,19 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
                   "Body model to draw shapes and poses from: a file (.safetensors) or mannequin, the default. Several "
                   "are mixed; =WEIGHT behind one gives its share")
       ->group("Data");
+  command
+      .add_option(
+          "--rig", a.rigs,
+          "Rigged character (.glb, .gltf, .fbx) in the poses of its clips: of a person beside bodies or instead "
+          "of them, of anything else with its like. Several are mixed; =WEIGHT behind one gives its share")
+      ->group("Data");
   command.add_option("--family", a.family, "Folder of species with labelled poses instead of bodies")
       ->excludes("--body")
+      ->excludes("--rig")
       ->group("Data");
   command
-      .add_option("--held-out", a.held_out, "Label of the family (or its part before _) that is kept for validation")
-      ->needs("--family")
+      .add_option("--held-out", a.held_out,
+                  "Label of the family (or its part before _), or clip of the rigs, that is kept for validation")
       ->group("Data");
   command
       .add_option("--blend", a.blend,
@@ -139,6 +146,12 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
       ->capture_default_str()
       ->group("Data");
   command
+      .add_option("--clip-poses", a.clip_poses,
+                  "Part of people's meshes in poses of the rigs' clips, between two of them, and with noise; without: "
+                  "0.25 where there are clips")
+      ->check(CLI::Range(0.0, 1.0))
+      ->group("Data");
+  command
       .add_flag("--protocol", a.protocol, "The paper's 16 identities in 400 poses instead of fresh ones at every step")
       ->excludes("--wide-poses")
       ->excludes("--natural-poses")
@@ -161,7 +174,7 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
   command
       .add_option("--normalisation", a.normalisation,
                   "How meshes are brought to the network's frame: sphere, centre or none; without: centre for bodies, "
-                  "sphere for families")
+                  "sphere for families and animals")
       ->check(CLI::IsMember({"sphere", "centre", "none"}))
       ->group("Data");
 }
@@ -420,7 +433,7 @@ std::string command_text(const CLI::App& command) {
       continue;
     }
     for (const std::string& value : option->results()) {
-      const bool file = name == "--body" || name == "--family" || name == "--start";
+      const bool file = name == "--body" || name == "--rig" || name == "--family" || name == "--start";
       const std::string shown = file ? std::filesystem::path(value).filename().string() : value;
       text += " " + name + " " + (shown.find(' ') == std::string::npos ? shown : "\"" + shown + "\"");
     }

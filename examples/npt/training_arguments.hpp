@@ -24,12 +24,14 @@ namespace program {
 struct TrainingArguments {
   // Data
   std::vector<std::string> bodies;  ///< "mannequin" or a file, each with "=WEIGHT" or without
+  std::vector<std::string> rigs;    ///< files, each with "=WEIGHT" or without
   std::optional<std::filesystem::path> family;
-  std::vector<std::string> held_out;  ///< labels of a family
+  std::vector<std::string> held_out;  ///< labels of a family, clips of rigs
   double blend = 0;
   bool mirror = false;
   std::string shapes = "normal";
   double wide_poses = 0, natural_poses = 0;
+  std::optional<double> clip_poses;
   bool protocol = false, mix_bodies = false;
   double yaw = 0, noise = 0;
   std::string scale_range = "1,1";

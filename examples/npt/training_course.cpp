@@ -2,10 +2,12 @@
 
 #include "arguments.hpp"
 
+#include <formats/read.hpp>
 #include <refining/body_method.hpp>
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/natural_poses.hpp>
+#include <npt/body/proportions.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/number_text.hpp>
 #include <npt/data/body_pairs.hpp>
@@ -14,8 +16,14 @@
 #include <npt/data/family_sampler.hpp>
 #include <npt/data/reading_sampler.hpp>
 #include <npt/mannequin/mannequin.hpp>
+#include <npt/rig/clip_poses.hpp>
+#include <npt/rig/humanoid_joints.hpp>
+#include <npt/rig/rig.hpp>
+#include <npt/rig/rig_sampler.hpp>
+#include <npt/rig/rigged_body.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -28,22 +36,50 @@ struct NamedBody {
   std::string name;
 };
 
-NamedBody load_named_body(const std::string& argument) {
-  std::string file = argument;
+/// FILE or FILE=WEIGHT
+std::pair<std::string, double> split_weight(const std::string& argument, const std::string& option) {
   double weight = 1;
-  if (const std::size_t sign = argument.rfind('='); sign != std::string::npos) {
-    const auto result = npt::number_from_chars(argument.data() + sign + 1, argument.data() + argument.size(), weight);
-    if (result.ec == std::errc() && result.ptr == argument.data() + argument.size()) {
-      if (!(weight > 0) || !std::isfinite(weight))
-        throw npt::Error({"--body " + argument, {}, "a weight of " + argument.substr(sign + 1), "a number above 0"});
-      file = argument.substr(0, sign);
-    } else {
-      weight = 1;
-    }
-  }
+  const std::size_t sign = argument.rfind('=');
+  if (sign == std::string::npos) return {argument, 1};
+  const auto result = npt::number_from_chars(argument.data() + sign + 1, argument.data() + argument.size(), weight);
+  if (result.ec != std::errc() || result.ptr != argument.data() + argument.size()) return {argument, 1};
+  if (!(weight > 0) || !std::isfinite(weight))
+    throw npt::Error({option + " " + argument, {}, "a weight of " + argument.substr(sign + 1), "a number above 0"});
+  return {argument.substr(0, sign), weight};
+}
+
+NamedBody load_named_body(const std::string& argument) {
+  const auto [file, weight] = split_weight(argument, "--body");
   if (file == "mannequin") return {{npt::borrowed(npt::mannequin()), weight}, "mannequin"};
   return {{std::make_shared<const npt::BodyModel>(npt::load_body(file)), weight},
           std::filesystem::path(file).stem().string()};
+}
+
+/// --rig FILE or FILE=WEIGHT
+struct NamedRig {
+  npt::Rig rig;
+  double weight = 1;
+  std::string name;
+};
+
+std::vector<NamedRig> load_rigs(const TrainingArguments& a) {
+  std::vector<NamedRig> rigs;
+  for (const std::string& argument : a.rigs) {
+    const auto [file, weight] = split_weight(argument, "--rig");
+    if (!formats::is_scene(file))
+      throw npt::Error(
+          {"--rig " + argument, {}, "a file without a skeleton", "a rigged character: .glb, .gltf, .fbx, .dae"});
+    rigs.push_back(
+        {npt::make_rig(formats::read_scene(file), file), weight, std::filesystem::path(file).stem().string()});
+  }
+  return rigs;
+}
+
+/// The part of poses that come from the rigs' clips.
+double clip_share(const TrainingArguments& a, const npt::ClipPoses& clips) {
+  if (clips.empty() && a.clip_poses)
+    throw npt::Error({"--clip-poses", {}, a.rigs.empty() ? "no --rig" : "rigs without clips", "a rig with clips"});
+  return clips.empty() ? 0 : a.clip_poses.value_or(0.25);
 }
 
 npt::BodySamplerOptions sampler_options(const TrainingArguments& a, const StageArguments& stage,
@@ -89,17 +125,34 @@ void add_stages(TrainingCourse& course, const TrainingArguments& a, bool paired,
                       "a stage of whole meshes, such as --stage 0:60x96 --stage 0.7:2xall, or --vertices all"});
 }
 
-void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired) {
+void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired, const std::vector<NamedRig>& rigs) {
   std::vector<NamedBody> bodies;
-  for (const std::string& argument : a.bodies.empty() ? std::vector<std::string>{"mannequin"} : a.bodies)
+  for (const std::string& argument :
+       a.bodies.empty() && rigs.empty() ? std::vector<std::string>{"mannequin"} : a.bodies)
     bodies.push_back(load_named_body(argument));
+  npt::ClipPoses clips;
+  for (const NamedRig& named : rigs) {
+    const npt::RiggedBody rig = npt::rigged_body(named.rig, {.frame_rate = 15});
+    clips.add(rig.clips);
+    // Proportions are all the shapes that a rig has: twice as far apart as people's.
+    npt::Proportions unit = npt::human_proportion_deviations;
+    for (double& deviation : unit) deviation *= 2;
+    bodies.push_back(
+        {{std::make_shared<const npt::BodyModel>(npt::with_proportions(*rig.body, unit)), named.weight}, named.name});
+  }
   std::vector<npt::WeightedBody> mixture;
   for (const NamedBody& body : bodies) {
     mixture.push_back(body.body);
     course.trained_on += (course.trained_on.empty() ? "" : ", ") + body.name;
   }
+  const double share = clip_share(a, clips);
+  if (share > 0 && a.protocol)
+    throw npt::Error({"--protocol", {}, "with --rig, whose poses are its clips'", "one of them, or --clip-poses 0"});
   add_stages(course, a, paired, [&](const StageArguments& stage) {
-    return std::make_unique<npt::BodySampler>(mixture, sampler_options(a, stage, course.normalisation));
+    npt::BodySamplerOptions options = sampler_options(a, stage, course.normalisation);
+    options.clip_poses = share;
+    options.clip_pose = [clips](npt::Random& random) { return clips.sample(random); };
+    return std::make_unique<npt::BodySampler>(mixture, options);
   });
   course.unit = "metre";
   course.validated_on =
@@ -117,19 +170,76 @@ void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired)
   };
 }
 
-/// Points of bodies in any pose and their canonical coordinates, for the network that reads meshes.
-void use_readings(TrainingCourse& course, const TrainingArguments& a) {
-  std::vector<std::shared_ptr<const npt::SurfaceCloud>> clouds;
-  for (const std::string& argument : a.bodies.empty() ? std::vector<std::string>{"mannequin"} : a.bodies) {
-    const NamedBody named = load_named_body(argument);
-    clouds.push_back(
-        std::make_shared<const npt::SurfaceCloud>(named.body.body, refining::canonical_coordinates(*named.body.body)));
+/// Rigs of any kind, in the poses of each other's clips.
+void use_rigs(TrainingCourse& course, const TrainingArguments& a, bool paired, const std::vector<NamedRig>& rigs) {
+  if (a.protocol || a.mix_bodies || a.wide_poses > 0 || a.natural_poses > 0 || a.clip_poses || a.shapes != "normal")
+    throw npt::Error({"--rig",
+                      {},
+                      "rigs that aren't all people's, with an option for bodies",
+                      "no --protocol, --mix-bodies, --wide-poses, --natural-poses, --clip-poses or --shapes"});
+  std::vector<npt::WeightedRig> members;
+  for (const NamedRig& named : rigs) {
+    members.push_back({std::make_shared<const npt::RigCharacter>(named.rig), named.weight});
     course.trained_on += (course.trained_on.empty() ? "" : ", ") + named.name;
   }
-  const auto source = [clouds, seed = a.seed](std::size_t points, npt::data::Purpose purpose) {
+  const auto mixture = std::make_shared<const npt::RigMixture>(std::move(members), a.held_out);
+  add_stages(course, a, paired, [&](const StageArguments& stage) {
+    return std::make_unique<npt::RigSampler>(mixture, sampler_options(a, stage, course.normalisation));
+  });
+  course.unit = "the meshes' own";
+  course.validated_on = (a.held_out.empty() ? "clips, trained on, of " : "held-out clips of ") + course.trained_on +
+                        ", seed " + std::to_string(validation_seed);
+  if (paired) {
+    // Whole meshes of two characters can't be paired.
+    course.make_validation = [](std::size_t) { return std::vector<npt::EvaluationSet>{}; };
+    course.validated_on.clear();
+    return;
+  }
+  course.make_validation = [mixture](std::size_t pairs) {
+    return std::vector<npt::EvaluationSet>{npt::rig_pairs(mixture, pairs, validation_seed)};
+  };
+}
+
+/// Whether all rigs are people's; those that aren't can't be mixed with bodies.
+/// Errors    npt::Error of the first rig that isn't, where bodies are mixed in
+bool are_people(const std::vector<NamedRig>& rigs, bool must) {
+  for (const NamedRig& named : rigs) try {
+      npt::humanoid_joints(named.rig);
+    } catch (const npt::Error&) {
+      if (must) throw;
+      return false;
+    }
+  return true;
+}
+
+/// Points of bodies in any pose and their canonical coordinates, for the network that reads meshes.
+void use_readings(TrainingCourse& course, const TrainingArguments& a, const std::vector<NamedRig>& rigs) {
+  std::vector<npt::WeightedCloud> clouds;
+  const auto clips = std::make_shared<npt::ClipPoses>();
+  for (const std::string& argument :
+       a.bodies.empty() && a.rigs.empty() ? std::vector<std::string>{"mannequin"} : a.bodies) {
+    const NamedBody named = load_named_body(argument);
+    clouds.push_back(
+        {std::make_shared<const npt::SurfaceCloud>(named.body.body, refining::canonical_coordinates(*named.body.body)),
+         named.body.weight});
+    course.trained_on += (course.trained_on.empty() ? "" : ", ") + named.name;
+  }
+  for (const NamedRig& named : rigs) {
+    const npt::RiggedBody rig = npt::rigged_body(named.rig, {.longest_edge = 0.04, .frame_rate = 15});
+    clouds.push_back({std::make_shared<const npt::SurfaceCloud>(rig.body, rig.canonical), named.weight});
+    clips->add(rig.clips);
+    course.trained_on += (course.trained_on.empty() ? "" : ", ") + named.name;
+  }
+  const auto source = [clouds, clips, share = clip_share(a, *clips), seed = a.seed, with_rigs = !rigs.empty()](
+                          std::size_t points, npt::data::Purpose purpose) {
+    const auto pose = [clips, share](npt::Random& random) {
+      return share > 0 && random.uniform() < share ? clips->sample(random) : npt::natural_poses().sample(random);
+    };
     return std::make_unique<npt::ReadingSampler>(
-        clouds, [](npt::Random& random) { return npt::natural_poses().sample(random); },
-        npt::ReadingSampleOptions{.seed = seed, .points = points}, purpose);
+        clouds, pose,
+        npt::ReadingSampleOptions{
+            .seed = seed, .points = points, .patched = with_rigs ? 0.4 : 0.0, .mirror = with_rigs},
+        purpose);
   };
   for (const StageArguments& stage : parse_stages(a)) {
     if (stage.vertices == 0)
@@ -186,15 +296,22 @@ void use_family(TrainingCourse& course, const TrainingArguments& a, bool paired)
 
 TrainingCourse make_training_course(const TrainingArguments& arguments, bool paired) {
   TrainingCourse course;
+  const std::vector<NamedRig> rigs = load_rigs(arguments);
+  const bool reader = arguments.variant.net == "reader";
+  const bool people = reader || arguments.family || are_people(rigs, !arguments.bodies.empty());
   course.normalisation = arguments.normalisation ? npt::parse_normalisation(*arguments.normalisation, "--normalisation")
-                         : arguments.family      ? npt::Normalisation::sphere
-                                                 : npt::Normalisation::centre;
-  if (arguments.variant.net == "reader")
-    use_readings(course, arguments);
+                         : arguments.family || !people ? npt::Normalisation::sphere
+                                                       : npt::Normalisation::centre;
+  if (!arguments.held_out.empty() && rigs.empty() && !arguments.family)
+    throw npt::Error({"--held-out", {}, "neither --family nor --rig", "what has the labels or clips to be held out"});
+  if (reader)
+    use_readings(course, arguments, rigs);
   else if (arguments.family)
     use_family(course, arguments, paired);
+  else if (people)
+    use_bodies(course, arguments, paired, rigs);
   else
-    use_bodies(course, arguments, paired);
+    use_rigs(course, arguments, paired, rigs);
   return course;
 }
 

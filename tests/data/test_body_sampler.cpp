@@ -315,6 +315,19 @@ TEST_CASE("parts of the meshes are in wide and in natural poses") {
   CHECK(same < 240);
 }
 
+TEST_CASE("a part of the meshes is in poses of clips") {
+  npt::PoseParameters fixed{};
+  fixed[4] = 0.25F;
+  npt::BodySamplerOptions options;
+  options.clip_poses = 1;
+  options.clip_pose = [&fixed](npt::Random&) { return fixed; };
+  const npt::BodySampler all(npt::borrowed(npt::mannequin()), options);
+  CHECK(all.choose(0, 0).pair.pose == fixed);
+  CHECK(all.choose(3, 1).pair.identity_pose == fixed);
+  options.natural_poses = 0.6;
+  CHECK_THROWS_AS(npt::BodySampler(npt::borrowed(npt::mannequin()), options), npt::Error);
+}
+
 TEST_CASE("a mixture draws bodies by weight, and pairs them across only when told") {
   const auto two = std::make_shared<const npt::BodyModel>(stick_figure(1));
   const auto three = std::make_shared<const npt::BodyModel>(stick_figure(2));

@@ -75,3 +75,17 @@ TEST_CASE("samples depend on seed, step and index only, and differ in each of th
   CHECK(sampler.equal_counts());
   CHECK(sampler.max_vertices() == 64);
 }
+
+TEST_CASE("limbs of several bodies on one trunk, mirrored, are a reading like any other") {
+  const std::vector<npt::WeightedCloud> bodies{{reading_cloud(), 1}, {reading_cloud(), 3}};
+  const auto pose = [](npt::Random& r) { return npt::natural_poses().sample(r); };
+  const npt::ReadingSampler sampler(bodies, pose, {.seed = 5, .points = 200, .patched = 1, .mirror = true});
+  const npt::Sample s = sampler.draw(0, 1);
+  REQUIRE(s.truth.size() == 600);
+  CHECK(s.truth == sampler.draw(0, 1).truth);
+  for (std::size_t i = 0; i < 200; ++i) CHECK(norm(s.truth, i) < 0.75F);
+  // Weights and patches that change nothing leave the samples as they were.
+  const npt::ReadingSampler equal(std::vector<npt::WeightedCloud>{{reading_cloud(), 2}}, pose,
+                                  {.seed = 5, .points = 200});
+  CHECK(equal.draw(0, 1).truth == reading_sampler({.seed = 5, .points = 200}).draw(0, 1).truth);
+}

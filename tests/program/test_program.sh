@@ -652,6 +652,32 @@ test_clips() {
   awk '$1 == "size" { gsub(",", ""); good = $3 > 1 && $3 < 2.5 } END { exit !good }' out.txt || fail "far.glb is not in metres"
 }
 
+# A rigged character with a clip, as another tool would leave it, trains beside the mannequin.
+test_rigs() {
+  expect 0 -- generate --out way --count 2 --seed 3 --pose natural
+  expect 0 -- rig --mesh way/body_0000.ply --pose way --fps 1 --names mixamo --out own.glb
+  local course="--rig own.glb=2 --body mannequin --mix-bodies --bottleneck 64 --steps 60 --stage 0:4x30 --seed 3 --noise 0.01
+                --validation-pairs 2 --validate-every 30 --log-every 10"
+  expect 0 --out "60 steps" -- train --out whole.safetensors $course --threads 2
+  expect 0 --out "mannequin, own" --out "--rig own.glb=2" -- info whole.safetensors
+  "$npt" train --out killed.safetensors $course --threads 1 --checkpoint-every 10 > out.txt 2> err.txt &
+  local pid=$!
+  while kill -0 $pid 2> /dev/null && [ ! -e killed.checkpoint.safetensors ]; do sleep 0.01; done
+  kill -9 $pid 2> /dev/null
+  wait $pid 2> /dev/null
+  rm -f ./*.part-*
+  [ -e killed.safetensors ] && echo "note: the training was over before it could be killed"
+  expect 0 -- train --out killed.safetensors --resume --threads 1
+  same whole.safetensors killed.safetensors
+  expect 0 --out "net reader, width 256, 3 steps" -- train --net reader --rig own.glb --body mannequin --steps 3 --batch 2 --vertices 60 --validation-pairs 1 --out reads.safetensors
+  expect 1 --err "--held-out: found neither" -- train --steps 3 --out x.safetensors --held-out way
+  expect 1 --err "--clip-poses: found no --rig" -- train --steps 3 --out x.safetensors --clip-poses 0.5
+  expect 1 --err "a weight of 0" -- train --steps 3 --out x.safetensors --rig own.glb=0
+  expect 1 --err "found a file without a skeleton" -- train --steps 3 --out x.safetensors --rig way/body_0000.ply
+  expect 0 -- transfer --identity way/body_0000.ply --pose way/body_0000.ply --out still.glb --method network
+  expect 1 --err "still.glb: found no skin, expected a rigged character" -- train --steps 3 --out x.safetensors --rig still.glb
+}
+
 test_skeleton() {
   make_meshes
   expect 0 -- generate --out bodies --count 3 --seed 7

@@ -23,6 +23,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <numeric>
 #include <span>
@@ -42,9 +43,11 @@ struct BodySamplerOptions : SampleOptions {
   ShapeDistribution shapes = ShapeDistribution::normal;
   double wide_poses = 0;     ///< the part of meshes, of fresh ones, whose pose is drawn from wide_pose_ranges
   double natural_poses = 0;  ///< the part of meshes, of fresh ones, whose pose is drawn from the prior of natural ones
-  bool protocol = false;     ///< the paper's training set (protocol.hpp) instead of fresh shapes and poses
-  bool mix_bodies = false;   ///< identity and pose mesh may come from different bodies of the mixture
-  bool own_frame = false;    ///< a subset is normalised by its own box instead of the whole mesh's
+  double clip_poses = 0;     ///< the part of meshes, of fresh ones, whose pose `clip_pose` draws
+  std::function<PoseParameters(Random&)> clip_pose{};
+  bool protocol = false;    ///< the paper's training set (protocol.hpp) instead of fresh shapes and poses
+  bool mix_bodies = false;  ///< identity and pose mesh may come from different bodies of the mixture
+  bool own_frame = false;   ///< a subset is normalised by its own box instead of the whole mesh's
 };
 
 class BodySampler : public SampleSource {
@@ -54,6 +57,10 @@ class BodySampler : public SampleSource {
     expect_part("wide_poses", options_.wide_poses);
     expect_part("natural_poses", options_.natural_poses);
     expect_part("wide_poses and natural_poses", options_.wide_poses + options_.natural_poses);
+    expect_part("clip_poses", options_.clip_poses);
+    expect_part("wide_poses, natural_poses and clip_poses",
+                options_.wide_poses + options_.natural_poses + options_.clip_poses);
+    NPT_ASSERT(options_.clip_poses == 0 || options_.clip_pose);
     if (bodies.empty()) throw Error({.file = "bodies", .found = "none", .expected = "at least one body"});
     double sum = 0;
     for (const WeightedBody& member : bodies) {
@@ -68,8 +75,8 @@ class BodySampler : public SampleSource {
       expect_vertices(options_.pose_vertices, body);
       if (options_.protocol) prepared.training.emplace_back(body.shape_count(), options_.shapes);
       if ((options_.vertices != 0 || options_.pose_vertices != 0) && !options_.own_frame)
-        prepared.extremes =
-            data::extreme_vertices(body, options_.shapes, options_.yaw, {options_.wide_poses, options_.natural_poses});
+        prepared.extremes = data::extreme_vertices(body, options_.shapes, options_.yaw,
+                                                   {options_.wide_poses, options_.natural_poses + options_.clip_poses});
     }
   }
   explicit BodySampler(std::shared_ptr<const BodyModel> body, BodySamplerOptions options = {})
@@ -112,13 +119,15 @@ class BodySampler : public SampleSource {
     Random identity_shape = random(data::Part::identity_shape), pose_shape = random(data::Part::pose_shape);
     Random identity_pose = random(data::Part::identity_pose), pose_pose = random(data::Part::pose);
     choice.pair.identity_shape = sample_shape(identity_shape, identity.body.model->shape_count(), options_.shapes);
-    const auto poses = [&] {
-      if (options_.wide_poses + options_.natural_poses <= 0) return PoseDistribution::paper;
-      return data::PoseMixture{options_.wide_poses, options_.natural_poses}.at(pick.uniform());
+    const auto drawn = [&](Random& angles) {
+      if (options_.wide_poses + options_.natural_poses + options_.clip_poses <= 0) return sample_pose(angles);
+      const double kind = pick.uniform();
+      if (kind >= 1 - options_.clip_poses) return options_.clip_pose(angles);
+      return sample_pose(angles, data::PoseMixture{options_.wide_poses, options_.natural_poses}.at(kind));
     };
-    choice.pair.identity_pose = sample_pose(identity_pose, poses());
+    choice.pair.identity_pose = drawn(identity_pose);
     choice.pair.pose_shape = sample_shape(pose_shape, pose.body.model->shape_count(), options_.shapes);
-    choice.pair.pose = sample_pose(pose_pose, poses());
+    choice.pair.pose = drawn(pose_pose);
     return choice;
   }
 

@@ -10,6 +10,7 @@
 
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/limbs.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/body/reading_frame.hpp>
@@ -66,6 +67,8 @@ class SurfaceCloud {
     return std::span(directions_).subspan(3 * point * body_->shape_count(), 3 * body_->shape_count());
   }
   const std::vector<std::array<Matrix3, body_proportion_count>>& growth() const noexcept { return growth_; }
+  /// Square metres of the resting surface for each candidate point of the trunk.
+  float area_of_point() const noexcept { return area_of_point_; }
 
  private:
   /// Candidates for each unit of area, relative to the trunk.
@@ -100,6 +103,7 @@ class SurfaceCloud {
       area += density(f) * static_cast<double>(length(cross(at(t.v_template, f[1]) - a, at(t.v_template, f[2]) - a)));
       up_to.push_back(area);
     }
+    area_of_point_ = static_cast<float>(area / 2 / static_cast<double>(candidates));
     Random random(20260101);
     for (std::size_t i = 0; i < candidates; ++i) {
       const double goal = area * (static_cast<double>(i) + random.uniform()) / static_cast<double>(candidates);
@@ -145,6 +149,13 @@ class SurfaceCloud {
   std::vector<std::array<Matrix3, body_proportion_count>> growth_;
   std::vector<Point> points_;
   std::vector<float> directions_;  ///< [points, S, 3]
+  float area_of_point_ = 0;
+};
+
+/// A body of a mixture. `weight`: its share of the samples, relative to the others.
+struct WeightedCloud {
+  std::shared_ptr<const SurfaceCloud> cloud;
+  double weight = 1;
 };
 
 struct ReadingSampleOptions {
@@ -154,6 +165,8 @@ struct ReadingSampleOptions {
   double fallen = 0.15;   ///< share that points anywhere
   double dressed = 0.45;  ///< share with clothes
   double plain = 0.15;    ///< share of bare bodies of human proportions without any of the below
+  double patched = 0;     ///< share whose trunk, head, arms and legs come from bodies drawn for each
+  bool mirror = false;    ///< half of the samples mirrored, left for right: for bodies that aren't symmetric
 };
 
 class ReadingSampler final : public SampleSource {
@@ -161,11 +174,19 @@ class ReadingSampler final : public SampleSource {
   /// Draws the angles [24, 3] of a natural pose.
   using NaturalPose = std::function<std::array<float, 3 * smpl_joint_count>(Random&)>;
 
-  ReadingSampler(std::vector<std::shared_ptr<const SurfaceCloud>> bodies, NaturalPose natural_pose,
-                 const ReadingSampleOptions& options, data::Purpose purpose = data::Purpose::training)
+  ReadingSampler(std::vector<WeightedCloud> bodies, NaturalPose natural_pose, const ReadingSampleOptions& options,
+                 data::Purpose purpose = data::Purpose::training)
       : bodies_(std::move(bodies)), natural_pose_(std::move(natural_pose)), options_(options), purpose_(purpose) {
     NPT_ASSERT(!bodies_.empty() && options.points > 0);
+    double sum = 0;
+    for (const WeightedCloud& member : bodies_) {
+      equal_ = equal_ && member.weight == bodies_.front().weight;
+      shares_.push_back(sum += member.weight);
+    }
   }
+  ReadingSampler(const std::vector<std::shared_ptr<const SurfaceCloud>>& bodies, NaturalPose natural_pose,
+                 const ReadingSampleOptions& options, data::Purpose purpose = data::Purpose::training)
+      : ReadingSampler(equally(bodies), std::move(natural_pose), options, purpose) {}
 
   std::size_t max_vertices() const override { return options_.points; }
   std::size_t max_pose_vertices() const override { return options_.points; }
@@ -176,25 +197,32 @@ class ReadingSampler final : public SampleSource {
     Random choice = random(data::Part::choice), shape = random(data::Part::identity_shape),
            angles = random(data::Part::pose), order = random(data::Part::identity_order),
            more = random(data::Part::augmentation), noise = random(data::Part::noise);
-    const SurfaceCloud& cloud = *bodies_[choice.below(static_cast<std::uint32_t>(bodies_.size()))];
+    const std::size_t first = pick_body(choice);
     const bool plain = choice.uniform() < options_.plain;
-    const Skin skin = skin_of(cloud, shape, angles, plain);
+    std::array<std::size_t, limb_count> limbs;
+    limbs.fill(first);
+    if (options_.patched > 0 && choice.uniform() < options_.patched) patch(choice, limbs);
+    const bool mirrored = options_.mirror && choice.uniform() < 0.5;
+    thread_local Skin skin;
+    make_skin(limbs, shape, angles, plain, skin);
     const Dress dress = plain ? Dress{} : dress_of(more);
     const std::size_t n = options_.points;
     thread_local Scratch scratch;
-    draw_points(cloud, skin, dress, order, n, scratch);
+    draw_points(skin, dress, order, n, scratch);
     s.pose.resize(3 * n), s.identity.resize(3 * n), s.truth.resize(3 * n);
     const Matrix3 turn = turn_of(more);
     const double sigma = more.uniform() < 0.5 ? 0 : 0.012 * more.uniform();
     const bool blind = more.uniform() < 0.08;                 // no normals
     const float side = more.uniform() < 0.03 ? -1.0F : 1.0F;  // inside out
     for (std::size_t i = 0; i < n; ++i) {
-      const Posed& p = scratch.chosen[i];
+      Posed p = scratch.chosen[i];
+      Vec3f canonical = skin.clouds[p.cloud].cloud->points()[p.point].canonical;
+      if (mirrored) p.at.x = -p.at.x, p.normal.x = -p.normal.x, canonical.x = -canonical.x;
       Vec3d at = turn * p.at.as<double>();
       if (sigma > 0) at += Vec3d{noise.normal(), noise.normal(), noise.normal()} * sigma;
       const Vec3f normal = blind ? Vec3f{} : (turn * p.normal.as<double>()).as<float>() * side;
       put(s.pose, i, at.as<float>()), put(s.identity, i, normal);
-      put(s.truth, i, cloud.points()[p.point].canonical * 0.5F);
+      put(s.truth, i, canonical * 0.5F);
     }
     const auto point = [&s](std::size_t i) {
       return Vec3f{s.pose[3 * i], s.pose[3 * i + 1], s.pose[3 * i + 2]}.as<double>();
@@ -211,14 +239,20 @@ class ReadingSampler final : public SampleSource {
     std::array<float, 9> linear{};
     Vec3f shift;
   };
-  struct Skin {
+  /// One body of a sample, with the limbs that are its.
+  struct SkinnedCloud {
+    const SurfaceCloud* cloud = nullptr;
+    std::array<bool, limb_count> limbs{};
     std::array<Affine, smpl_joint_count> parts;
     std::vector<float> betas;
+  };
+  struct Skin {
+    std::vector<SkinnedCloud> clouds;
   };
   struct Posed {
     Vec3f at, normal;
     float key = 0;  ///< points with the greatest ones are taken
-    std::uint32_t point = 0;
+    std::uint32_t point = 0, cloud = 0;
   };
   struct Scratch {
     std::vector<Posed> posed;
@@ -243,44 +277,88 @@ class ReadingSampler final : public SampleSource {
     to[3 * i] = p.x, to[3 * i + 1] = p.y, to[3 * i + 2] = p.z;
   }
 
-  Skin skin_of(const SurfaceCloud& cloud, Random& shape, Random& angles, bool plain) const {
-    Skin skin;
-    skin.betas = sample_shape(shape, cloud.body().shape_count());
+  static std::vector<WeightedCloud> equally(const std::vector<std::shared_ptr<const SurfaceCloud>>& bodies) {
+    std::vector<WeightedCloud> members;
+    for (const auto& body : bodies) members.push_back({body, 1});
+    return members;
+  }
+  std::size_t pick_body(Random& random) const {
+    if (equal_) return random.below(static_cast<std::uint32_t>(bodies_.size()));
+    const double target = random.uniform() * shares_.back();
+    return static_cast<std::size_t>(std::upper_bound(shares_.begin(), shares_.end() - 1, target) - shares_.begin());
+  }
+  /// Another body for the skull, for the arms, for the legs, or all of them; the trunk stays.
+  void patch(Random& random, std::array<std::size_t, limb_count>& limbs) const {
+    using enum Limb;
+    const auto of = [&limbs](Limb limb) -> std::size_t& { return limbs[static_cast<std::size_t>(limb)]; };
+    of(skull) = pick_body(random);
+    of(left_arm) = of(right_arm) = pick_body(random);
+    of(left_leg) = of(right_leg) = pick_body(random);
+    if (random.uniform() < 0.1) of(right_arm) = pick_body(random);
+    if (random.uniform() < 0.1) of(right_leg) = pick_body(random);
+  }
+
+  /// A limb's skeleton is that of its body; where it hangs, the body says that has the part above.
+  void make_skin(const std::array<std::size_t, limb_count>& limbs, Random& shape, Random& angles, bool plain,
+                 Skin& skin) const {
+    std::array<std::size_t, limb_count> number{};
+    std::size_t count = 0;
+    for (std::size_t l = 0; l < limb_count; ++l) {
+      std::size_t same = 0;
+      while (limbs[same] != limbs[l]) ++same;
+      if (same == l) {
+        if (skin.clouds.size() <= count) skin.clouds.emplace_back();
+        skin.clouds[count].cloud = bodies_[limbs[l]].cloud.get();
+        skin.clouds[count].limbs.fill(false);
+        number[l] = count++;
+      }
+      number[l] = number[same];
+      skin.clouds[number[l]].limbs[l] = true;
+    }
+    skin.clouds.resize(count);
+    std::array<std::array<Vec3d, smpl_joint_count>, limb_count> rest;
+    for (std::size_t c = 0; c < count; ++c) {
+      SkinnedCloud& own = skin.clouds[c];
+      own.betas = sample_shape(shape, own.cloud->body().shape_count());
+      std::ranges::copy(own.cloud->body().joints(own.betas), rest[c].begin());
+    }
     Proportions proportions = sample_proportions(shape);
     if (plain) proportions.fill(0);
     std::array<float, 3 * smpl_joint_count> pose = pose_of(angles);
-    std::array<Vec3d, smpl_joint_count> rest, grown;
-    std::array<Matrix3, smpl_joint_count> stretch;
+    std::array<Vec3d, smpl_joint_count> grown;
     std::array<RigidMotion, smpl_joint_count> motion;
-    const std::vector<Vec3d> joints = cloud.body().joints(skin.betas);
-    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
-      rest[j] = joints[j];
-      stretch[j] = Matrix3::identity();
+    const auto stretch = [&](std::size_t c, std::size_t j) {
+      Matrix3 result = Matrix3::identity();
       for (std::size_t k = 0; k < body_proportion_count; ++k) {
-        const Matrix3& g = cloud.growth()[j][k];
-        if (!(g == Matrix3{})) stretch[j] += g * proportions[k];
+        const Matrix3& g = skin.clouds[c].cloud->growth()[j][k];
+        if (!(g == Matrix3{})) result += g * proportions[k];
       }
+      return result;
+    };
+    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
       const Matrix3 r = rotation_matrix({static_cast<double>(pose[3 * j]), static_cast<double>(pose[3 * j + 1]),
                                          static_cast<double>(pose[3 * j + 2])});
       if (j == 0) {
-        grown[0] = rest[0];
+        grown[0] = rest[number[0]][0];
         motion[0] = {r, grown[0] - r * grown[0]};
       } else {
         const auto parent = static_cast<std::size_t>(smpl_parents[j]);
-        grown[j] = grown[parent] + stretch[parent] * (rest[j] - rest[parent]);
+        const std::size_t above = number[static_cast<std::size_t>(limb_of(parent))];
+        grown[j] = grown[parent] + stretch(above, parent) * (rest[above][j] - rest[above][parent]);
         motion[j] = motion[parent] * RigidMotion{r, grown[j] - r * grown[j]};
       }
-      // The stretch about the joint, then the motion.
-      const Matrix3 linear = motion[j].rotation * stretch[j];
-      const Vec3d shift = motion[j](grown[j] - stretch[j] * rest[j]);
-      Affine& a = skin.parts[j];
-      for (std::size_t row = 0; row < 3; ++row) {
-        const Vec3f values = linear.rows[row].as<float>();
-        a.linear[3 * row] = values.x, a.linear[3 * row + 1] = values.y, a.linear[3 * row + 2] = values.z;
+      for (std::size_t c = 0; c < count; ++c) {
+        // The stretch about the joint, then the motion.
+        const Matrix3 own = stretch(c, j), linear = motion[j].rotation * own;
+        const Vec3d shift = motion[j](grown[j] - own * rest[c][j]);
+        Affine& a = skin.clouds[c].parts[j];
+        for (std::size_t row = 0; row < 3; ++row) {
+          const Vec3f values = linear.rows[row].as<float>();
+          a.linear[3 * row] = values.x, a.linear[3 * row + 1] = values.y, a.linear[3 * row + 2] = values.z;
+        }
+        a.shift = shift.as<float>();
       }
-      a.shift = shift.as<float>();
     }
-    return skin;
   }
 
   std::array<float, 3 * smpl_joint_count> pose_of(Random& random) const {
@@ -328,19 +406,22 @@ class ReadingSampler final : public SampleSource {
 
   /// Poses candidates, more than are needed, and takes n of them by the area that each stands for now: the n greatest
   /// of log(u) / area (Efraimidis and Spirakis, 2006).
-  void draw_points(const SurfaceCloud& cloud, const Skin& skin, const Dress& dress, Random& random, std::size_t n,
-                   Scratch& scratch) const {
+  void draw_points(const Skin& skin, const Dress& dress, Random& random, std::size_t n, Scratch& scratch) const {
     const std::size_t tries = std::min(5 * n / 2, SurfaceCloud::candidates);
-    const auto count = static_cast<std::uint32_t>(cloud.points().size());
+    const auto clouds = static_cast<std::uint32_t>(skin.clouds.size());
     scratch.posed.clear();
     for (int round = 0; scratch.posed.size() < n; ++round)
-      for (std::size_t i = 0; i < tries; ++i) {
-        const std::uint32_t k = random.below(count);
-        const double u = 1 - random.uniform();
+      for (std::size_t i = 0; i < tries * clouds; ++i) {
         Posed p;
-        p.point = k;
+        if (clouds > 1) p.cloud = random.below(clouds);
+        const SkinnedCloud& own = skin.clouds[p.cloud];
+        const SurfaceCloud& cloud = *own.cloud;
+        p.point = random.below(static_cast<std::uint32_t>(cloud.points().size()));
+        if (!own.limbs[static_cast<std::size_t>(limb_of(cloud.points()[p.point].joint[0]))]) continue;
+        const double u = 1 - random.uniform();
         float area = 0;
-        if (!place(cloud, k, skin, dress, p, area) && round < 20) continue;
+        if (!place(own, p.point, dress, p, area) && round < 20) continue;
+        if (clouds > 1) area *= 1e5F * cloud.area_of_point();
         p.key = static_cast<float>(std::log(u)) / std::max(area, 1e-6F);
         scratch.posed.push_back(p);
       }
@@ -357,8 +438,8 @@ class ReadingSampler final : public SampleSource {
   }
 
   /// Whether the point is there at all.
-  static bool place(const SurfaceCloud& cloud, std::uint32_t k, const Skin& skin, const Dress& dress, Posed& out,
-                    float& area) {
+  static bool place(const SkinnedCloud& skin, std::uint32_t k, const Dress& dress, Posed& out, float& area) {
+    const SurfaceCloud& cloud = *skin.cloud;
     const SurfaceCloud::Point& p = cloud.points()[k];
     const auto weight_of = [&p](auto... joints) {
       float sum = 0;
@@ -426,7 +507,9 @@ class ReadingSampler final : public SampleSource {
     return true;
   }
 
-  std::vector<std::shared_ptr<const SurfaceCloud>> bodies_;
+  std::vector<WeightedCloud> bodies_;
+  std::vector<double> shares_;  ///< ascending sums of the weights
+  bool equal_ = true;           ///< all weights
   NaturalPose natural_pose_;
   ReadingSampleOptions options_;
   data::Purpose purpose_;

@@ -1,0 +1,253 @@
+/// Training samples from rigged characters of any kind: identity and pose mesh are characters with varied proportions,
+/// the same one or two whose joints share names; their poses are moments of clips, some between two moments of a rig's
+/// clips, some disturbed, half of all samples mirrored. The truth is the identity's character in the pose mesh's pose.
+/// Shapes    see sample.hpp
+/// Numerics  a sample depends on (seed, step, index) only
+/// Errors    npt::Error for no rig, rigs that share fewer than half of their joints' names with no other, clips held out
+///           that no rig has, more vertices asked for than a rig has, and options out of range
+#pragma once
+
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/data/assembly.hpp>
+#include <npt/data/augmentation.hpp>
+#include <npt/data/draws.hpp>
+#include <npt/data/evaluation.hpp>
+#include <npt/data/sample.hpp>
+#include <npt/rig/rig_character.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <numeric>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// A rig of a mixture. `weight`: its share of the samples, relative to the others.
+struct WeightedRig {
+  std::shared_ptr<const RigCharacter> rig;
+  double weight = 1;
+};
+
+/// Rigs, which of them share poses, and which of their clips are for training.
+class RigMixture {
+ public:
+  /// `held_out`: clips, by their names or what stands behind the last '|' of them.
+  explicit RigMixture(std::vector<WeightedRig> rigs, const std::vector<std::string>& held_out = {})
+      : rigs_(std::move(rigs)) {
+    if (rigs_.empty()) throw Error({.file = "rigs", .found = "none", .expected = "at least one"});
+    double sum = 0;
+    std::vector<bool> used(held_out.size());
+    for (const WeightedRig& member : rigs_) {
+      if (!(member.weight > 0) || !std::isfinite(member.weight))
+        throw Error({.file = "weight of a rig", .found = std::to_string(member.weight), .expected = "above 0"});
+      shares_.push_back(sum += member.weight);
+      std::vector<std::size_t>&shown = shown_.emplace_back(), &kept = held_.emplace_back();
+      const std::vector<std::string>& names = member.rig->clip_names();
+      for (std::size_t c = 0; c < names.size(); ++c) {
+        const std::string own = names[c].substr(names[c].rfind('|') + 1);
+        bool out = false;
+        for (std::size_t h = 0; h < held_out.size(); ++h)
+          if (held_out[h] == names[c] || held_out[h] == own) out = used[h] = true;
+        (out ? kept : shown).push_back(c);
+      }
+      if (shown.empty())
+        throw Error({.file = member.rig->name(), .found = "no clip that isn't held out", .expected = "at least one"});
+    }
+    for (std::size_t h = 0; h < held_out.size(); ++h)
+      if (!used[h]) throw Error({"--held-out", {}, "'" + held_out[h] + "'", "a clip of a rig"});
+    for (std::size_t a = 0; a < rigs_.size(); ++a) {
+      std::vector<std::size_t>& others = partners_.emplace_back();
+      for (std::size_t b = 0; b < rigs_.size(); ++b)
+        if (share_names(*rigs_[a].rig, *rigs_[b].rig)) others.push_back(b);
+    }
+  }
+
+  const std::vector<WeightedRig>& rigs() const noexcept { return rigs_; }
+  const RigCharacter& rig(std::size_t i) const { return *rigs_[i].rig; }
+  const std::vector<std::size_t>& shown(std::size_t i) const { return shown_[i]; }
+  const std::vector<std::size_t>& held_out(std::size_t i) const { return held_[i]; }
+  const std::vector<std::size_t>& partners(std::size_t i) const { return partners_[i]; }
+
+  std::size_t pick(Random& random) const {
+    const double target = random.uniform() * shares_.back();
+    return static_cast<std::size_t>(std::upper_bound(shares_.begin(), shares_.end() - 1, target) - shares_.begin());
+  }
+  /// A pose of a rig from these of its clips.
+  RigPose pose(std::size_t i, const std::vector<std::size_t>& clips, bool plain, Random& random) const {
+    const RigCharacter& own = rig(i);
+    const auto frame = [&]() -> const RigPose& {
+      const auto& clip = own.clips()[clips[random.below(static_cast<std::uint32_t>(clips.size()))]];
+      return clip[random.below(static_cast<std::uint32_t>(clip.size()))];
+    };
+    const RigPose& first = frame();
+    if (plain) return first;
+    const bool blended = random.uniform() < 0.5, disturbed = random.uniform() < 0.6;
+    const RigPose& second = frame();
+    const double share = random.uniform(), amount = random.uniform(0.0, 0.4);
+    RigPose pose = blended ? own.between(first, second, share) : first;
+    return disturbed ? own.disturbed(pose, amount, random) : pose;
+  }
+
+ private:
+  /// Half of the joints of each have their namesakes in the other.
+  static bool share_names(const RigCharacter& a, const RigCharacter& b) {
+    std::size_t common = 0;
+    for (const auto& [name, number] : a.joints()) common += b.joints().contains(name) ? 1 : 0;
+    return 2 * common >= std::max(a.joints().size(), b.joints().size());
+  }
+
+  std::vector<WeightedRig> rigs_;
+  std::vector<double> shares_;
+  std::vector<std::vector<std::size_t>> shown_, held_, partners_;
+};
+
+class RigSampler : public SampleSource {
+ public:
+  explicit RigSampler(std::shared_ptr<const RigMixture> mixture, SampleOptions options = {})
+      : options_(options), mixture_(std::move(mixture)) {
+    data::check_options(options_);
+    for (const WeightedRig& member : mixture_->rigs())
+      if (std::max(options_.vertices, options_.pose_vertices) > member.rig->vertex_count())
+        throw Error({.file = "vertices of a sample",
+                     .found = std::to_string(std::max(options_.vertices, options_.pose_vertices)),
+                     .expected = "at most " + std::to_string(member.rig->vertex_count()) + ", which " +
+                                 member.rig->name() + " has"});
+  }
+
+  std::size_t max_vertices() const override { return most(options_.vertices); }
+  std::size_t max_pose_vertices() const override { return most(pose_vertices()); }
+  bool equal_counts() const override {
+    if (options_.vertices != pose_vertices()) return false;
+    return options_.vertices != 0 || std::ranges::all_of(mixture_->rigs(), [this](const WeightedRig& m) {
+             return m.rig->vertex_count() == mixture_->rig(0).vertex_count();
+           });
+  }
+
+  void fill(std::uint64_t step, std::uint64_t index, Sample& sample) const override {
+    const auto random = [&](data::Part part) {
+      return data::random_for(data::Purpose::training, options_.seed, step, index, part);
+    };
+    data::Scratch& scratch = data::Scratch::of_thread();
+    Random choice = random(data::Part::choice);
+    const std::size_t a = mixture_->pick(choice);
+    const std::vector<std::size_t>& partners = mixture_->partners(a);
+    const std::size_t b = partners[choice.below(static_cast<std::uint32_t>(partners.size()))];
+    const bool mirrored = choice.uniform() < 0.5;
+    const RigCharacter &identity = mixture_->rig(a), &pose = mixture_->rig(b);
+    Random shape = random(data::Part::identity_shape), other_shape = random(data::Part::pose_shape);
+    Random stands = random(data::Part::identity_pose), moves = random(data::Part::pose);
+    const RigProportions own = identity.sample_proportions(shape), others = pose.sample_proportions(other_shape);
+    const RigPose stand = mixture_->pose(a, mixture_->shown(a), false, stands);
+    const RigPose goal = mixture_->pose(b, mixture_->shown(b), false, moves);
+    Random augmentation = random(data::Part::augmentation);
+    const data::Placements placements = data::draw_placements(options_, augmentation);
+    const auto make = [mirrored](const RigCharacter& rig, const RigProportions& proportions, const RigCharacter& source,
+                                 const RigPose& taken, const data::Placement& placement, std::vector<float>& xyz) {
+      xyz.resize(3 * rig.vertex_count());
+      rig.posed(proportions, source, taken, xyz);
+      if (mirrored)
+        for (std::size_t k = 0; k < xyz.size(); k += 3) xyz[k] = -xyz[k];
+      placement.apply(xyz);
+    };
+    make(identity, own, identity, stand, placements.identity, scratch.identity);
+    make(identity, own, pose, goal, placements.truth, scratch.truth);
+    make(pose, others, pose, goal, placements.pose, scratch.pose);
+    if (options_.noise > 0) {
+      Random noise = random(data::Part::noise);
+      const double sigma = noise.uniform(0, options_.noise);
+      data::add_noise(scratch.pose, sigma, noise);
+    }
+    Random order = random(data::Part::pose_order);
+    choose_rows(pose, pose_vertices(), order, scratch, scratch.pose_rows);
+    order = random(data::Part::identity_order);
+    choose_rows(identity, options_.vertices, order, scratch, scratch.identity_rows);
+    data::normalise_into(scratch, options_.normalisation, sample);
+    sample.edges.clear();
+    sample.triangles.clear();
+    if (options_.vertices != 0 || !options_.topology) return;
+    data::places_of(scratch.identity_rows, scratch.places);
+    data::renumber(scratch.places, identity.edges(), sample.edges);
+    data::renumber(scratch.places, identity.triangles(), sample.triangles);
+  }
+
+ private:
+  std::size_t pose_vertices() const { return options_.pose_vertices != 0 ? options_.pose_vertices : options_.vertices; }
+  std::size_t most(std::size_t vertices) const {
+    if (vertices != 0) return vertices;
+    std::size_t result = 0;
+    for (const WeightedRig& member : mixture_->rigs()) result = std::max(result, member.rig->vertex_count());
+    return result;
+  }
+  void choose_rows(const RigCharacter& rig, std::size_t vertices, Random& random, data::Scratch& scratch,
+                   std::vector<std::uint32_t>& rows) const {
+    const auto count = static_cast<std::uint32_t>(rig.vertex_count());
+    if (vertices != 0 || options_.shuffle) {
+      scratch.choice.draw(vertices == 0 ? count : static_cast<std::uint32_t>(vertices), count, random, rows);
+      return;
+    }
+    rows.resize(count);
+    std::iota(rows.begin(), rows.end(), std::uint32_t{0});
+  }
+
+  SampleOptions options_;
+  std::shared_ptr<const RigMixture> mixture_;
+};
+
+/// `count` pairs of rigs as they came, in held-out clips, or in any where none is held out; the identity stands in a
+/// frame of a clip that isn't.
+/// Errors  npt::Error where no rig has a held-out clip
+inline EvaluationSet rig_pairs(const std::shared_ptr<const RigMixture>& mixture, std::size_t count,
+                               std::uint64_t seed) {
+  std::vector<std::size_t> sources;
+  bool any = false;
+  for (std::size_t i = 0; i < mixture->rigs().size(); ++i) any = any || !mixture->held_out(i).empty();
+  for (std::size_t i = 0; i < mixture->rigs().size(); ++i)
+    if (!any || !mixture->held_out(i).empty()) sources.push_back(i);
+  return {
+      .name = any ? "held-out clips" : "clips", .count = count, .pair = [mixture, seed, sources, any](std::size_t i) {
+        const auto random = [&](data::Part part) {
+          return data::random_for(data::Purpose::evaluation, seed, 0, i, part);
+        };
+        Random choice = random(data::Part::choice), stands = random(data::Part::identity_pose),
+               moves = random(data::Part::pose);
+        const auto pick = [&choice](const std::vector<std::size_t>& of) {
+          return of[choice.below(static_cast<std::uint32_t>(of.size()))];
+        };
+        const std::size_t b = pick(sources), a = pick(mixture->partners(b));
+        const RigCharacter &identity = mixture->rig(a), &pose = mixture->rig(b);
+        const RigPose stand = mixture->pose(a, mixture->shown(a), true, stands);
+        const RigPose goal = mixture->pose(b, any ? mixture->held_out(b) : mixture->shown(b), true, moves);
+        std::vector<float> at(3 * identity.vertex_count()), goal_at(at), other(3 * pose.vertex_count());
+        identity.posed({}, identity, stand, at);
+        identity.posed({}, pose, goal, goal_at);
+        pose.posed({}, pose, goal, other);
+        EvaluationPair result;
+        result.name = identity.name() + " as " + pose.name();
+        data::VertexChoice order;
+        std::vector<std::uint32_t> rows, places;
+        const auto shuffle = [&](std::size_t vertices, data::Part part) {
+          Random numbers = random(part);
+          const auto n = static_cast<std::uint32_t>(vertices);
+          order.draw(n, n, numbers, rows);
+          data::places_of(rows, places);
+        };
+        shuffle(pose.vertex_count(), data::Part::pose_order);
+        data::gather({}, other, rows, result.pose);
+        data::renumber(places, pose.triangles(), result.pose_triangles);
+        shuffle(identity.vertex_count(), data::Part::identity_order);
+        data::gather({}, at, rows, result.identity);
+        data::gather({}, goal_at, rows, result.truth);
+        data::renumber(places, identity.edges(), result.edges);
+        data::renumber(places, identity.triangles(), result.identity_triangles);
+        return result;
+      }};
+}
+
+}  // namespace npt::inline NPT_ABI
