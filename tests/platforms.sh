@@ -72,9 +72,9 @@ suite() {
   grep -E "tests passed|Total Test time" "$folder/$preset-suite.txt"
   sed -nE 's/^[0-9]+ - ([a-z_.]+) \(Skipped\)/\1/p; s/^\t *[0-9]+ - ([a-z_.]+) \(Skipped\)/\1/p' "$folder/$preset-suite.txt" | paste -sd' ' | sed 's/^/skipped for want of what they need: /'
 }
-# All of it; the rooms that instantiate the library's loops; and what the program's other parts are tested by.
+# All of it; and the rooms that instantiate the library's loops, with the part of the program that poses and shows meshes.
 suite_all="npt_program npt_room_tests"
-suite_loops="npt_program test_of_loops"
+suite_loops="npt_lite test_of_loops"
 beside_loops=(adapt body core data deformation fit formats graph host io mannequin parallel processor random_networks reading render
   reproduce scene sculpt skeleton threads train training transfer view weights)
 
@@ -131,10 +131,9 @@ libcxx() {
   compared libcxx "$folder/libcxx"
   [ -z "$quick" ] || return 0
   build libcxx-23 clang++-19 "${flags[@]}" -std=c++23 -fsyntax-only
-  suite libcxx "npt_program test_of_library test_of_loops" "a quarter of an hour to build" \
-    deformation fit formats host processor random_networks reading render reproduce sculpt skeleton threads train training view
-  commands libcxx build/libcxx/bin/npt
-  areas build/libcxx/bin/npt arguments info generate render transfer batch view
+  suite libcxx "$suite_loops" "a quarter of an hour to build" "${beside_loops[@]}"
+  commands libcxx build/libcxx/bin/npt-lite
+  areas build/libcxx/bin/npt-lite info generate render transfer batch view
 }
 
 newest-xsimd() {
@@ -149,7 +148,7 @@ newest-xsimd() {
   done
   [ -z "$quick" ] || return 0
   suite newest-xsimd "$suite_loops" "what depends on xsimd is in the others" "${beside_loops[@]}"
-  commands newest-xsimd build/newest-xsimd/bin/npt
+  commands newest-xsimd build/newest-xsimd/bin/npt-lite
 }
 
 clang19() {
@@ -160,8 +159,8 @@ clang19() {
   build clang19-nortti clang++-19 -march=native -fno-rtti -fsyntax-only
   build nortti c++ -march=native -fno-rtti -fsyntax-only
   build cxx23 c++ -march=native -std=c++23 -fsyntax-only
-  suite clang19 "$suite_loops" "a quarter of an hour to build; some are in libcxx" "${beside_loops[@]}"
-  commands clang19 build/clang19/bin/npt
+  suite clang19 "$suite_loops" "a quarter of an hour to build" "${beside_loops[@]}"
+  commands clang19 build/clang19/bin/npt-lite
 }
 
 portable() {
