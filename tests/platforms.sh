@@ -196,7 +196,7 @@ arm64() {
     "half a minute natively, most of an hour under qemu; engine and host: below" deformation fit random_networks reading render skeleton train \
     engine host
   # Beside these tests of engine, the same reason; and one of host: programs can't be started from within qemu-user.
-  local long="*6890*,bottleneck 1024*,without a precision an engine*" children="a program that is run gives its output*"
+  local long="*6890*,bottleneck *,without a precision an engine*" children="a program that is run gives its output*"
   echo "not run: $long, $children"
   "${emulator[@]}" build/arm64/bin/test_of_loops "-sf=*/tests/engine/*" "-tce=$long"
   "${emulator[@]}" build/arm64/bin/test_host "-tce=$children"
