@@ -11,8 +11,13 @@ install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DATAD
 
 set(CPACK_PACKAGE_NAME npt)
 set(CPACK_PACKAGE_VENDOR "the npt authors")
-set(CPACK_PACKAGE_CONTACT "the npt authors <npt@localhost>")
+set(NPT_PACKAGE_CONTACT "npt contributors <npt@npt.invalid>" CACHE STRING "Who makes the packages: name and address that stand in them")
+set(CPACK_PACKAGE_CONTACT "${NPT_PACKAGE_CONTACT}")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_PACKAGE_DESCRIPTION
+    "npt puts the pose of one mesh onto another: a program, trained networks,
+ and a C++20 library of headers. The two meshes need no rig, no markers and
+ no correspondence; clips of one character become animations of another.")
 set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_VERBATIM_VARIABLES ON)
@@ -27,4 +32,17 @@ set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libxsimd-dev, libxtensor-dev")  # to compile with the headers
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libtbb-dev, libtinyobjloader-dev, libeigen3-dev, liblbfgs-dev, bash-completion")
+# Debian wants a changelog of its own form.
+if(NOT WIN32)
+  string(TIMESTAMP npt_package_date "%a, %d %b %Y %H:%M:%S +0000" UTC)
+  file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/package/changelog" @ONLY CONTENT "npt (@PROJECT_VERSION@) unstable; urgency=medium
+
+  * What is new stands in CHANGELOG.md of the sources.
+
+ -- @NPT_PACKAGE_CONTACT@  @npt_package_date@
+")
+  file(ARCHIVE_CREATE OUTPUT "${PROJECT_BINARY_DIR}/package/changelog.gz" PATHS "${PROJECT_BINARY_DIR}/package/changelog" FORMAT raw
+       COMPRESSION GZip COMPRESSION_LEVEL 9)
+  install(FILES "${PROJECT_BINARY_DIR}/package/changelog.gz" DESTINATION "${CMAKE_INSTALL_DATADIR}/doc/npt")
+endif()
 include(CPack)

@@ -1,27 +1,27 @@
 #!/usr/bin/env bash
 # Builds npt for other platforms, runs there what can run, and compares transfers with this machine's to 1e-5 of a mesh's height.
-# usage: tests/platforms.sh [--have] [--program] [libcxx] [newest-xsimd] [clang19] [portable] [arm64] [windows] [mpi] [deb] [python] [blender] [wasm]
+# usage: tests/platforms.sh [--have] [--quick] [--build FOLDER] [libcxx] [newest-xsimd] [clang19] [portable] [arm64] [windows] [multi-isa] [mpi] [deb] [python] [blender] [wasm]
 #   without names: all, one after another
 #   --have      installs nothing: a platform whose tools are missing is skipped; with one name that is status 77
-#   --program   also builds the program for libcxx, arm64 and windows (ten minutes each) and runs its commands there
+#   --quick     only the library in one unit and a transfer; without: also the program, the suite and packages (ten minutes and more each)
 #   --build     the build folder of this machine's program, whose results are the measure; without: build/release
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-have= program= names=() native_build=build/release
+have= quick= names=() native_build=build/release
 while [ "$#" -gt 0 ]; do
   argument="$1"
   shift
   case "$argument" in
     --have) have=yes ;;
     --build) native_build="$1"; shift ;;
-    --program) program=yes ;;
-    libcxx | newest-xsimd | clang19 | portable | arm64 | windows | mpi | deb | python | blender | wasm) names+=("$argument") ;;
+    --quick) quick=yes ;;
+    libcxx | newest-xsimd | clang19 | portable | arm64 | windows | multi-isa | mpi | deb | python | blender | wasm) names+=("$argument") ;;
     -h | --help) sed -n '2,7s/^# //p' "$0"; exit 0 ;;
     *) echo "platforms.sh: unknown argument '$argument'; --help lists what is known" >&2; exit 2 ;;
   esac
 done
-[ "${#names[@]}" -ne 0 ] || names=(libcxx newest-xsimd clang19 portable arm64 windows mpi deb python blender wasm)
+[ "${#names[@]}" -ne 0 ] || names=(libcxx newest-xsimd clang19 portable arm64 windows multi-isa mpi deb python blender wasm)
 
 native="$native_build/bin/npt"
 [ -x "$native" ] || { echo "platforms.sh: $native is missing: cmake --preset release && cmake --build --preset release" >&2; exit 1; }
@@ -57,25 +57,69 @@ compared() {
   "$folder/native" compare "$folder/native.ply" "$folder/$name.ply"
 }
 
-# The program's commands on a platform: program NAME EMULATOR... PROGRAM
-commands() {
-  local name="$1"
+# suite PRESET TARGETS REASON ROOM...: builds the targets, a text, and runs the tests of rooms but these, which are left out for the reason.
+suite() {
+  local preset="$1" targets="$2" reason="$3" without
+  shift 3
+  without=$(printf '|%s' structure "$@")
+  cmake --preset "$preset" > "$folder/$preset.txt"
+  # shellcheck disable=SC2086
+  cmake --build --preset "$preset" --target $targets >> "$folder/$preset.txt" 2>&1 || { tail -40 "$folder/$preset.txt" >&2; return 1; }
+  echo "not run: structure, compile_fail, consumers, convert, examples, readme (about the sources, or for this machine's compiler)"
+  [ "$#" -eq 0 ] || echo "not run: $* ($reason)"
+  ctest --test-dir "build/$preset" -j 2 -L '^room$' -E "^(${without#|})(\\.needs)?\$" --output-on-failure > "$folder/$preset-suite.txt" 2>&1 ||
+    { cat "$folder/$preset-suite.txt" >&2; return 1; }
+  grep -E "tests passed|Total Test time" "$folder/$preset-suite.txt"
+  sed -nE 's/^[0-9]+ - ([a-z_.]+) \(Skipped\)/\1/p; s/^\t *[0-9]+ - ([a-z_.]+) \(Skipped\)/\1/p' "$folder/$preset-suite.txt" | paste -sd' ' | sed 's/^/skipped for want of what they need: /'
+}
+# All of it; and the rooms that instantiate the library's loops, with the part of the program that poses and shows meshes.
+suite_all="npt_program npt_room_tests"
+suite_loops="npt_lite test_of_loops"
+beside_loops=(adapt body core data deformation fit formats graph host io mannequin parallel processor random_networks reading render
+  reproduce scene sculpt skeleton threads train training transfer view weights)
+
+# areas PROGRAM AREA...: the tests of the program as its users meet it.
+areas() {
+  local program="$1" area
   shift
+  for area in "$@"; do
+    bash tests/program/test_program.sh "$area" "$program" > "$folder/area.txt" 2>&1 || { cat "$folder/area.txt" >&2; return 1; }
+    tail -1 "$folder/area.txt"
+  done
+}
+
+# The program's commands on a platform: program NAME PROGRAM
+commands() {
+  local name="$1" npt="$2"
   local out="$folder/$name-program"
   rm -rf "$out" && mkdir -p "$out"
   local foreign=$'identit\303\244t \347\214\253 \360\237\220\216.ply'  # of two, three and four bytes in UTF-8
-  "$@" generate --shape-seed 1 --pose-seed 1 --out "$out/$foreign"
-  "$@" info "$out/$foreign" | head -4
+  "$npt" generate --shape-seed 1 --pose-seed 1 --out "$out/$foreign"
+  "$npt" generate --shape-seed 1 --pose-seed 1 --out "$out/$foreign"  # in the place of the first
+  "$npt" info "$out/$foreign" | head -4
   mv "$out/$foreign" "$out/identity.ply"
-  "$@" generate --shape-seed 2 --pose-seed 2 --out "$out/pose.ply"
+  "$npt" generate --shape-seed 2 --pose-seed 2 --out "$out/pose.ply"
   cmp "$out/pose.ply" "$folder/pose.ply" && echo "generate: the same bytes as here"
-  "$@" transfer --method network --identity "$out/identity.ply" --pose "$out/pose.ply" --out "$out/network.ply"
+  "$npt" transfer --method network --identity "$out/identity.ply" --pose "$out/pose.ply" --out "$out/network.ply"
   "$folder/native" compare "$folder/native.ply" "$out/network.ply"
   "$native" transfer --identity "$folder/identity.ply" --pose "$folder/pose.ply" --out "$folder/native-body.ply" > /dev/null
-  "$@" transfer --identity "$out/identity.ply" --pose "$out/pose.ply" --out "$out/body.ply"
+  "$npt" transfer --identity "$out/identity.ply" --pose "$out/pose.ply" --out "$out/body.ply"
   # Said, not required: the fit's decisions fall otherwise between instruction sets, also on one machine.
   echo "through bodies: $("$folder/native" compare "$folder/native-body.ply" "$out/body.ply" || true)"
-  "$@" render "$out/identity.ply" "$out/pose.ply" "$out/network.ply" --out "$out/picture.png"
+  "$npt" render "$out/identity.ply" "$out/pose.ply" "$out/network.ply" --out "$out/picture.png"
+  head -c 5000 "$out/pose.ply" > "$out/broken.ply"
+  ! "$npt" transfer --identity "$out/broken.ply" --pose "$out/pose.ply" --out "$out/none.ply" 2> "$out/error.txt" ||
+    { echo "platforms.sh: a broken file was taken" >&2; return 1; }
+  grep "npt: error: .*broken.ply" "$out/error.txt"
+  [ ! -e "$out/none.ply" ]
+}
+
+# wrapped NAME COMMAND...: a program of this name that runs the command with its own arguments.
+wrapped() {
+  local name="$1"
+  shift
+  { printf '#!/usr/bin/env bash\nexec'; printf ' %q' "$@"; printf ' "$@"\n'; } > "$folder/$name"
+  chmod +x "$folder/$name"
 }
 
 libcxx() {
@@ -85,27 +129,38 @@ libcxx() {
   clang++-19 "$folder/libcxx.o" -nostdlib++ -L"$root/usr/lib/llvm-19/lib" -L"$root/usr/lib" -ltinyobjloader -l:libc++.a -l:libc++abi.a \
     -pthread -o "$folder/libcxx"
   compared libcxx "$folder/libcxx"
+  [ -z "$quick" ] || return 0
   build libcxx-23 clang++-19 "${flags[@]}" -std=c++23 -fsyntax-only
-  [ -z "$program" ] || { cmake --preset libcxx > /dev/null && cmake --build --preset libcxx && commands libcxx build/libcxx/bin/npt; }
+  suite libcxx "$suite_loops" "a quarter of an hour to build" "${beside_loops[@]}"
+  commands libcxx build/libcxx/bin/npt-lite
+  areas build/libcxx/bin/npt-lite info generate render transfer batch view
 }
 
 newest-xsimd() {
   local root=build/platforms/newest-xsimd/usr/include
   grep -hE "define XSIMD_VERSION_(MAJOR|MINOR) " "$root/xsimd/config/xsimd_config.hpp"
-  for set in x86-64 x86-64-v3 native; do
+  local sets=(native)
+  [ -n "$quick" ] || sets=(x86-64 x86-64-v3 native)
+  for set in "${sets[@]}"; do
     build "newest-xsimd-$set" c++ "-march=$set" -isystem "$root"
     c++ "$folder/newest-xsimd-$set.o" -ltinyobjloader -pthread -o "$folder/newest-xsimd-$set"
     compared "newest-xsimd-$set" "$folder/newest-xsimd-$set"
   done
+  [ -z "$quick" ] || return 0
+  suite newest-xsimd "$suite_loops" "what depends on xsimd is in the others" "${beside_loops[@]}"
+  commands newest-xsimd build/newest-xsimd/bin/npt-lite
 }
 
 clang19() {
   build clang19 clang++-19 -march=native -std=c++23
   clang++-19 "$folder/clang19.o" -ltinyobjloader -pthread -o "$folder/clang19"
   compared clang19 "$folder/clang19"
+  [ -z "$quick" ] || return 0
   build clang19-nortti clang++-19 -march=native -fno-rtti -fsyntax-only
   build nortti c++ -march=native -fno-rtti -fsyntax-only
   build cxx23 c++ -march=native -std=c++23 -fsyntax-only
+  suite clang19 "$suite_loops" "a quarter of an hour to build" "${beside_loops[@]}"
+  commands clang19 build/clang19/bin/npt-lite
 }
 
 portable() {
@@ -129,9 +184,25 @@ arm64() {
   build arm64 aarch64-linux-gnu-g++ -isystem "$root/usr/include" -Wno-psabi -Wno-error=array-bounds
   aarch64-linux-gnu-g++ "$folder/arm64.o" -L"$root/usr/lib/aarch64-linux-gnu" -ltinyobjloader -pthread -o "$folder/arm64"
   check_spills "$folder/arm64.o" 10
-  build arm64-bf16 aarch64-linux-gnu-g++ -march=armv8.2-a+bf16 -isystem "$root/usr/include" -Wno-psabi -fsyntax-only
   compared arm64 "${emulator[@]}" "$folder/arm64"
-  [ -z "$program" ] || { cmake --preset arm64 > /dev/null && cmake --build --preset arm64 && commands arm64 "${emulator[@]}" build/arm64/bin/npt; }
+  # bfloat16: the micro-kernel's squares against plain sums, a network's error, and no spills.
+  aarch64-linux-gnu-g++ -std=c++20 -O2 -march=armv8.2-a+bf16 -Wno-psabi -Iinclude -Itests -isystem "$root/usr/include" -DNPT_NO_TBB -DNPT_DEFAULT_THREADS \
+    tests/support/main.cpp tests/kernel/test_micro_kernel.cpp tests/engine/test_forward.cpp -pthread -o "$folder/arm64-bf16"
+  check_spills "$folder/arm64-bf16" 30
+  echo "bfmmla: $(aarch64-linux-gnu-objdump -d "$folder/arm64-bf16" | grep -c bfmmla) instructions"
+  "${emulator[@]}" -cpu max "$folder/arm64-bf16" -tc="*bfloat16*,*bf16*"
+  [ -z "$quick" ] || return 0
+  suite arm64 "npt_program test_of_library test_of_loops $(printf ' test_%s' formats host processor render reproduce sculpt threads training view)" \
+    "half a minute natively, most of an hour under qemu; engine and host: below" deformation fit random_networks reading render skeleton train \
+    engine host
+  # Beside these tests of engine, the same reason; and one of host: programs can't be started from within qemu-user.
+  local long="*6890*,bottleneck *,without a precision an engine*" children="a program that is run gives its output*"
+  echo "not run: $long, $children"
+  "${emulator[@]}" build/arm64/bin/test_of_loops "-sf=*/tests/engine/*" "-tce=$long"
+  "${emulator[@]}" build/arm64/bin/test_host "-tce=$children"
+  wrapped npt-arm64 "${emulator[@]}" "$PWD/build/arm64/bin/npt"
+  commands arm64 "$folder/npt-arm64"
+  areas "$folder/npt-arm64" arguments info generate
 }
 
 windows() {
@@ -140,12 +211,48 @@ windows() {
   build windows x86_64-w64-mingw32-g++-posix -mavx2 -mfma -Wa,-mbig-obj -isystem "$root/usr/include"
   x86_64-w64-mingw32-g++-posix -static "$folder/windows.o" -L"$root/usr/lib" -ltinyobjloader -o "$folder/windows.exe"
   compared windows /usr/lib/wine/wine64 "$folder/windows.exe"
-  [ -z "$program" ] || { cmake --preset windows > /dev/null && cmake --build --preset windows && commands windows /usr/lib/wine/wine64 build/windows/bin/npt.exe; }
+  [ -z "$quick" ] || return 0
+  suite windows "$suite_all" ""
+  wrapped npt-windows /usr/lib/wine/wine64 "$PWD/build/windows/bin/npt.exe"
+  commands windows "$folder/npt-windows"
+  # The other areas expect names with "/" in what is printed, and this machine's words for the system's errors.
+  areas "$folder/npt-windows" info generate render explain doctor
+  # Ctrl-C needs a console, which wine makes of a terminal.
+  script -qec "/usr/lib/wine/wine64 build/windows/bin/test_host.exe -ts=needs" /dev/null < /dev/null > "$folder/windows-console.txt"
+  echo "Ctrl-C: as expected"
+  # The C library, called from a program in C.
+  cmake --build --preset windows --target npt_c test_c_api > /dev/null
+  ctest --test-dir build/windows -R '^c_api[.]' --output-on-failure | grep -E "c_api|tests passed"
+  # The archive: its program finds the weights that came with it.
+  rm -rf "$folder/windows-archive" && mkdir -p "$folder/windows-archive"
+  (cd build/windows && cpack -G ZIP -D CPACK_CMAKE_GENERATOR=Ninja -B "$OLDPWD/$folder/windows-archive" > /dev/null)
+  (cd "$folder/windows-archive" && cmake -E tar xf npt-*.zip && rm -rf _CPack_Packages && ls -sh npt-*.zip)
+  wrapped npt-archive /usr/lib/wine/wine64 "$(realpath "$folder"/windows-archive/npt-*/bin/npt.exe)"
+  commands archive "$folder/npt-archive"
 }
 
-mpi() { bash tests/platforms/mpi.sh; }
+# The program for every x86-64 processor gives, with the set that it picks, the bits of the program compiled for this machine.
+multi-isa() {
+  [ -z "$quick" ] || { echo "multi-isa: it is built in a quarter of an hour (tests/platforms.sh multi-isa does)"; return 77; }
+  cmake --preset multi-isa > "$folder/multi-isa.txt"
+  cmake --build --preset multi-isa >> "$folder/multi-isa.txt" 2>&1 || { tail -40 "$folder/multi-isa.txt" >&2; return 1; }
+  commands multi-isa build/multi-isa/bin/npt
+  cmp "$folder/native.ply" "$folder/multi-isa-program/network.ply"
+  cmp "$folder/native-body.ply" "$folder/multi-isa-program/body.ply"
+  echo "the same bits as the program that is compiled for this machine"
+  build/multi-isa/bin/npt doctor | grep -i "compiled" || true
+}
 
-deb() { bash tests/platforms/deb.sh "$native_build"; }
+mpi() {
+  [ -z "$quick" ] || [ -x build/mpi/bin/npt ] || { echo "mpi: its program is built in minutes (tests/platforms.sh mpi does)"; return 77; }
+  bash tests/platforms/mpi.sh
+}
+
+deb() {
+  bash tests/platforms/deb.sh "$native_build"
+  [ -z "$quick" ] || return 0
+  bash tests/platforms/ports.sh
+}
 
 python() { bash tests/platforms/python.sh "$native_build" "$have"; }
 
@@ -156,7 +263,7 @@ wasm() { bash tests/platforms/wasm.sh "$native_build"; }
 failed=()
 for name in "${names[@]}"; do
   echo "== $name"
-  if [ "$name" != portable ]; then
+  if [ "$name" != portable ] && [ "$name" != multi-isa ]; then
     if [ -z "$have" ]; then
       cmake/platform-packages.sh "$name"
     elif ! cmake/platform-packages.sh "$name" --have; then
@@ -175,7 +282,7 @@ for name in "${names[@]}"; do
   set -e
   case "$status" in
     0) echo "$name: passed" ;;
-    77) echo "$name: skipped" ;;
+    77) echo "$name: skipped"; [ "${#names[@]}" -gt 1 ] || exit 77 ;;
     *) echo "$name: FAILED"; failed+=("$name") ;;
   esac
 done

@@ -4,6 +4,8 @@ set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
 set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
+# g++ 12 takes an enumerator beyond the last for possible, and tells of ABIs that differ from those of g++ 9.
+set(CMAKE_CXX_FLAGS_INIT "-Wno-psabi -Wno-array-bounds")
 set(NPT_PLATFORM_ROOT "${CMAKE_CURRENT_LIST_DIR}/../../build/platforms/arm64" CACHE PATH "Libraries of the platform")
 cmake_path(ABSOLUTE_PATH NPT_PLATFORM_ROOT NORMALIZE)
 list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES NPT_PLATFORM_ROOT)

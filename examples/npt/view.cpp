@@ -96,7 +96,7 @@ bool is_plain(const std::string& bytes, const fs::path& file) {
   for (const auto& name : list("extensionsRequired")) {
     if (name == "KHR_texture_basisu")
       throw fail("extensionsRequired", "KHR_texture_basisu", "a file without it: the page has no decoder for it");
-    plain = plain && std::ranges::find(undecoded, name) == undecoded.end();
+    plain = plain && !(name.is_string() && std::ranges::count(undecoded, name.get<std::string>()) != 0);
   }
   for (const char* array : {"buffers", "images"})
     for (const auto& entry : list(array))

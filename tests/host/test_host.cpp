@@ -2,7 +2,32 @@
 
 #include <host/host.hpp>
 
+#include <atomic>
+#include <chrono>
+#include <csignal>
 #include <filesystem>
+#include <thread>
+
+#include "support/needs.hpp"
+
+#if defined(_WIN32)
+extern "C" __declspec(dllimport) int __stdcall GenerateConsoleCtrlEvent(unsigned long, unsigned long);
+extern "C" __declspec(dllimport) void* __stdcall GetConsoleWindow();
+#endif
+
+namespace {
+
+#if defined(_WIN32)
+bool has_console() { return GetConsoleWindow() != nullptr; }
+bool press_control_c() { return GenerateConsoleCtrlEvent(0, 0) != 0; }
+#else
+bool has_console() { return true; }
+bool press_control_c() { return std::raise(SIGINT) == 0; }
+#endif
+
+std::atomic<int> interrupts{0};
+
+}  // namespace
 
 TEST_CASE("the system tells where the program is and what it may use") {
   REQUIRE(host::program_file());
@@ -28,4 +53,12 @@ TEST_CASE("work apart gives its numbers, or says that it failed") {
   CHECK(good.done);
   CHECK(good.values == std::vector<double>{1, 2.5});
   CHECK(good.memory_mb > 0.1);
+}
+
+TEST_CASE("the first Ctrl-C calls the handler instead of ending the program" *
+          support::Needs(has_console(), "a console")) {
+  host::on_interrupt([] { ++interrupts; });
+  REQUIRE(press_control_c());
+  for (int i = 0; i < 100 && interrupts == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  CHECK(interrupts == 1);
 }

@@ -123,8 +123,9 @@ TEST_CASE("a .gltf reads its files and data URIs, and nothing outside of its fol
   for (const char* uri : {"../secret.bin", "%2e%2e/secret.bin", "/etc/hostname", "file:///etc/hostname",
                           "http://example.org/x.bin", "..\\\\secret.bin", "x/../../secret.bin", "", "%zz", "a%00b"})
     CHECK_MESSAGE(with_uri(uri).find("buffers[0].uri: found the URI") != std::string::npos, uri);
-  std::filesystem::create_symlink(folder / "secret.bin", folder / "in/link.bin");
-  CHECK(with_uri("link.bin").find("expected a file in the document's folder") != std::string::npos);
+  std::error_code refused;  // Windows asks for a privilege
+  std::filesystem::create_symlink(folder / "secret.bin", folder / "in/link.bin", refused);
+  if (!refused) CHECK(with_uri("link.bin").find("expected a file in the document's folder") != std::string::npos);
   CHECK(with_uri("none.bin").find("no such file") != std::string::npos);
   CHECK(with_uri("data:application/octet-stream;base64,AAAA").find("byteLength 344") != std::string::npos);
   CHECK(with_uri("data:;base64,A*AA").find("can't be decoded") != std::string::npos);

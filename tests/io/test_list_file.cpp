@@ -36,7 +36,7 @@ TEST_CASE("names in a list are relative to it") {
   CHECK(lines[0].files ==
         std::vector<fs::path>{file.path.parent_path() / "a.obj", file.path.parent_path() / "b c.ply"});
   CHECK(lines[0].place == "line 1");
-  CHECK(lines[1].files == std::vector<fs::path>{file.path.parent_path() / "d", "/e"});
+  CHECK(lines[1].files == std::vector<fs::path>{file.path.parent_path() / "d", file.path.parent_path() / "/e"});
   CHECK(lines[1].place == "line 4");
 }
 

@@ -4,7 +4,9 @@
 #include "processor/features.hpp"
 #include "support/needs.hpp"
 
+#if defined(NPT_GUARDED)
 #include <sys/wait.h>
+#endif
 
 #include <cstdio>
 #include <string>

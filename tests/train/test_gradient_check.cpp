@@ -15,7 +15,7 @@ namespace {
 void expect_right(const npt::GradientReport& report) {
   CAPTURE(report.where);
   CHECK(report.entries > 0);
-  CHECK(report.worst < 1e-6);
+  CHECK(report.worst < 5e-6);  // of differences, which round as the compiler contracts sums
 }
 
 /// y = max(x, 0) + slope min(x, 0) with a slope for each channel, or one for all.

@@ -49,7 +49,7 @@ float largest_distance(const npt::Mesh& a, const npt::Mesh& b) {
 }
 
 /// A refinement that shows: it raises the mesh by ten times the radius.
-std::unique_ptr<const npt::Refinement> raise(const npt::MeshView& identity, double radius) {
+std::unique_ptr<const npt::Refinement> raised(const npt::MeshView& identity, double radius) {
   struct Raise : npt::Refinement {
     void refine(std::span<float> positions) const override {
       for (std::size_t i = 1; i < positions.size(); i += 3) positions[i] += height;
@@ -329,7 +329,7 @@ TEST_CASE("prepared meshes, batches and borrowed memory give the bits of meshes 
   check(random_transfer<Paired>());
   check(random_transfer<Pooled>({.mirror = true}));
   check(random_transfer<Paired>({.pairings = 3, .mirror = true}));
-  check(random_transfer<Paired>({.refinement = raise, .invariant = true}));
+  check(random_transfer<Paired>({.refinement = raised, .invariant = true}));
 }
 
 TEST_CASE("a batch of more vertices than the network carries at once gives the same bits") {
@@ -367,7 +367,7 @@ TEST_CASE("what another transfer prepared is refused") {
 
 TEST_CASE("threads share a transfer and get the same bits") {
   const npt::Mesh identity = bumpy_sphere(9, 14, 0.2), pose = bumpy_sphere(9, 14, 0.4);
-  const auto transfer = random_transfer<Paired>({.pairings = 2, .refinement = raise});
+  const auto transfer = random_transfer<Paired>({.pairings = 2, .refinement = raised});
   const npt::Mesh expected = transfer(identity, pose);
   const npt::PreparedIdentity prepared = transfer.prepare_identity(identity);
   std::vector<std::vector<float>> results(4, std::vector<float>(identity.coordinates().size()));
@@ -384,7 +384,7 @@ TEST_CASE("threads share a transfer and get the same bits") {
 TEST_CASE("a result is refined in the identity's place and order") {
   const npt::Mesh identity = bumpy_sphere(9, 14, 0.2), pose = bumpy_sphere(9, 14, 0.4);
   const npt::Mesh plain = random_transfer<Paired>()(identity, pose);
-  const npt::Mesh refined = random_transfer<Paired>({.refinement = raise, .refine_radius = 0.3})(identity, pose);
+  const npt::Mesh refined = random_transfer<Paired>({.refinement = raised, .refine_radius = 0.3})(identity, pose);
   for (std::size_t v = 0; v < plain.vertex_count(); ++v) {
     CHECK(refined.positions[v].y == plain.positions[v].y + 3);
     CHECK(refined.positions[v].x == plain.positions[v].x);
@@ -395,7 +395,7 @@ TEST_CASE("a transfer is opened with options that can be, and says what it does"
   CHECK_THROWS_AS(random_transfer<Paired>({.pairings = 0}), npt::Error);
   CHECK_THROWS_AS(random_transfer<Paired>({.unit = -1.0}), npt::Error);
   npt::Model<Paired> model;
-  const npt::PoseTransfer transfer(model, {.pairings = 2, .mirror = true, .refinement = raise}, 1,
+  const npt::PoseTransfer transfer(model, {.pairings = 2, .mirror = true, .refinement = raised}, 1,
                                    {{"refine_radius", "0.1"}});
   CHECK(transfer.options().refine_radius == 0.1);
   CHECK(transfer.description() == "bottleneck 16, conv_relu, per-vertex, 2 pairings, mirrored, refined within 0.1");

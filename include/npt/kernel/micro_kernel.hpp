@@ -5,6 +5,7 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/kernel/bf16_square_tile.hpp>
 #include <npt/kernel/panel.hpp>
 #include <npt/simd/batch.hpp>
 #include <npt/simd/bf16.hpp>
@@ -18,8 +19,9 @@ namespace npt::inline NPT_ABI::kernel {
 
 /// The tallest tile that fits the registers: 2 * rows accumulators, the panel's two registers and a broadcast weight.
 /// With 32 registers 12 to 14 rows were equal within noise (90 % of the FMA peak); 16 registers hold 6.
-/// On ARM64 g++ 12 moves loads of weights and operand forward and spills accumulators of 11 rows and more.
-#if defined(__aarch64__) && !defined(__clang__)
+/// On ARM64 g++ 12 moves loads of weights and operand forward and spills accumulators of 11 rows and more, and squares
+/// of bfloat16 want four registers for the panel.
+#if defined(__aarch64__) && (!defined(__clang__) || defined(__ARM_FEATURE_BF16_VECTOR_ARITHMETIC))
 inline constexpr int max_tile_rows = 10;
 #elif defined(__AVX512F__) || defined(__aarch64__)
 inline constexpr int max_tile_rows = 13;
@@ -40,6 +42,12 @@ enum class Product {
 template <class T, Product P, int MR>
 NPT_NOINLINE void micro_kernel(int steps, const T* NPT_RESTRICT weights, const T* NPT_RESTRICT operand,
                                const T* NPT_RESTRICT bias, T* NPT_RESTRICT tile) {
+#if defined(__aarch64__)
+  if constexpr (P == Product::bf16_pairs && has_bf16_squares) {
+    bf16_square_tile<MR>(steps, weights, operand, bias, tile);
+    return;
+  }
+#endif
   constexpr int lanes = simd::lanes<T>;
   simd::Batch<T> sum[static_cast<std::size_t>(MR)][panel_registers];
   simd::unroll<MR>([&](auto r) NPT_LAMBDA_INLINE {

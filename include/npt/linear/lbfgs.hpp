@@ -19,6 +19,7 @@
 #include <new>
 #include <span>
 #include <type_traits>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
@@ -45,12 +46,14 @@ struct LbfgsCall {
   Objective& objective;
   LbfgsResult result;
   std::exception_ptr failure{};
+  std::vector<double> good{};  ///< of the last step whose value is a number
+  bool is_lost = false;        ///< the last step's is none
 
   static lbfgsfloatval_t evaluate(void* instance, const lbfgsfloatval_t* x, lbfgsfloatval_t* gradient, int n,
                                   lbfgsfloatval_t /*step*/) {
     auto& call = *static_cast<LbfgsCall*>(instance);
     const auto size = static_cast<std::size_t>(n);
-    // A failed objective is not asked again: NaN makes the line search give up, and progress() ends the search.
+    // A failed objective is not asked again: NaN makes the line search give up, or progress() ends the search.
     if (call.failure) return std::nan("");
     try {
       const double value = call.objective(std::span<const double>(x, size), std::span<double>(gradient, size));
@@ -63,9 +66,13 @@ struct LbfgsCall {
       return std::nan("");
     }
   }
-  static int progress(void* instance, const lbfgsfloatval_t*, const lbfgsfloatval_t*, lbfgsfloatval_t value,
-                      lbfgsfloatval_t, lbfgsfloatval_t, lbfgsfloatval_t, int, int iteration, int) {
+  static int progress(void* instance, const lbfgsfloatval_t* x, const lbfgsfloatval_t*, lbfgsfloatval_t value,
+                      lbfgsfloatval_t, lbfgsfloatval_t, lbfgsfloatval_t, int n, int iteration, int) {
     auto& call = *static_cast<LbfgsCall*>(instance);
+    // Compiled with -ffast-math, as Debian's is for ARM64, liblbfgs takes NaN for a decrease.
+    call.is_lost = !std::isfinite(value);
+    if (call.is_lost) return 1;
+    call.good.assign(x, x + n);
     call.result.iterations = iteration;
     call.result.value = value;
     return call.failure ? 1 : 0;
@@ -94,12 +101,15 @@ LbfgsResult minimise_lbfgs(Objective&& objective, std::span<double> x, const Lbf
   parameters.delta = options.least_decrease;
   using Call = linear::internal::LbfgsCall<std::remove_reference_t<Objective>>;
   Call call{.objective = objective, .result = {}};
+  call.good.assign(x.begin(), x.end());
   const int status =
       lbfgs(static_cast<int>(x.size()), point.get(), nullptr, &Call::evaluate, &Call::progress, &call, &parameters);
   if (call.failure) std::rethrow_exception(call.failure);
   if (status == LBFGSERR_OUTOFMEMORY) throw std::bad_alloc();
   call.result.converged = status == LBFGS_SUCCESS || status == LBFGS_STOP || status == LBFGS_ALREADY_MINIMIZED;
-  if (std::all_of(point.get(), point.get() + x.size(), [](double v) { return std::isfinite(v); }))
+  if (call.is_lost)
+    std::copy(call.good.begin(), call.good.end(), x.begin());
+  else if (std::all_of(point.get(), point.get() + x.size(), [](double v) { return std::isfinite(v); }))
     std::copy_n(point.get(), x.size(), x.begin());
   return call.result;
 }

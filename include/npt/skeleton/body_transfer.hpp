@@ -173,7 +173,7 @@ class BasicBodyTransfer {
     const BodyFit& fit = reading.fit.body;
     const std::vector<Vec3d> rest = body().joints(fit.betas);
     double legs = 0;  // joints 1, 4, 7 are the left hip, knee and ankle, 2, 5, 8 the right ones
-    for (const std::size_t hip : {1, 2})
+    for (const std::size_t hip : {std::size_t{1}, std::size_t{2}})
       legs += length(rest[hip + 3] - rest[hip]) + length(rest[hip + 6] - rest[hip + 3]);
     return {fit.axis_angles, (rest[0] + fit.translation) / reading.metres + reading.centre,
             0.5 * legs / reading.metres};
