@@ -67,7 +67,7 @@ suite() {
   cmake --build --preset "$preset" --target $targets >> "$folder/$preset.txt" 2>&1 || { tail -40 "$folder/$preset.txt" >&2; return 1; }
   echo "not run: structure, compile_fail, consumers, convert, examples, readme (about the sources, or for this machine's compiler)"
   [ "$#" -eq 0 ] || echo "not run: $* ($reason)"
-  ctest --test-dir "build/$preset" -j 2 -L '^room$' -E "^(${without#|})(\\.needs)?\$" --output-on-failure > "$folder/$preset-suite.txt" 2>&1 ||
+  ctest --test-dir "build/$preset" --timeout 900 -j 2 -L '^room$' -E "^(${without#|})(\\.needs)?\$" --output-on-failure > "$folder/$preset-suite.txt" 2>&1 ||
     { cat "$folder/$preset-suite.txt" >&2; return 1; }
   grep -E "tests passed|Total Test time" "$folder/$preset-suite.txt"
   sed -nE 's/^[0-9]+ - ([a-z_.]+) \(Skipped\)/\1/p; s/^\t *[0-9]+ - ([a-z_.]+) \(Skipped\)/\1/p' "$folder/$preset-suite.txt" | paste -sd' ' | sed 's/^/skipped for want of what they need: /'
@@ -133,7 +133,7 @@ libcxx() {
   build libcxx-23 clang++-19 "${flags[@]}" -std=c++23 -fsyntax-only
   suite libcxx "$suite_loops" "a quarter of an hour to build" "${beside_loops[@]}"
   commands libcxx build/libcxx/bin/npt-lite
-  areas build/libcxx/bin/npt-lite info generate render transfer batch view
+  areas build/libcxx/bin/npt-lite info generate transfer batch
 }
 
 newest-xsimd() {

@@ -6,7 +6,8 @@ cmake_path(ABSOLUTE_PATH NPT_PLATFORM_ROOT NORMALIZE)
 list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES NPT_PLATFORM_ROOT)
 list(PREPEND CMAKE_PREFIX_PATH "${NPT_PLATFORM_ROOT}/usr")
 set(CMAKE_CXX_FLAGS_INIT "-nostdinc++ -isystem ${NPT_PLATFORM_ROOT}/usr/lib/llvm-19/include/c++/v1")
-set(CMAKE_EXE_LINKER_FLAGS_INIT "-nostdlib++ -L${NPT_PLATFORM_ROOT}/usr/lib/llvm-19/lib -l:libc++.a -l:libc++abi.a")
+set(CMAKE_EXE_LINKER_FLAGS_INIT "-nostdlib++ -L${NPT_PLATFORM_ROOT}/usr/lib/llvm-19/lib")
+set(CMAKE_CXX_STANDARD_LIBRARIES_INIT "-l:libc++.a -l:libc++abi.a -pthread")  # behind all that asks for them
 set(CMAKE_SHARED_LINKER_FLAGS_INIT "${CMAKE_EXE_LINKER_FLAGS_INIT}")
 # Debian's are for the other standard library.
 set(CMAKE_DISABLE_FIND_PACKAGE_assimp ON)

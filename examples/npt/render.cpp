@@ -132,7 +132,7 @@ void colour_by_numbers(std::vector<render::Panel>& panels, const Options& option
 /// vertex in a hundred lies beyond it, at a round number.
 void colour_by_error(std::vector<render::Panel>& panels, const Options& options, render::FigureOptions& figure) {
   std::vector<std::string> truths = program::split_list(*options.truth);
-  if (truths.size() == 1) truths.assign(panels.size(), truths[0]);
+  if (truths.size() == 1) truths.assign(panels.size(), std::string(truths[0]));
   if (truths.size() != panels.size())
     throw npt::Error({"--truth",
                       {},

@@ -168,7 +168,7 @@ void run(const Options& o) {
   if (o.colours) colours = one_for_each("--colours", *o.colours, count);
   if (o.truth) {
     truths = program::split_list(*o.truth);
-    if (truths.size() == 1) truths.assign(count, truths[0]);
+    if (truths.size() == 1) truths.assign(count, std::string(truths[0]));
     if (truths.size() != count)
       throw npt::Error({"--truth",
                         {},
