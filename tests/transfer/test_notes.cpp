@@ -8,7 +8,12 @@
 #include <vector>
 
 TEST_CASE("a sure transfer needs no words, a doubtful one says which mesh") {
-  npt::TransferReport report{.method = npt::Method::body, .read = true, .identity_trust = 1, .pose_trust = 0.9};
+  npt::TransferReport report{.method = npt::Method::body,
+                             .read = true,
+                             .identity_trust = 1,
+                             .pose_trust = 0.9,
+                             .identity_notes = {},
+                             .pose_notes = {}};
   CHECK(npt::method_notes(report, "a.ply", "b.ply").empty());
   report.pose_trust = 0.7;
   report.identity_notes = "lies";
@@ -27,7 +32,12 @@ TEST_CASE("a sure transfer needs no words, a doubtful one says which mesh") {
 
 TEST_CASE("a refusal of the network says why it was asked") {
   const npt::Error refusal({.file = "a.ply", .found = "9 units", .expected = "a person"});
-  npt::TransferReport report{.method = npt::Method::network, .read = true, .identity_trust = 0.9, .pose_trust = 0.1};
+  npt::TransferReport report{.method = npt::Method::network,
+                             .read = true,
+                             .identity_trust = 0.9,
+                             .pose_trust = 0.1,
+                             .identity_notes = {},
+                             .pose_notes = {}};
   CHECK(std::string(npt::with_trust(refusal, report, "a.ply", "b.ply").what()) ==
         "a.ply: found 9 units, expected a person; the network was asked since b.ply doesn't read as a person (trust 10 "
         "%, asked 60 %)");
