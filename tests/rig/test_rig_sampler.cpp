@@ -27,7 +27,7 @@ std::shared_ptr<const npt::RigCharacter> character(npt::Scene scene = moving_fig
   return std::make_shared<const npt::RigCharacter>(npt::make_rig(std::move(scene), "figure.glb"));
 }
 
-std::string message_of(npt::Scene scene) {
+std::string message_of_character(npt::Scene scene) {
   try {
     character(std::move(scene));
   } catch (const npt::Error& error) {
@@ -133,12 +133,13 @@ TEST_CASE("clips are held out by name") {
 }
 
 TEST_CASE("rigs that can't be trained on say why") {
-  CHECK(message_of(rigged::figure()).find("figure.glb: found no clip, expected clips") == 0);
+  CHECK(message_of_character(rigged::figure()).find("figure.glb: found no clip, expected clips") == 0);
   npt::Scene scene = moving_figure();
   scene.clips[1].channels.clear();
-  CHECK(message_of(scene) == "figure.glb: clip 'clip1': found no keys, expected a clip that moves the skeleton");
+  CHECK(message_of_character(scene) ==
+        "figure.glb: clip 'clip1': found no keys, expected a clip that moves the skeleton");
   scene = moving_figure();
   for (npt::SceneNode& node : scene.nodes)
     if (node.name == "Head") node.name = "Neck";
-  CHECK(message_of(scene).find("joint 'Neck': found two joints of this name") != std::string::npos);
+  CHECK(message_of_character(scene).find("joint 'Neck': found two joints of this name") != std::string::npos);
 }

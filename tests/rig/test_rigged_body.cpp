@@ -17,7 +17,7 @@ namespace {
 
 using enum npt::SmplJoint;
 
-std::string message_of(npt::Scene scene) {
+std::string message_of_body(npt::Scene scene) {
   try {
     npt::rigged_body(npt::make_rig(std::move(scene), "figure.glb"));
   } catch (const npt::Error& error) {
@@ -111,26 +111,27 @@ TEST_CASE("arms that hang in the bind pose come up, large faces are halved") {
 
 TEST_CASE("a rig that is no person's says which joint is at fault") {
   const npt::Scene good = rigged::figure();
-  CHECK(message_of(good) == "no error");
+  CHECK(message_of_body(good) == "no error");
   npt::Scene scene = good;
   scene.nodes[scene.shown[0]].skin = npt::no_item;
-  CHECK(message_of(scene).find("figure.glb: found no mesh with a skin, expected a rigged character") == 0);
+  CHECK(message_of_body(scene).find("figure.glb: found no mesh with a skin, expected a rigged character") == 0);
   scene = good;
   node(scene, "LowerLeg.R").name = "Wheel";
-  CHECK(message_of(scene).find("figure.glb: joint r_knee: found 24 joints without it") == 0);
+  CHECK(message_of_body(scene).find("figure.glb: joint r_knee: found 24 joints without it") == 0);
   scene = good;
   node(scene, "Toes.L").name = "upper_arm_l";
-  CHECK(message_of(scene).find("found a name that reads like that of joint 'upper_arm_l'") != std::string::npos);
+  CHECK(message_of_body(scene).find("found a name that reads like that of joint 'upper_arm_l'") != std::string::npos);
   // A knee where the hip is.
   scene = good;
   npt::Skin& skin = scene.skins[0];
   skin.inverse_binds[npt::joint_index(left_knee)] = skin.inverse_binds[npt::joint_index(left_hip)];
-  CHECK(message_of(scene).find("figure.glb: joint l_hip ('UpperLeg.L'): found a bone of length 0") == 0);
+  CHECK(message_of_body(scene).find("figure.glb: joint l_hip ('UpperLeg.L'): found a bone of length 0") == 0);
   // A forearm that moves nothing.
   scene = good;
   for (std::uint16_t& joint : scene.meshes[scene.nodes[scene.shown[0]].mesh].blocks[0].joints)
     if (joint == npt::joint_index(left_elbow)) joint = static_cast<std::uint16_t>(npt::joint_index(left_shoulder));
-  CHECK(message_of(scene).find("figure.glb: joint l_elbow ('LowerArm.L'): found no vertex with a weight of it") == 0);
+  CHECK(message_of_body(scene).find("figure.glb: joint l_elbow ('LowerArm.L'): found no vertex with a weight of it") ==
+        0);
   // Left and right exchanged.
   scene = good;
   for (npt::SceneNode& n : scene.nodes)
@@ -138,14 +139,14 @@ TEST_CASE("a rig that is no person's says which joint is at fault") {
       n.name.back() = 'R';
     else if (n.name.ends_with(".R"))
       n.name.back() = 'L';
-  CHECK(message_of(scene).find("found feet that point backwards") != std::string::npos);
+  CHECK(message_of_body(scene).find("found feet that point backwards") != std::string::npos);
   // A weight that is missing.
   scene = good;
   npt::VertexBlock& block = scene.meshes[scene.nodes[scene.shown[0]].mesh].blocks[0];
   for (std::size_t i = 0; i < block.influences; ++i) block.weights[i] = 0;
-  CHECK(message_of(scene).find("vertex 0: found no weight above 0") != std::string::npos);
+  CHECK(message_of_body(scene).find("vertex 0: found no weight above 0") != std::string::npos);
   scene = good;
   scene.skins[0].inverse_binds[3].linear = {};
-  CHECK(message_of(scene).find("joint 'Abdomen': found an inverse bind matrix without an inverse") !=
+  CHECK(message_of_body(scene).find("joint 'Abdomen': found an inverse bind matrix without an inverse") !=
         std::string::npos);
 }

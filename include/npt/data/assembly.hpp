@@ -2,6 +2,7 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/core/random.hpp>
 #include <npt/data/draws.hpp>
 #include <npt/data/sample.hpp>
 #include <npt/mesh/normalise.hpp>
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -27,6 +29,19 @@ struct Scratch {
     return scratch;
   }
 };
+
+/// A mesh's vertices in a sample: `vertices` of its `count`, or all (0), in drawn order; all, without shuffle, as they
+/// came.
+inline void choose_rows(std::size_t count, std::size_t vertices, bool shuffle, Random& random, VertexChoice& choice,
+                        std::vector<std::uint32_t>& rows) {
+  if (vertices != 0 || shuffle) {
+    choice.draw(static_cast<std::uint32_t>(vertices == 0 ? count : vertices), static_cast<std::uint32_t>(count), random,
+                rows);
+    return;
+  }
+  rows.resize(count);
+  std::iota(rows.begin(), rows.end(), std::uint32_t{0});
+}
 
 /// out[i] = vertex rows[i] of `xyz`, transformed.
 inline void gather(const NormalisingTransform& transform, std::span<const float> xyz,

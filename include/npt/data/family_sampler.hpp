@@ -17,7 +17,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <numeric>
 #include <ranges>
 #include <string>
 #include <utility>
@@ -140,9 +139,10 @@ class FamilySampler : public SampleSource {
       data::add_noise(scratch.pose, sigma, noise);
     }
     Random order = random_for(step, index, data::Part::pose_order);
-    choose_rows(pose, pose_vertices(), order, scratch, scratch.pose_rows);
+    data::choose_rows(pose.vertex_count(), pose_vertices(), options_.shuffle, order, scratch.choice, scratch.pose_rows);
     order = random_for(step, index, data::Part::identity_order);
-    choose_rows(identity, options_.vertices, order, scratch, scratch.identity_rows);
+    data::choose_rows(identity.vertex_count(), options_.vertices, options_.shuffle, order, scratch.choice,
+                      scratch.identity_rows);
     data::normalise_into(scratch, options_.normalisation, sample);
     sample.edges.clear();
     sample.triangles.clear();
@@ -185,16 +185,6 @@ class FamilySampler : public SampleSource {
     std::size_t result = 0;
     for (const Species& species : index_.species()) result = std::max(result, species.vertex_count());
     return result;
-  }
-  void choose_rows(const Species& species, std::size_t vertices, Random& random, data::Scratch& scratch,
-                   std::vector<std::uint32_t>& rows) const {
-    const auto count = static_cast<std::uint32_t>(species.vertex_count());
-    if (vertices != 0 || options_.shuffle) {
-      scratch.choice.draw(vertices == 0 ? count : static_cast<std::uint32_t>(vertices), count, random, rows);
-      return;
-    }
-    rows.resize(count);
-    std::iota(rows.begin(), rows.end(), std::uint32_t{0});
   }
 
   SampleOptions options_;

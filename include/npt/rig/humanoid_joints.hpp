@@ -1,7 +1,7 @@
 /// Which of a rig's joints are those of a person: SMPL's 24 by the names that tools give them.
 /// Known     Mixamo, VRM, Unreal, Rigify and Blender's ".L", Biped, VRoid, SMPL, and game packs' (UpperArm.L, Torso)
-/// Shapes    result: [24] joints of the rig, or no_item where it has none; the spine's three stand open, since the chain
-///           from the hips to the neck says more than its names
+/// Shapes    result: [24] joints of the rig, or no_item where it has none; the spine's three stand open, since the
+///           chain from the hips to the neck says more than its names
 /// Errors    npt::Error for joints that a person must have and for two joints of one name
 #pragma once
 

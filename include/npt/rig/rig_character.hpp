@@ -4,9 +4,10 @@
 ///   horse.posed(proportions, pose, xyz);
 /// A pose is what the joints of one rig do, told by their names, so that any rig that has such names can take it: each
 /// joint's rotation in the scene, and how far it is moved out of its place at its parent.
-/// Joints    a joint that a clip moves by itself and not by its parent (a foot of an inverse-kinematics rig, which hangs
-///           on the root) belongs to the joint that it stands still to
-/// Shapes    frames: of each clip at frame_rate; xyz: [V, 3] in the scene's axes; the root joint stays where it was bound
+/// Joints    a joint that a clip moves by itself and not by its parent (a foot of an inverse-kinematics rig, which
+///           hangs on the root) belongs to the joint that it stands still to
+/// Shapes    frames: of each clip at frame_rate; xyz: [V, 3] in the scene's axes
+/// Place     the root joint stays where it was bound
 /// Numerics  in double, rounded once
 /// Errors    npt::Error for rigs without a clip, clips that move no joint, joints of one name, and bones without a
 ///           length that a clip turns

@@ -3,8 +3,8 @@
 /// clips, some disturbed, half of all samples mirrored. The truth is the identity's character in the pose mesh's pose.
 /// Shapes    see sample.hpp
 /// Numerics  a sample depends on (seed, step, index) only
-/// Errors    npt::Error for no rig, rigs that share fewer than half of their joints' names with no other, clips held out
-///           that no rig has, more vertices asked for than a rig has, and options out of range
+/// Errors    npt::Error for no rig, rigs that share fewer than half of their joints' names with no other, clips held
+///           out that no rig has, more vertices asked for than a rig has, and options out of range
 #pragma once
 
 #include <npt/config.hpp>
@@ -21,7 +21,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <numeric>
 #include <span>
 #include <string>
 #include <utility>
@@ -165,9 +164,10 @@ class RigSampler : public SampleSource {
       data::add_noise(scratch.pose, sigma, noise);
     }
     Random order = random(data::Part::pose_order);
-    choose_rows(pose, pose_vertices(), order, scratch, scratch.pose_rows);
+    data::choose_rows(pose.vertex_count(), pose_vertices(), options_.shuffle, order, scratch.choice, scratch.pose_rows);
     order = random(data::Part::identity_order);
-    choose_rows(identity, options_.vertices, order, scratch, scratch.identity_rows);
+    data::choose_rows(identity.vertex_count(), options_.vertices, options_.shuffle, order, scratch.choice,
+                      scratch.identity_rows);
     data::normalise_into(scratch, options_.normalisation, sample);
     sample.edges.clear();
     sample.triangles.clear();
@@ -184,16 +184,6 @@ class RigSampler : public SampleSource {
     std::size_t result = 0;
     for (const WeightedRig& member : mixture_->rigs()) result = std::max(result, member.rig->vertex_count());
     return result;
-  }
-  void choose_rows(const RigCharacter& rig, std::size_t vertices, Random& random, data::Scratch& scratch,
-                   std::vector<std::uint32_t>& rows) const {
-    const auto count = static_cast<std::uint32_t>(rig.vertex_count());
-    if (vertices != 0 || options_.shuffle) {
-      scratch.choice.draw(vertices == 0 ? count : static_cast<std::uint32_t>(vertices), count, random, rows);
-      return;
-    }
-    rows.resize(count);
-    std::iota(rows.begin(), rows.end(), std::uint32_t{0});
   }
 
   SampleOptions options_;

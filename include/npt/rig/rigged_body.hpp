@@ -2,14 +2,16 @@
 /// with SMPL's 24 joints, so that it takes whatever poses bodies take; and where each of its vertices belongs on the
 /// resting mannequin (canonical coordinates), for networks that read meshes.
 ///   RiggedBody knight = rigged_body(make_rig(read_scene("knight.glb"), "knight.glb"), {.longest_edge = 0.04});
-/// Joints    by their names (humanoid_joints.hpp). Weights of other joints go to the nearest of the 24 above them; those
-///           of the trunk are shared among hips and spine by height. What a weapon's joint moves goes with the hand
+/// Joints    by their names (humanoid_joints.hpp). Weights of other joints go to the nearest of the 24 above them;
+///           those of the trunk are shared among hips and spine by height. What a weapon's joint moves goes with
+///           the hand
 /// Places    each part is stretched onto the mannequin's: limbs by length and girth, head, hands and feet by the spread
-///           of their points; then the nearest point of the mannequin that belongs to the same limb and looks the same way
+///           of their points; then the nearest point of the mannequin that belongs to the same limb and looks the same
+///           way
 /// Shapes    canonical: [V, 3], metres, the mannequin's mean shape in its rest pose
 /// Numerics  in double, rounded once
-/// Errors    npt::Error that names file and joint: joints that are missing or named twice, bones without a length, limbs
-///           that no vertex moves with, left and right exchanged
+/// Errors    npt::Error that names file and joint: joints that are missing or named twice, bones without a length,
+///           limbs that no vertex moves with, left and right exchanged
 #pragma once
 
 #include <npt/body/body_model.hpp>
