@@ -1,5 +1,5 @@
 /// npt evaluate: how far a network's results are from the truth, on the paper's protocol, fresh pairs of a body, a
-/// family of meshes, or files. Pairs take the way of `npt transfer`.
+/// family of meshes, rigged characters, or files. Pairs take the way of `npt transfer`.
 #include "arguments.hpp"
 #include "evaluation_report.hpp"
 #include "interrupt.hpp"
@@ -7,6 +7,7 @@
 #include "pose_option.hpp"
 #include "progress.hpp"
 #include "report.hpp"
+#include "rig_arguments.hpp"
 #include "sequence_evaluation.hpp"
 #include "stopwatch.hpp"
 #include "subcommand.hpp"
@@ -27,6 +28,7 @@
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/parallel/default_executor.hpp>
+#include <npt/rig/rig_sampler.hpp>
 
 #include <algorithm>
 #include <array>
@@ -55,6 +57,7 @@ struct Options {
   bool protocol = false, json = false, proportions = false;
   std::size_t pairs = 0, first = 0, worst = 0;
   std::string shapes = "normal", poses = "paper", held_out;
+  std::vector<std::string> rigs, pose_rigs;
   double noise = 0;
   std::size_t sequences = 0, frames = 30;
   bool fresh_choices = false;
@@ -92,6 +95,33 @@ Data body_data(const Options& o) {
   return {of + name + ", seed " + std::to_string(seed), {std::move(set)}};
 }
 
+/// Identities from --rig; pose meshes from --pose-rig, or from the same without.
+Data rig_data(const Options& o) {
+  std::vector<npt::WeightedRig> members;
+  npt::RigRoles roles;
+  /// Adds the files' rigs and their places in `members` to `role`; their names.
+  const auto add = [&](const std::vector<std::string>& files, const char* option, std::vector<std::size_t>& role) {
+    std::string names;
+    for (const program::NamedRig& named : program::load_rigs(files, option)) {
+      names += (names.empty() ? "" : ", ") + named.name;
+      role.push_back(members.size());
+      members.push_back({std::make_shared<const npt::RigCharacter>(named.rig), named.weight});
+    }
+    return names;
+  };
+  Data data{add(o.rigs, "--rig", roles.identities), {}};
+  roles.poses = roles.identities;
+  if (!o.pose_rigs.empty()) {
+    roles.poses.clear();
+    data.name += " in the poses of " + add(o.pose_rigs, "--pose-rig", roles.poses);
+  }
+  const auto held_out = o.held_out.empty() ? std::vector<std::string>() : program::split_list(o.held_out);
+  const auto mixture = std::make_shared<const npt::RigMixture>(std::move(members), held_out);
+  constexpr std::size_t usual = 64;
+  data.sets = {npt::rig_pairs(mixture, o.pairs == 0 ? usual : o.pairs, o.transfer.options.seed, roles)};
+  return data;
+}
+
 Data load_data(const Options& o) {
   Data data;
   if (o.list) {
@@ -101,6 +131,8 @@ Data load_data(const Options& o) {
     const auto held_out = o.held_out.empty() ? std::vector<std::string>() : program::split_list(o.held_out);
     data = {"species of " + o.family->string(),
             {npt::family_pairs(family, held_out, o.pairs, o.transfer.options.seed)}};
+  } else if (!o.rigs.empty()) {
+    data = rig_data(o);
   } else {
     data = body_data(o);
   }
@@ -264,7 +296,7 @@ void run_sequences(Options o) {
 }
 
 void run(Options o) {
-  if (!o.held_out.empty() && !o.family) throw CLI::RequiresError("--held-out", "--family");
+  if (!o.held_out.empty() && !o.family && o.rigs.empty()) throw CLI::RequiresError("--held-out", "--family or --rig");
   if (o.sequences > 0) return run_sequences(std::move(o));
   if (o.page) {
     static constexpr std::array<std::string_view, 2> html{".html", ".htm"};
@@ -302,7 +334,9 @@ void add(CLI::App& command) {
   CLI::Option* protocol =
       command.add_flag("--protocol", o->protocol, "The paper's 72 seen and 72 unseen poses (the default)");
   CLI::Option* pairs =
-      command.add_option("--pairs", o->pairs, "Fresh pairs of the body instead, so many; of --family: at most so many")
+      command
+          .add_option("--pairs", o->pairs,
+                      "Fresh pairs of the body instead, so many; of --family: at most so many; of --rig: 64")
           ->check(CLI::Range(1, 1000000))
           ->excludes(protocol);
   CLI::Option* list =
@@ -314,8 +348,18 @@ void add(CLI::App& command) {
       ->excludes(protocol)
       ->excludes(body)
       ->excludes(list);
+  CLI::Option* rig =
+      command
+          .add_option("--rig", o->rigs,
+                      "Rigged characters in moments of each other's clips (repeated): .glb, .gltf, .fbx, .dae. Errors "
+                      "are in squares of the longest side of the identity as bound")
+          ->excludes(protocol)
+          ->excludes(body)
+          ->excludes(list)
+          ->excludes("--family");
+  command.add_option("--pose-rig", o->pose_rigs, "Other characters, whose meshes are the poses (repeated)")->needs(rig);
   command.add_option("--held-out", o->held_out,
-                     "Labels of --family to evaluate on, or their parts before '_': \"Walk,Death\"");
+                     "Labels of --family to evaluate on, or their parts before '_': \"Walk,Death\"; clips of the rigs");
   command.add_option("--noise", o->noise, "Standard deviation of noise on the pose mesh's coordinates, in metres")
       ->capture_default_str();
   command.add_option("--first", o->first, "The first so many pairs of each set only")->check(CLI::Range(1, 1000000));
@@ -332,6 +376,7 @@ void add(CLI::App& command) {
           ->excludes("--pairs")
           ->excludes(list)
           ->excludes("--family")
+          ->excludes(rig)
           ->excludes("--noise")
           ->excludes("--first")
           ->excludes("--worst")

@@ -1,15 +1,14 @@
 #include "training_course.hpp"
 
 #include "arguments.hpp"
+#include "rig_arguments.hpp"
 
-#include <formats/read.hpp>
 #include <refining/body_method.hpp>
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/core/error.hpp>
-#include <npt/core/number_text.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/body_sampler.hpp>
 #include <npt/data/family_file.hpp>
@@ -36,43 +35,11 @@ struct NamedBody {
   std::string name;
 };
 
-/// FILE or FILE=WEIGHT
-std::pair<std::string, double> split_weight(const std::string& argument, const std::string& option) {
-  double weight = 1;
-  const std::size_t sign = argument.rfind('=');
-  if (sign == std::string::npos) return {argument, 1};
-  const auto result = npt::number_from_chars(argument.data() + sign + 1, argument.data() + argument.size(), weight);
-  if (result.ec != std::errc() || result.ptr != argument.data() + argument.size()) return {argument, 1};
-  if (!(weight > 0) || !std::isfinite(weight))
-    throw npt::Error({option + " " + argument, {}, "a weight of " + argument.substr(sign + 1), "a number above 0"});
-  return {argument.substr(0, sign), weight};
-}
-
 NamedBody load_named_body(const std::string& argument) {
   const auto [file, weight] = split_weight(argument, "--body");
   if (file == "mannequin") return {{npt::borrowed(npt::mannequin()), weight}, "mannequin"};
   return {{std::make_shared<const npt::BodyModel>(npt::load_body(file)), weight},
           std::filesystem::path(file).stem().string()};
-}
-
-/// --rig FILE or FILE=WEIGHT
-struct NamedRig {
-  npt::Rig rig;
-  double weight = 1;
-  std::string name;
-};
-
-std::vector<NamedRig> load_rigs(const TrainingArguments& a) {
-  std::vector<NamedRig> rigs;
-  for (const std::string& argument : a.rigs) {
-    const auto [file, weight] = split_weight(argument, "--rig");
-    if (!formats::is_scene(file))
-      throw npt::Error(
-          {"--rig " + argument, {}, "a file without a skeleton", "a rigged character: .glb, .gltf, .fbx, .dae"});
-    rigs.push_back(
-        {npt::make_rig(formats::read_scene(file), file), weight, std::filesystem::path(file).stem().string()});
-  }
-  return rigs;
 }
 
 /// The part of poses that come from the rigs' clips.
@@ -186,7 +153,7 @@ void use_rigs(TrainingCourse& course, const TrainingArguments& a, bool paired, c
   add_stages(course, a, paired, [&](const StageArguments& stage) {
     return std::make_unique<npt::RigSampler>(mixture, sampler_options(a, stage, course.normalisation));
   });
-  course.unit = "the meshes' own";
+  course.unit = "the longest side of a character as bound";
   course.validated_on = (a.held_out.empty() ? "clips, trained on, of " : "held-out clips of ") + course.trained_on +
                         ", seed " + std::to_string(validation_seed);
   if (paired) {
@@ -296,7 +263,7 @@ void use_family(TrainingCourse& course, const TrainingArguments& a, bool paired)
 
 TrainingCourse make_training_course(const TrainingArguments& arguments, bool paired) {
   TrainingCourse course;
-  const std::vector<NamedRig> rigs = load_rigs(arguments);
+  const std::vector<NamedRig> rigs = load_rigs(arguments.rigs);
   const bool reader = arguments.variant.net == "reader";
   const bool people = reader || arguments.family || are_people(rigs, !arguments.bodies.empty());
   course.normalisation = arguments.normalisation ? npt::parse_normalisation(*arguments.normalisation, "--normalisation")

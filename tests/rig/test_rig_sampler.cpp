@@ -94,6 +94,31 @@ TEST_CASE("a rig's own frames are the scene's, also with a foot that hangs on th
   CHECK(worst < 0.02);
 }
 
+TEST_CASE("a pose mixed of two has each limb as one of them has it") {
+  const auto rig = character();
+  // The left leg is raised in the one, the spine bent in the other.
+  const npt::RigPose kick = rig->clips()[0].back(), bow = rig->clips()[1].front();
+  const auto differs = [&](const npt::RigPose& a, const npt::RigPose& b, const std::string& joint) {
+    const std::size_t j = rig->joints().at(joint);
+    double sum = 0;
+    for (int r = 0; r < 3; ++r) sum += length(a.rotations[j].rows[r] - b.rotations[j].rows[r]);
+    return sum > 1e-9;
+  };
+  npt::Random random(1);
+  bool raised[2] = {}, both = false;
+  for (int i = 0; i < 40; ++i) {
+    const npt::RigPose pose = rig->mixed(kick, bow, random);
+    const bool leg = differs(pose, bow, "UpperLeg.L"), spine = differs(pose, kick, "Torso");
+    if (leg) CHECK_FALSE(differs(pose, kick, "UpperLeg.L"));
+    if (spine) CHECK_FALSE(differs(pose, bow, "Torso"));
+    raised[leg ? 1 : 0] = true;
+    both = both || (leg && spine);
+  }
+  CHECK(raised[0]);
+  CHECK(raised[1]);
+  CHECK(both);
+}
+
 TEST_CASE("samples of rigs depend on seed, step and index only; the truth is the identity in the pose mesh's pose") {
   const auto rig = character();
   const auto mixture = std::make_shared<const npt::RigMixture>(std::vector<npt::WeightedRig>{{rig, 1}, {rig, 2}});

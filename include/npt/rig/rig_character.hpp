@@ -81,6 +81,8 @@ class RigCharacter {
 
   const std::string& name() const noexcept { return name_; }
   std::size_t vertex_count() const noexcept { return positions_.size(); }
+  /// The longest side of its box as bound, in the scene's unit.
+  double extent() const noexcept { return extent_; }
   std::span<const Triangle> triangles() const noexcept { return triangles_; }
   std::span<const Edge> edges() const noexcept { return edges_; }
   const std::vector<std::string>& clip_names() const noexcept { return clip_names_; }
@@ -93,6 +95,25 @@ class RigCharacter {
     for (std::size_t j = 0; j < a.rotations.size(); ++j) {
       result.rotations[j] = matrix_of(slerp(quaternion_of(a.rotations[j]), quaternion_of(b.rotations[j]), share));
       result.offsets[j] = a.offsets[j] + (b.offsets[j] - a.offsets[j]) * share;
+    }
+    return result;
+  }
+  /// Parts of one pose and parts of another: where limbs begin, at joints that have several after them, each takes up
+  /// either pose with equal chance and keeps it to its end or to where it divides again.
+  RigPose mixed(const RigPose& a, const RigPose& b, Random& random) const {
+    RigPose result = a;
+    std::vector<std::size_t> children(names_.size());
+    for (const std::size_t parent : parents_)
+      if (parent != no_item) ++children[parent];
+    std::vector<char> second(names_.size());
+    for (const std::size_t j : order_) {
+      const std::size_t parent = parents_[j];
+      if (parent == no_item) continue;
+      second[j] = second[parent];
+      if (children[parent] > 1) second[j] = random.uniform() < 0.5;
+      const RigPose& from = second[j] != 0 ? b : a;
+      result.rotations[j] = result.rotations[parent] * (from.rotations[parent].transposed() * from.rotations[j]);
+      result.offsets[j] = from.offsets[j];
     }
     return result;
   }
@@ -197,6 +218,7 @@ class RigCharacter {
       high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
     }
     size_ = length(high - low);
+    extent_ = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   }
   /// Of the 24 rotations that take axes to axes the one most like `m`.
   static Matrix3 quarter_turn_near(const Matrix3& m) {
@@ -325,7 +347,7 @@ class RigCharacter {
   std::vector<Edge> edges_;
   SparseMatrix weights_;
   Matrix3 axes_ = Matrix3::identity();
-  double scale_ = 1, size_ = 1;
+  double scale_ = 1, size_ = 1, extent_ = 1;
   std::vector<Vec3d> positions_, joints_;  ///< bound, in the scene's axes
   std::vector<std::size_t> parents_, order_;
   std::vector<Vec3d> along_;  ///< [J] unit, of the joint's bone; 0 where it has none

@@ -1,6 +1,8 @@
 /// Training samples from rigged characters of any kind: identity and pose mesh are characters with varied proportions,
-/// the same one or two whose joints share names; their poses are moments of clips, some between two moments of a rig's
-/// clips, some disturbed, half of all samples mirrored. The truth is the identity's character in the pose mesh's pose.
+/// the same one or two whose joints share names; their poses are moments of a rig's clips, three in ten between two
+/// moments, four in ten with limbs of two, six in ten disturbed; half of all samples are mirrored. The truth is the
+/// identity's character in the pose mesh's pose.
+/// Unit      of lengths (noise, errors): the longest side of a character's box as bound
 /// Shapes    see sample.hpp
 /// Numerics  a sample depends on (seed, step, index) only
 /// Errors    npt::Error for no rig, rigs that share fewer than half of their joints' names with no other, clips held
@@ -87,10 +89,13 @@ class RigMixture {
     };
     const RigPose& first = frame();
     if (plain) return first;
-    const bool blended = random.uniform() < 0.5, disturbed = random.uniform() < 0.6;
+    const double kind = random.uniform();
+    const bool disturbed = random.uniform() < 0.6;
     const RigPose& second = frame();
     const double share = random.uniform(), amount = random.uniform(0.0, 0.4);
-    RigPose pose = blended ? own.between(first, second, share) : first;
+    const RigPose pose = kind < 0.3   ? own.between(first, second, share)
+                         : kind < 0.7 ? own.mixed(first, second, random)
+                                      : first;
     return disturbed ? own.disturbed(pose, amount, random) : pose;
   }
 
@@ -151,6 +156,8 @@ class RigSampler : public SampleSource {
                                  const RigPose& taken, const data::Placement& placement, std::vector<float>& xyz) {
       xyz.resize(3 * rig.vertex_count());
       rig.posed(proportions, source, taken, xyz);
+      const auto unit = static_cast<float>(1 / rig.extent());
+      for (float& x : xyz) x *= unit;
       if (mirrored)
         for (std::size_t k = 0; k < xyz.size(); k += 3) xyz[k] = -xyz[k];
       placement.apply(xyz);
@@ -190,54 +197,76 @@ class RigSampler : public SampleSource {
   std::shared_ptr<const RigMixture> mixture_;
 };
 
+/// Which of a mixture's rigs give identity and pose meshes, by their indices; none: all.
+struct RigRoles {
+  std::vector<std::size_t> identities, poses;
+};
+
 /// `count` pairs of rigs as they came, in held-out clips, or in any where none is held out; the identity stands in a
 /// frame of a clip that isn't.
-/// Errors  npt::Error where no rig has a held-out clip
-inline EvaluationSet rig_pairs(const std::shared_ptr<const RigMixture>& mixture, std::size_t count,
-                               std::uint64_t seed) {
-  std::vector<std::size_t> sources;
+/// Errors  npt::Error where no identity takes a pose
+inline EvaluationSet rig_pairs(const std::shared_ptr<const RigMixture>& mixture, std::size_t count, std::uint64_t seed,
+                               const RigRoles& roles = {}) {
+  const auto takes_part = [](const std::vector<std::size_t>& chosen, std::size_t i) {
+    return chosen.empty() || std::ranges::find(chosen, i) != chosen.end();
+  };
   bool any = false;
   for (std::size_t i = 0; i < mixture->rigs().size(); ++i) any = any || !mixture->held_out(i).empty();
-  for (std::size_t i = 0; i < mixture->rigs().size(); ++i)
-    if (!any || !mixture->held_out(i).empty()) sources.push_back(i);
-  return {
-      .name = any ? "held-out clips" : "clips", .count = count, .pair = [mixture, seed, sources, any](std::size_t i) {
-        const auto random = [&](data::Part part) {
-          return data::random_for(data::Purpose::evaluation, seed, 0, i, part);
-        };
-        Random choice = random(data::Part::choice), stands = random(data::Part::identity_pose),
-               moves = random(data::Part::pose);
-        const auto pick = [&choice](const std::vector<std::size_t>& of) {
-          return of[choice.below(static_cast<std::uint32_t>(of.size()))];
-        };
-        const std::size_t b = pick(sources), a = pick(mixture->partners(b));
-        const RigCharacter &identity = mixture->rig(a), &pose = mixture->rig(b);
-        const RigPose stand = mixture->pose(a, mixture->shown(a), true, stands);
-        const RigPose goal = mixture->pose(b, any ? mixture->held_out(b) : mixture->shown(b), true, moves);
-        std::vector<float> at(3 * identity.vertex_count()), goal_at(at), other(3 * pose.vertex_count());
-        identity.posed({}, identity, stand, at);
-        identity.posed({}, pose, goal, goal_at);
-        pose.posed({}, pose, goal, other);
-        EvaluationPair result;
-        result.name = identity.name() + " as " + pose.name();
-        data::VertexChoice order;
-        std::vector<std::uint32_t> rows, places;
-        const auto shuffle = [&](std::size_t vertices, data::Part part) {
-          Random numbers = random(part);
-          const auto n = static_cast<std::uint32_t>(vertices);
-          order.draw(n, n, numbers, rows);
-          data::places_of(rows, places);
-        };
-        shuffle(pose.vertex_count(), data::Part::pose_order);
-        data::gather({}, other, rows, result.pose);
-        data::renumber(places, pose.triangles(), result.pose_triangles);
-        shuffle(identity.vertex_count(), data::Part::identity_order);
-        data::gather({}, at, rows, result.identity);
-        data::gather({}, goal_at, rows, result.truth);
-        data::renumber(places, identity.edges(), result.edges);
-        data::renumber(places, identity.triangles(), result.identity_triangles);
-        return result;
-      }};
+  std::vector<std::size_t> sources;
+  std::vector<std::vector<std::size_t>> takers(mixture->rigs().size());
+  for (std::size_t i = 0; i < mixture->rigs().size(); ++i) {
+    if (!takes_part(roles.poses, i) || (any && mixture->held_out(i).empty())) continue;
+    for (const std::size_t partner : mixture->partners(i))
+      if (takes_part(roles.identities, partner)) takers[i].push_back(partner);
+    if (!takers[i].empty()) sources.push_back(i);
+  }
+  if (sources.empty())
+    throw Error(
+        {.file = "pairs of rigs",
+         .found = any ? "no rig with a held-out clip that another's joints can take" : "no two that share joints",
+         .expected = "rigs whose joints have the same names"});
+  return {.name = any ? "held-out clips" : "clips",
+          .count = count,
+          .pair = [mixture, seed, sources, takers, any](std::size_t i) {
+            const auto random = [&](data::Part part) {
+              return data::random_for(data::Purpose::evaluation, seed, 0, i, part);
+            };
+            Random choice = random(data::Part::choice), stands = random(data::Part::identity_pose),
+                   moves = random(data::Part::pose);
+            const auto pick = [&choice](const std::vector<std::size_t>& of) {
+              return of[choice.below(static_cast<std::uint32_t>(of.size()))];
+            };
+            const std::size_t b = pick(sources), a = pick(takers[b]);
+            const RigCharacter &identity = mixture->rig(a), &pose = mixture->rig(b);
+            const RigPose stand = mixture->pose(a, mixture->shown(a), true, stands);
+            const RigPose goal = mixture->pose(b, any ? mixture->held_out(b) : mixture->shown(b), true, moves);
+            std::vector<float> at(3 * identity.vertex_count()), goal_at(at), other(3 * pose.vertex_count());
+            identity.posed({}, identity, stand, at);
+            identity.posed({}, pose, goal, goal_at);
+            pose.posed({}, pose, goal, other);
+            for (float& x : at) x /= static_cast<float>(identity.extent());
+            for (float& x : goal_at) x /= static_cast<float>(identity.extent());
+            for (float& x : other) x /= static_cast<float>(pose.extent());
+            EvaluationPair result;
+            result.name = identity.name() + " as " + pose.name();
+            data::VertexChoice order;
+            std::vector<std::uint32_t> rows, places;
+            const auto shuffle = [&](std::size_t vertices, data::Part part) {
+              Random numbers = random(part);
+              const auto n = static_cast<std::uint32_t>(vertices);
+              order.draw(n, n, numbers, rows);
+              data::places_of(rows, places);
+            };
+            shuffle(pose.vertex_count(), data::Part::pose_order);
+            data::gather({}, other, rows, result.pose);
+            data::renumber(places, pose.triangles(), result.pose_triangles);
+            shuffle(identity.vertex_count(), data::Part::identity_order);
+            data::gather({}, at, rows, result.identity);
+            data::gather({}, goal_at, rows, result.truth);
+            data::renumber(places, identity.edges(), result.edges);
+            data::renumber(places, identity.triangles(), result.identity_triangles);
+            return result;
+          }};
 }
 
 }  // namespace npt::inline NPT_ABI
