@@ -25,8 +25,10 @@
 #include <npt/rig/rig.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <span>
@@ -68,6 +70,7 @@ class RigCharacter {
     }
     edges_ = unique_edges(as_span(triangles_));
     bring_upright(rig);
+    find_doubles();
     std::vector<std::vector<Moment>> moments;
     for (const Clip& clip : rig.scene.clips) moments.push_back(moments_of(rig, clip));
     find_parents(rig, moments);
@@ -166,6 +169,10 @@ class RigCharacter {
       places[j] = places[parent] + rotations[parent] * (grown[j] - grown[parent] + offset);
     }
     for (std::size_t v = 0; v < positions_.size(); ++v) {
+      if (const std::size_t same = same_as_[v]; same != v) {
+        for (std::size_t k = 0; k < 3; ++k) xyz[3 * v + k] = xyz[3 * same + k];
+        continue;
+      }
       Vec3d rest;
       for (std::size_t i = weights_.start[v]; i < weights_.start[v + 1]; ++i) {
         const std::size_t j = weights_.column[i];
@@ -219,6 +226,23 @@ class RigCharacter {
     }
     size_ = length(high - low);
     extent_ = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  }
+  /// Files hold a vertex once for each normal and UV at it, about four times: it is posed once.
+  void find_doubles() {
+    std::map<std::array<double, 3>, std::vector<std::size_t>> places;
+    const auto weights_of = [this](std::size_t v) {
+      std::vector<std::pair<std::uint32_t, float>> row;
+      for (std::size_t i = weights_.start[v]; i < weights_.start[v + 1]; ++i)
+        row.emplace_back(weights_.column[i], weights_.value[i]);
+      return row;
+    };
+    for (std::size_t v = 0; v < positions_.size(); ++v) {
+      const Vec3d p = positions_[v];
+      std::vector<std::size_t>& here = places[{p.x, p.y, p.z}];
+      const auto same = std::ranges::find_if(here, [&](std::size_t u) { return weights_of(u) == weights_of(v); });
+      same_as_.push_back(same == here.end() ? v : *same);
+      if (same == here.end()) here.push_back(v);
+    }
   }
   /// Of the 24 rotations that take axes to axes the one most like `m`.
   static Matrix3 quarter_turn_near(const Matrix3& m) {
@@ -349,6 +373,7 @@ class RigCharacter {
   Matrix3 axes_ = Matrix3::identity();
   double scale_ = 1, size_ = 1, extent_ = 1;
   std::vector<Vec3d> positions_, joints_;  ///< bound, in the scene's axes
+  std::vector<std::size_t> same_as_;       ///< [V] the first vertex with its place and weights
   std::vector<std::size_t> parents_, order_;
   std::vector<Vec3d> along_;  ///< [J] unit, of the joint's bone; 0 where it has none
   std::vector<std::string> clip_names_;

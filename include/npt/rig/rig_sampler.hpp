@@ -1,7 +1,8 @@
 /// Training samples from rigged characters of any kind: identity and pose mesh are characters with varied proportions,
 /// the same one or two whose joints share names; their poses are moments of a rig's clips, three in ten between two
 /// moments, four in ten with limbs of two, six in ten disturbed; half of all samples are mirrored. The truth is the
-/// identity's character in the pose mesh's pose.
+/// identity's character in the pose mesh's pose. Where not all vertices are taken, every second sample takes points of
+/// the surfaces by area instead, so that a network doesn't depend on how meshes are divided into triangles.
 /// Unit      of lengths (noise, errors): the longest side of a character's box as bound
 /// Shapes    see sample.hpp
 /// Numerics  a sample depends on (seed, step, index) only
@@ -16,6 +17,7 @@
 #include <npt/data/draws.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/data/sample.hpp>
+#include <npt/mesh/resample.hpp>
 #include <npt/rig/rig_character.hpp>
 
 #include <algorithm>
@@ -36,6 +38,19 @@ struct WeightedRig {
   double weight = 1;
 };
 
+namespace rig::internal {
+
+/// What stands behind the last '|' of a clip's name: Blender writes the armature's name before it.
+inline std::string own_clip_name(const std::string& name) { return name.substr(name.rfind('|') + 1); }
+
+/// Of a file without its folder and extension.
+inline std::string stem(const std::string& file) {
+  const std::string name = file.substr(file.find_last_of("/\\") + 1);
+  return name.substr(0, name.rfind('.'));
+}
+
+}  // namespace rig::internal
+
 /// Rigs, which of them share poses, and which of their clips are for training.
 class RigMixture {
  public:
@@ -52,7 +67,7 @@ class RigMixture {
       std::vector<std::size_t>&shown = shown_.emplace_back(), &kept = held_.emplace_back();
       const std::vector<std::string>& names = member.rig->clip_names();
       for (std::size_t c = 0; c < names.size(); ++c) {
-        const std::string own = names[c].substr(names[c].rfind('|') + 1);
+        const std::string own = rig::internal::own_clip_name(names[c]);
         bool out = false;
         for (std::size_t h = 0; h < held_out.size(); ++h)
           if (held_out[h] == names[c] || held_out[h] == own) out = used[h] = true;
@@ -170,11 +185,12 @@ class RigSampler : public SampleSource {
       const double sigma = noise.uniform(0, options_.noise);
       data::add_noise(scratch.pose, sigma, noise);
     }
+    const bool by_area = options_.vertices != 0 && choice.uniform() < 0.5;
     Random order = random(data::Part::pose_order);
-    data::choose_rows(pose.vertex_count(), pose_vertices(), options_.shuffle, order, scratch.choice, scratch.pose_rows);
+    choose(pose, pose_vertices(), by_area, order, scratch, scratch.pose, nullptr, scratch.pose_rows, options_.shuffle);
     order = random(data::Part::identity_order);
-    data::choose_rows(identity.vertex_count(), options_.vertices, options_.shuffle, order, scratch.choice,
-                      scratch.identity_rows);
+    choose(identity, options_.vertices, by_area, order, scratch, scratch.identity, &scratch.truth,
+           scratch.identity_rows, options_.shuffle);
     data::normalise_into(scratch, options_.normalisation, sample);
     sample.edges.clear();
     sample.triangles.clear();
@@ -185,6 +201,30 @@ class RigSampler : public SampleSource {
   }
 
  private:
+  /// Vertices of a mesh, or points of its surface, which are appended to it and to its other pose.
+  static void choose(const RigCharacter& rig, std::size_t count, bool by_area, Random& random, data::Scratch& scratch,
+                     std::vector<float>& xyz, std::vector<float>* other, std::vector<std::uint32_t>& rows,
+                     bool shuffle) {
+    const std::size_t vertices = rig.vertex_count();
+    if (!by_area || count == vertices) {
+      data::choose_rows(vertices, count, shuffle, random, scratch.choice, rows);
+      return;
+    }
+    thread_local DrawScratch draw;
+    thread_local std::vector<SurfacePoint> points;
+    draw_points(xyz, rig.triangles(), count, random, draw, points);
+    rows.resize(count);
+    for (std::size_t i = 0; i < count; ++i) rows[i] = static_cast<std::uint32_t>(vertices + i);
+    for (std::vector<float>* mesh : {&xyz, other}) {
+      if (mesh == nullptr) continue;
+      mesh->resize(3 * (vertices + count));
+      for (std::size_t i = 0; i < count; ++i) {
+        const Vec3f p = position_of(points[i], *mesh);
+        (*mesh)[3 * (vertices + i)] = p.x, (*mesh)[3 * (vertices + i) + 1] = p.y, (*mesh)[3 * (vertices + i) + 2] = p.z;
+      }
+    }
+  }
+
   std::size_t pose_vertices() const { return options_.pose_vertices != 0 ? options_.pose_vertices : options_.vertices; }
   std::size_t most(std::size_t vertices) const {
     if (vertices != 0) return vertices;
@@ -239,7 +279,8 @@ inline EvaluationSet rig_pairs(const std::shared_ptr<const RigMixture>& mixture,
             const std::size_t b = pick(sources), a = pick(takers[b]);
             const RigCharacter &identity = mixture->rig(a), &pose = mixture->rig(b);
             const RigPose stand = mixture->pose(a, mixture->shown(a), true, stands);
-            const RigPose goal = mixture->pose(b, any ? mixture->held_out(b) : mixture->shown(b), true, moves);
+            const std::size_t clip = pick(any ? mixture->held_out(b) : mixture->shown(b));
+            const RigPose goal = mixture->pose(b, {clip}, true, moves);
             std::vector<float> at(3 * identity.vertex_count()), goal_at(at), other(3 * pose.vertex_count());
             identity.posed({}, identity, stand, at);
             identity.posed({}, pose, goal, goal_at);
@@ -248,7 +289,8 @@ inline EvaluationSet rig_pairs(const std::shared_ptr<const RigMixture>& mixture,
             for (float& x : goal_at) x /= static_cast<float>(identity.extent());
             for (float& x : other) x /= static_cast<float>(pose.extent());
             EvaluationPair result;
-            result.name = identity.name() + " as " + pose.name();
+            result.name = rig::internal::stem(identity.name()) + " as " + rig::internal::stem(pose.name()) + ", " +
+                          rig::internal::own_clip_name(pose.clip_names()[clip]);
             data::VertexChoice order;
             std::vector<std::uint32_t> rows, places;
             const auto shuffle = [&](std::size_t vertices, data::Part part) {
