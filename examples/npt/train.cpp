@@ -279,6 +279,7 @@ class Training {
                            {"command", options_.at("command")},
                            {"seed", std::to_string(arguments_.seed)},
                            {"steps", std::to_string(trainer_->steps())}};
+    if (course_.tells_people) metadata["tells_people"] = "yes";
     if (!arguments_.domain.empty()) metadata["domain"] = arguments_.domain;
     // A training by steps ends with the same bytes, however long it took.
     if (!arguments_.steps) metadata["training_seconds"] = fixed(trainer_->seconds(), 0);

@@ -167,19 +167,26 @@ void use_rigs(TrainingCourse& course, const TrainingArguments& a, bool paired, c
   };
 }
 
-/// Whether all rigs are people's; those that aren't can't be mixed with bodies.
-/// Errors    npt::Error of the first rig that isn't, where bodies are mixed in
-bool are_people(const std::vector<NamedRig>& rigs, bool must) {
-  for (const NamedRig& named : rigs) try {
-      npt::humanoid_joints(named.rig);
-    } catch (const npt::Error&) {
-      if (must) throw;
-      return false;
-    }
+/// Whether the rig is a person's.
+/// Errors    npt::Error that says why it isn't, where it must be
+bool is_person(const NamedRig& named, bool must) {
+  try {
+    npt::humanoid_joints(named.rig);
+  } catch (const npt::Error&) {
+    if (must) throw;
+    return false;
+  }
   return true;
 }
 
-/// Points of bodies in any pose and their canonical coordinates, for the network that reads meshes.
+/// Whether all rigs are people's; those that aren't can't be mixed with bodies.
+/// Errors    npt::Error of the first rig that isn't, where bodies are mixed in
+bool are_people(const std::vector<NamedRig>& rigs, bool must) {
+  return std::ranges::all_of(rigs, [must](const NamedRig& named) { return is_person(named, must); });
+}
+
+/// Points of bodies in any pose and their canonical coordinates, for the network that reads meshes. Rigs that aren't
+/// people's are what it learns not to read.
 void use_readings(TrainingCourse& course, const TrainingArguments& a, const std::vector<NamedRig>& rigs) {
   std::vector<npt::WeightedCloud> clouds;
   const auto clips = std::make_shared<npt::ClipPoses>();
@@ -191,22 +198,44 @@ void use_readings(TrainingCourse& course, const TrainingArguments& a, const std:
          named.body.weight});
     course.trained_on += (course.trained_on.empty() ? "" : ", ") + named.name;
   }
+  std::vector<npt::WeightedRig> others;
   for (const NamedRig& named : rigs) {
+    if (!is_person(named, false)) {
+      others.push_back({std::make_shared<const npt::RigCharacter>(named.rig), named.weight});
+      continue;
+    }
     const npt::RiggedBody rig = npt::rigged_body(named.rig, {.longest_edge = 0.04, .frame_rate = 15});
     clouds.push_back({std::make_shared<const npt::SurfaceCloud>(rig.body, rig.canonical), named.weight});
     clips->add(rig.clips);
     course.trained_on += (course.trained_on.empty() ? "" : ", ") + named.name;
   }
-  const auto source = [clouds, clips, share = clip_share(a, *clips), seed = a.seed, with_rigs = !rigs.empty()](
+  if (clouds.empty())
+    throw npt::Error({"--rig", {}, "no person", "people's rigs, or --body: the others are what isn't to be read"});
+  const bool with_rigs = rigs.size() > others.size();
+  const double strangers = others.empty() ? 0 : 0.12;
+  npt::ReadingSampler::Stranger stranger;
+  course.tells_people = !others.empty();
+  if (!others.empty()) {
+    course.trained_on += "; no people: ";
+    for (const npt::WeightedRig& other : others)
+      course.trained_on +=
+          (&other == &others.front() ? "" : ", ") + std::filesystem::path(other.rig->name()).stem().string();
+    stranger = [mixture = std::make_shared<const npt::RigMixture>(std::move(others))](
+                   npt::Random& random, std::size_t n, std::vector<npt::Vec3f>& points,
+                   std::vector<npt::Vec3f>& normals) { npt::draw_rig_surface(*mixture, random, n, points, normals); };
+  }
+  const auto source = [clouds, clips, share = clip_share(a, *clips), seed = a.seed, with_rigs, strangers, stranger](
                           std::size_t points, npt::data::Purpose purpose) {
     const auto pose = [clips, share](npt::Random& random) {
       return share > 0 && random.uniform() < share ? clips->sample(random) : npt::natural_poses().sample(random);
     };
-    return std::make_unique<npt::ReadingSampler>(
-        clouds, pose,
-        npt::ReadingSampleOptions{
-            .seed = seed, .points = points, .patched = with_rigs ? 0.4 : 0.0, .mirror = with_rigs},
-        purpose);
+    return std::make_unique<npt::ReadingSampler>(clouds, pose,
+                                                 npt::ReadingSampleOptions{.seed = seed,
+                                                                           .points = points,
+                                                                           .patched = with_rigs ? 0.4 : 0.0,
+                                                                           .mirror = with_rigs,
+                                                                           .strangers = strangers},
+                                                 purpose, stranger);
   };
   for (const StageArguments& stage : parse_stages(a)) {
     if (stage.vertices == 0)

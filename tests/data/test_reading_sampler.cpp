@@ -89,3 +89,36 @@ TEST_CASE("limbs of several bodies on one trunk, mirrored, are a reading like an
                                   {.seed = 5, .points = 200});
   CHECK(equal.draw(0, 1).truth == reading_sampler({.seed = 5, .points = 200}).draw(0, 1).truth);
 }
+
+TEST_CASE("a part of the samples is of strangers, all of whose points belong to one place that no body has") {
+  const auto pole = [](npt::Random& random, std::size_t n, std::vector<npt::Vec3f>& points,
+                       std::vector<npt::Vec3f>& normals) {
+    points.clear(), normals.clear();
+    for (std::size_t i = 0; i < n; ++i) {
+      points.push_back({0, static_cast<float>(7 * random.uniform()), 0});
+      normals.push_back({1, 0, 0});
+    }
+  };
+  const npt::ReadingSampler sampler(
+      {{reading_cloud(), 1}}, [](npt::Random& r) { return npt::natural_poses().sample(r); },
+      {.seed = 5, .points = 64, .strangers = 0.5}, npt::data::Purpose::training, pole);
+  int strange = 0;
+  for (std::uint64_t index = 0; index < 40; ++index) {
+    const npt::Sample s = sampler.draw(0, index);
+    const npt::Vec3f first{s.truth[0], s.truth[1], s.truth[2]};
+    const bool stranger = first == npt::stranger_place * 0.5F;
+    strange += stranger ? 1 : 0;
+    double square = 0;
+    for (std::size_t i = 0; i < 64; ++i) {
+      if (stranger)
+        CHECK(npt::Vec3f{s.truth[3 * i], s.truth[3 * i + 1], s.truth[3 * i + 2]} == first);
+      else
+        CHECK(s.truth[3 * i + 2] < 0.25F);  // half a metre in front of the resting body at most
+      square += static_cast<double>(norm(s.pose, i) * norm(s.pose, i)) / 64;
+    }
+    CHECK(std::sqrt(square) == doctest::Approx(npt::reading_radius).epsilon(1e-4));
+    CHECK(s.pose == sampler.draw(0, index).pose);
+  }
+  CHECK(strange > 10);
+  CHECK(strange < 30);
+}

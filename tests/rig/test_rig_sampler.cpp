@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <npt/mesh/points.hpp>
 #include <npt/rig/rig_character.hpp>
 #include <npt/rig/rig_sampler.hpp>
 #include <npt/scene/pose.hpp>
@@ -139,6 +140,53 @@ TEST_CASE("samples of rigs depend on seed, step and index only; the truth is the
   std::vector<float> pose = pair.pose, truth = pair.truth;
   std::ranges::sort(pose), std::ranges::sort(truth);
   CHECK(pose == truth);
+}
+
+TEST_CASE("pairs take identity and pose mesh from the rigs that are asked for") {
+  const auto rig = character();
+  npt::Scene other = moving_figure();
+  const auto second = std::make_shared<const npt::RigCharacter>(npt::make_rig(std::move(other), "models/other.glb"));
+  const auto mixture = std::make_shared<const npt::RigMixture>(std::vector<npt::WeightedRig>{{rig, 1}, {second, 1}});
+  const npt::EvaluationSet set = npt::rig_pairs(mixture, 6, 1, {.identities = {1}, .poses = {0}});
+  for (std::size_t i = 0; i < 6; ++i) CHECK(set.pair(i).name.starts_with("other as figure, clip"));
+  // Lengths are in the longest side of the character as bound.
+  const npt::EvaluationPair pair = set.pair(0);
+  CHECK(npt::bounding_box(pair.identity).longest_side() < 1.2);
+  CHECK(rig->extent() > 1.5);
+}
+
+TEST_CASE("points of a rig's surface lie within its box and have unit normals") {
+  const npt::RigMixture mixture({{character(), 1}});
+  npt::Random random(3);
+  std::vector<npt::Vec3f> points, normals;
+  npt::draw_rig_surface(mixture, random, 200, points, normals);
+  REQUIRE(points.size() == 200);
+  REQUIRE(normals.size() == 200);
+  for (std::size_t i = 0; i < 200; ++i) {
+    CHECK(length(points[i]) < 3);
+    CHECK(length(normals[i]) == doctest::Approx(1).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("samples are of vertices or of points by area") {
+  const auto rig = character();
+  const auto mixture = std::make_shared<const npt::RigMixture>(std::vector<npt::WeightedRig>{{rig, 1}});
+  const npt::RigSampler sampler(mixture, {.seed = 8, .vertices = 64});
+  bool by_area = false, by_vertex = false;
+  for (std::uint64_t i = 0; i < 12; ++i) {
+    const npt::Sample s = sampler.draw(0, i);
+    CHECK(s.identity.size() == 192);
+    CHECK(s.truth.size() == 192);
+    CHECK(s.truth == sampler.draw(0, i).truth);
+    const npt::Sample whole = npt::RigSampler(mixture, {.seed = 8}).draw(0, i);
+    bool found = false;  // whether the first point is a vertex
+    for (std::size_t v = 0; v < whole.identity.size(); v += 3)
+      found = found || (whole.identity[v] == s.identity[0] && whole.identity[v + 1] == s.identity[1] &&
+                        whole.identity[v + 2] == s.identity[2]);
+    (found ? by_vertex : by_area) = true;
+  }
+  CHECK(by_area);
+  CHECK(by_vertex);
 }
 
 TEST_CASE("clips are held out by name") {

@@ -1,7 +1,8 @@
 /// Samples for a network that reads meshes: points of a posed surface with their normals, and for each the place on the
 /// resting template where it belongs (its canonical coordinates).
 /// A sample is a body of random shape and proportions in a random pose, turned anywhere about the vertical axis (some
-/// lie or stand on their hands), dressed, shod, with hair, pieces missing, noise; its points are drawn by area.
+/// lie or stand on their hands), dressed, shod, with hair, pieces missing, noise; its points are drawn by area. A part
+/// of the samples may be of surfaces that are no person's: all their points belong to one place far from any body.
 /// Shapes    Sample::pose: points [n, 3], centred on their mean, with a root mean square distance of reading_radius;
 ///           Sample::identity: normals [n, 3], unit or zero; Sample::truth: half the canonical coordinates, [n, 3], so
 ///           that they fit into tanh; Sample::scale: 0.5, network units in a metre of canonical coordinates
@@ -152,6 +153,10 @@ class SurfaceCloud {
   float area_of_point_ = 0;
 };
 
+/// Where the points of a surface belong that is no person's, in canonical coordinates: half a metre and more in front
+/// of every body.
+inline constexpr Vec3f stranger_place{0, 0, 1};
+
 /// A body of a mixture. `weight`: its share of the samples, relative to the others.
 struct WeightedCloud {
   std::shared_ptr<const SurfaceCloud> cloud;
@@ -167,6 +172,7 @@ struct ReadingSampleOptions {
   double plain = 0.15;    ///< share of bare bodies of human proportions without any of the below
   double patched = 0;     ///< share whose trunk, head, arms and legs come from bodies drawn for each
   bool mirror = false;    ///< half of the samples mirrored, left for right: for bodies that aren't symmetric
+  double strangers = 0;   ///< share of surfaces that are no person's
 };
 
 class ReadingSampler final : public SampleSource {
@@ -174,10 +180,18 @@ class ReadingSampler final : public SampleSource {
   /// Draws the angles [24, 3] of a natural pose.
   using NaturalPose = std::function<std::array<float, 3 * smpl_joint_count>(Random&)>;
 
+  /// Draws points by area and their unit normals, upright, in any unit, of something that isn't a person. [n] each
+  using Stranger = std::function<void(Random&, std::size_t n, std::vector<Vec3f>& points, std::vector<Vec3f>& normals)>;
+
+  /// Requires  a stranger where options.strangers is above 0
   ReadingSampler(std::vector<WeightedCloud> bodies, NaturalPose natural_pose, const ReadingSampleOptions& options,
-                 data::Purpose purpose = data::Purpose::training)
-      : bodies_(std::move(bodies)), natural_pose_(std::move(natural_pose)), options_(options), purpose_(purpose) {
-    NPT_ASSERT(!bodies_.empty() && options.points > 0);
+                 data::Purpose purpose = data::Purpose::training, Stranger stranger = {})
+      : bodies_(std::move(bodies)),
+        natural_pose_(std::move(natural_pose)),
+        stranger_(std::move(stranger)),
+        options_(options),
+        purpose_(purpose) {
+    NPT_ASSERT(!bodies_.empty() && options.points > 0 && (stranger_ || options.strangers <= 0));
     double sum = 0;
     for (const WeightedCloud& member : bodies_) {
       equal_ = equal_ && member.weight == bodies_.front().weight;
@@ -197,32 +211,25 @@ class ReadingSampler final : public SampleSource {
     Random choice = random(data::Part::choice), shape = random(data::Part::identity_shape),
            angles = random(data::Part::pose), order = random(data::Part::identity_order),
            more = random(data::Part::augmentation), noise = random(data::Part::noise);
-    const std::size_t first = pick_body(choice);
-    const bool plain = choice.uniform() < options_.plain;
-    std::array<std::size_t, limb_count> limbs;
-    limbs.fill(first);
-    if (options_.patched > 0 && choice.uniform() < options_.patched) patch(choice, limbs);
-    const bool mirrored = options_.mirror && choice.uniform() < 0.5;
-    thread_local Skin skin;
-    make_skin(limbs, shape, angles, plain, skin);
-    const Dress dress = plain ? Dress{} : dress_of(more);
     const std::size_t n = options_.points;
-    thread_local Scratch scratch;
-    draw_points(skin, dress, order, n, scratch);
     s.pose.resize(3 * n), s.identity.resize(3 * n), s.truth.resize(3 * n);
+    thread_local Scratch scratch;
+    const bool strange = options_.strangers > 0 && choice.uniform() < options_.strangers;
+    if (strange)
+      draw_stranger(choice, n, scratch);
+    else
+      draw_person(choice, shape, angles, order, more, n, scratch);
     const Matrix3 turn = turn_of(more);
     const double sigma = more.uniform() < 0.5 ? 0 : 0.012 * more.uniform();
     const bool blind = more.uniform() < 0.08;                 // no normals
     const float side = more.uniform() < 0.03 ? -1.0F : 1.0F;  // inside out
     for (std::size_t i = 0; i < n; ++i) {
-      Posed p = scratch.chosen[i];
-      Vec3f canonical = skin.clouds[p.cloud].cloud->points()[p.point].canonical;
-      if (mirrored) p.at.x = -p.at.x, p.normal.x = -p.normal.x, canonical.x = -canonical.x;
+      const Drawn& p = scratch.drawn[i];
       Vec3d at = turn * p.at.as<double>();
       if (sigma > 0) at += Vec3d{noise.normal(), noise.normal(), noise.normal()} * sigma;
       const Vec3f normal = blind ? Vec3f{} : (turn * p.normal.as<double>()).as<float>() * side;
       put(s.pose, i, at.as<float>()), put(s.identity, i, normal);
-      put(s.truth, i, canonical * 0.5F);
+      put(s.truth, i, p.canonical * 0.5F);
     }
     const auto point = [&s](std::size_t i) {
       return Vec3f{s.pose[3 * i], s.pose[3 * i + 1], s.pose[3 * i + 2]}.as<double>();
@@ -254,9 +261,16 @@ class ReadingSampler final : public SampleSource {
     float key = 0;  ///< points with the greatest ones are taken
     std::uint32_t point = 0, cloud = 0;
   };
+  /// A point of a sample, upright and in metres.
+  struct Drawn {
+    Drawn(Vec3f a, Vec3f n, Vec3f c) : at(a), normal(n), canonical(c) {}
+    Vec3f at, normal, canonical;
+  };
   struct Scratch {
     std::vector<Posed> posed;
     std::vector<Posed> chosen;
+    std::vector<Drawn> drawn;
+    std::vector<Vec3f> points, normals;
   };
   /// What hangs on the body, as offsets along its normals, in metres; waves make them uneven.
   struct Dress {
@@ -272,6 +286,35 @@ class ReadingSampler final : public SampleSource {
     Vec3f wave;
     float phase = 0, wave_size = 0;
   };
+
+  void draw_person(Random& choice, Random& shape, Random& angles, Random& order, Random& more, std::size_t n,
+                   Scratch& scratch) const {
+    const std::size_t first = pick_body(choice);
+    const bool plain = choice.uniform() < options_.plain;
+    std::array<std::size_t, limb_count> limbs;
+    limbs.fill(first);
+    if (options_.patched > 0 && choice.uniform() < options_.patched) patch(choice, limbs);
+    const bool mirrored = options_.mirror && choice.uniform() < 0.5;
+    thread_local Skin skin;
+    make_skin(limbs, shape, angles, plain, skin);
+    const Dress dress = plain ? Dress{} : dress_of(more);
+    draw_points(skin, dress, order, n, scratch);
+    scratch.drawn.clear();
+    for (const Posed& p : scratch.chosen) {
+      Drawn& d = scratch.drawn.emplace_back(p.at, p.normal, skin.clouds[p.cloud].cloud->points()[p.point].canonical);
+      if (mirrored) d.at.x = -d.at.x, d.normal.x = -d.normal.x, d.canonical.x = -d.canonical.x;
+    }
+  }
+
+  /// As high as a person, about.
+  void draw_stranger(Random& choice, std::size_t n, Scratch& scratch) const {
+    stranger_(choice, n, scratch.points, scratch.normals);
+    const ReadingFrame frame = reading_frame(n, [&](std::size_t i) { return scratch.points[i].template as<double>(); });
+    scratch.drawn.clear();
+    for (std::size_t i = 0; i < n; ++i)
+      scratch.drawn.emplace_back(frame(scratch.points[i].template as<double>()).template as<float>(),
+                                 scratch.normals[i], stranger_place);
+  }
 
   static void put(std::vector<float>& to, std::size_t i, Vec3f p) {
     to[3 * i] = p.x, to[3 * i + 1] = p.y, to[3 * i + 2] = p.z;
@@ -511,6 +554,7 @@ class ReadingSampler final : public SampleSource {
   std::vector<double> shares_;  ///< ascending sums of the weights
   bool equal_ = true;           ///< all weights
   NaturalPose natural_pose_;
+  Stranger stranger_;
   ReadingSampleOptions options_;
   data::Purpose purpose_;
 };

@@ -52,7 +52,8 @@ class BasicReader {
   static BasicReader open(const std::filesystem::path& weights, int threads = 0) {
     return BasicReader(SafetensorsFile::read(weights), Exec(threads));
   }
-  BasicReader(const SafetensorsFile& file, Exec executor) : engine_(loaded(file), std::move(executor)) {}
+  BasicReader(const SafetensorsFile& file, Exec executor)
+      : engine_(loaded(file), std::move(executor)), tells_people_(file.find_metadata("tells_people") != nullptr) {}
   BasicReader(const Model<Network>& model, Exec executor) : engine_(model, std::move(executor)) {}
 
   /// The median of all readings, and then each of them: turns + 1 readings, or one for a single turn.
@@ -71,6 +72,9 @@ class BasicReader {
   }
 
   const Engine<Network, float, Exec>& engine() const noexcept { return engine_; }
+  /// Whether it was trained to tell people from other things (metadata "tells_people"), whose points it then reads to
+  /// belong far from any body (data/reading_sampler.hpp).
+  bool tells_people() const noexcept { return tells_people_; }
 
  private:
   /// Metres; of places in bodies that no training had.
@@ -142,6 +146,7 @@ class BasicReader {
   }
 
   Engine<Network, float, Exec> engine_;
+  bool tells_people_ = false;
 };
 
 using Reader = BasicReader<>;

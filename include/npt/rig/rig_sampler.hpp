@@ -237,6 +237,28 @@ class RigSampler : public SampleSource {
   std::shared_ptr<const RigMixture> mixture_;
 };
 
+/// Points by area of one of the characters, in a pose and with proportions as RigSampler draws them, and their
+/// triangles' normals: for readers of people, which are to tell what isn't one. points, normals: [n]
+inline void draw_rig_surface(const RigMixture& mixture, Random& random, std::size_t n, std::vector<Vec3f>& points,
+                             std::vector<Vec3f>& normals) {
+  const std::size_t i = mixture.pick(random);
+  const RigCharacter& rig = mixture.rig(i);
+  const RigProportions proportions = rig.sample_proportions(random);
+  const RigPose pose = mixture.pose(i, mixture.shown(i), false, random);
+  thread_local std::vector<float> xyz;
+  thread_local DrawScratch scratch;
+  thread_local std::vector<SurfacePoint> drawn;
+  xyz.resize(3 * rig.vertex_count());
+  rig.posed(proportions, rig, pose, xyz);
+  draw_points(xyz, rig.triangles(), n, random, scratch, drawn);
+  points.clear(), normals.clear();
+  for (const SurfacePoint& p : drawn) {
+    const Vec3d a = point_at(xyz, p.corners[0]), b = point_at(xyz, p.corners[1]), c = point_at(xyz, p.corners[2]);
+    points.push_back(position_of(p, xyz));
+    normals.push_back(normalised(cross(b - a, c - a)).as<float>());
+  }
+}
+
 /// Which of a mixture's rigs give identity and pose meshes, by their indices; none: all.
 struct RigRoles {
   std::vector<std::size_t> identities, poses;

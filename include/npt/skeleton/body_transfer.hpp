@@ -54,17 +54,24 @@ struct BodyReading {
   double metres = 1;                          ///< in a unit of the mesh, for a body of usual size
   ReadingFit fit;                             ///< without angles where no body has the mesh's size
   std::shared_ptr<const FitSurface> surface;  ///< whose samples the next frame of a sequence moves
+  bool told = false;                          ///< by a reader that tells people from other things
 
-  /// How sure it is that the mesh is a person and was read right, from 0 to 1: the share of both surfaces that have the
-  /// other within 3 cm, less where the reading contradicts itself and where the body keeps a distance. Measured:
-  /// people 0.98, dressed ones 0.97, stylised ones 0.88 and more; animals, a cube and an egg below 0.45.
-  double trust() const {
+  /// How sure it is that the mesh is a person and was read right, from 0 to 1: as likeness(), but a reader that would
+  /// have told another thing lets the body keep a greater distance, as in armour and in big heads. Measured then:
+  /// NUMBERS
+  double trust() const { return told ? likeness(0.014, 0.03) : likeness(0.010, 0.020); }
+
+  /// How much the mesh is like a body, from 0 to 1: the share of both surfaces that have the other within 3 cm, less
+  /// where the reading contradicts itself and where the body keeps a distance (none up to `near`, all from `far` on).
+  /// Measured with the defaults: people 0.98, dressed ones 0.97, stylised ones 0.88 and more; animals, a cube and an
+  /// egg below 0.45.
+  double likeness(double near = 0.010, double far = 0.020) const {
     if (fit.body.axis_angles.empty()) return 0;
     const auto falling = [](double x, double from, double to) { return std::clamp((to - x) / (to - from), 0.0, 1.0); };
     // Where all limbs lie as near as the trunk, the fit has put right what the reading contradicts.
     const double more = doubtful(LimbPair::arms) || doubtful(LimbPair::legs) ? 0 : 0.06;
     return fit.trust() * falling(fit.reading_residual, 0.08 + more, 0.2 + more) *
-           falling(fit.relative_distance, 0.010, 0.020);
+           falling(fit.relative_distance, near, far);
   }
   /// Whether an arm or a leg is that much farther from the surface than the other parts that it may be in the wrong
   /// place. Of 300 mannequins read right 18 are in doubt; of 60 people of another model's shapes 4, one of them
@@ -138,6 +145,7 @@ class BasicBodyTransfer {
   /// How a body lies in a mesh.
   BodyReading read(const MeshView& mesh) const {
     BodyReading reading;
+    reading.told = reader_.tells_people();
     reading.surface = surface_of(mesh, reading);
     const FitSurface& surface = *reading.surface;
     const auto samples = surface.samples().first(std::min(options_.read_points, surface.samples().size()));
@@ -150,13 +158,14 @@ class BasicBodyTransfer {
     fit(surface, readings, reading);
     search_limbs(surface, readings, reading);
     if (likely(reading) && in_doubt(reading)) read_again(surface, samples, reading);
-    if (reading.trust() < sure_fit) read_turned(surface, samples, reading);
+    if (reading.likeness() < sure_fit) read_turned(surface, samples, reading);
     return reading;
   }
 
   /// The next frame of a sequence, from the last one's reading.
   BodyReading follow(const MeshView& mesh, const BodyReading& last) const {
     BodyReading reading;
+    reading.told = last.told;
     reading.metres = last.metres;
     reading.centre = last.centre;
     if (last.fit.body.axis_angles.empty()) return read(mesh);
@@ -164,7 +173,7 @@ class BasicBodyTransfer {
         last.surface->moved(std::span<const Vec3d>(points_at(mesh, reading)), mesh.triangles));
     reading.fit = fitter_->refit(*reading.surface, last.fit);
     // A jump, or a fit that lost its way: read anew.
-    return reading.trust() < last.trust() - 0.03 ? read(mesh) : reading;
+    return reading.likeness() < last.likeness() - 0.03 ? read(mesh) : reading;
   }
 
   /// Of a mesh in which a body lies.
@@ -242,7 +251,7 @@ class BasicBodyTransfer {
   }
 
  private:
-  /// A fit with a trust from here on needs no second look from other sides: of people standing upright most end at
+  /// A fit with a likeness from here on needs no second look from other sides: of people standing upright most end at
   /// 0.98.
   static constexpr double sure_fit = 0.92;
 
@@ -251,7 +260,7 @@ class BasicBodyTransfer {
     return reading.fit.trust() > 0.7 && reading.fit.reading_residual < 0.15;
   }
   static bool in_doubt(const BodyReading& reading) {
-    return reading.trust() < sure_fit || reading.doubtful(LimbPair::legs) || reading.doubtful(LimbPair::arms);
+    return reading.likeness() < sure_fit || reading.doubtful(LimbPair::legs) || reading.doubtful(LimbPair::arms);
   }
 
   /// Half of the turns; the other half, between them, only where not even the best of these explains its points well.
@@ -280,7 +289,7 @@ class BasicBodyTransfer {
       fit(surface, std::span(&r, 1), other);
       if (other.fit.relative_distance < 1.3 * reading.fit.relative_distance)
         search_limbs(surface, std::span(&r, 1), other);
-      if (other.trust() > 0.5 * reading.trust() && other.fit.relative_distance < reading.fit.relative_distance)
+      if (other.likeness() > 0.5 * reading.likeness() && other.fit.relative_distance < reading.fit.relative_distance)
         reading = std::move(other);
       if (!in_doubt(reading)) return;
     }
@@ -324,12 +333,12 @@ class BasicBodyTransfer {
   /// few points in four directions; the best by the motion's residual is read and fitted, and kept where it is better.
   void read_turned(const FitSurface& surface, std::span<const FitSurface::Sample> samples, BodyReading& reading) const {
     const auto [best, least] = best_turn(samples);
-    if (reading.trust() > 0 && least > 1.1 * reading.fit.reading_residual) return;
+    if (reading.likeness() > 0 && least > 1.1 * reading.fit.reading_residual) return;
     BodyReading other = reading;
     const std::vector<Reading> turned = read_turns(samples, best);
     fit(surface, turned, other);
     search_limbs(surface, turned, other);
-    if (other.trust() > reading.trust()) reading = std::move(other);
+    if (other.likeness() > reading.likeness()) reading = std::move(other);
   }
 
   /// Residual of the best of several readings, from few points, beyond which a mesh isn't worth a fit: people have 0.02
