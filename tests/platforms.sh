@@ -76,7 +76,7 @@ suite() {
 suite_all="npt_program npt_room_tests"
 suite_loops="npt_lite test_of_loops"
 beside_loops=(adapt body core data deformation fit formats graph host io mannequin parallel processor random_networks reading render
-  reproduce scene sculpt skeleton threads train training transfer view weights)
+  reproduce rig scene sculpt skeleton threads train training transfer view weights)
 
 # areas PROGRAM AREA...: the tests of the program as its users meet it.
 areas() {
