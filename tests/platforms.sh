@@ -183,7 +183,7 @@ check_spills() {
 arm64() {
   local root=build/platforms/arm64
   local emulator=(env QEMU_LD_PREFIX=/usr/aarch64-linux-gnu "QEMU_SET_ENV=LD_LIBRARY_PATH=$PWD/$root/usr/lib/aarch64-linux-gnu" qemu-aarch64)
-  build arm64 aarch64-linux-gnu-g++ -isystem "$root/usr/include" -Wno-psabi -Wno-error=array-bounds
+  build arm64 aarch64-linux-gnu-g++ -isystem "$root/usr/include" -Wno-psabi
   aarch64-linux-gnu-g++ "$folder/arm64.o" -L"$root/usr/lib/aarch64-linux-gnu" -ltinyobjloader -pthread -o "$folder/arm64"
   check_spills "$folder/arm64.o" 10
   compared arm64 "${emulator[@]}" "$folder/arm64"
