@@ -64,8 +64,8 @@ apt=(apt-get -qq -o "Dir::Etc::sourcelist=$state/sources.list" -o Dir::Etc::sour
 (cd "$root/packages" && "${apt[@]}" download "${libraries[@]}" > /dev/null)
 for package in "$root"/packages/*.deb; do dpkg -x "$package" "$root"; done
 rm -r "$root/packages"
-# Some packages' CMake files name /usr, whose headers are this system's.
-grep -rl --include='*.cmake' 'set(_IMPORT_PREFIX "/usr")' "$root/usr" | xargs -r sed -i "s|set(_IMPORT_PREFIX \"/usr\")|set(_IMPORT_PREFIX \"$PWD/$root/usr\")|"
+# Some packages' CMake files name /usr, whose headers are this system's; libc++'s packages have none.
+{ grep -rl --include='*.cmake' 'set(_IMPORT_PREFIX "/usr")' "$root/usr" || true; } | xargs -r sed -i "s|set(_IMPORT_PREFIX \"/usr\")|set(_IMPORT_PREFIX \"$PWD/$root/usr\")|"
 
 # A static library of tinyobjloader, whose header is all of it, for a compiler of another standard library.
 build_tinyobjloader() {

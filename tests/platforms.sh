@@ -65,6 +65,8 @@ suite() {
   cmake --preset "$preset" > "$folder/$preset.txt"
   # shellcheck disable=SC2086
   cmake --build --preset "$preset" --target $targets >> "$folder/$preset.txt" 2>&1 || { tail -40 "$folder/$preset.txt" >&2; return 1; }
+  # libstdc++ 12's stable_sort calls what libstdc++ 12 deprecates; clang 19 says so of two lines that sort.
+  ! grep "warning: " "$folder/$preset.txt" | grep -v "get_temporary_buffer<" >&2 || return 1
   echo "not run: structure, compile_fail, consumers, convert, examples, readme (about the sources, or for this machine's compiler)"
   [ "$#" -eq 0 ] || echo "not run: $* ($reason)"
   ctest --test-dir "build/$preset" --timeout 900 -j 2 -L '^room$' -E "^(${without#|})(\\.needs)?\$" --output-on-failure > "$folder/$preset-suite.txt" 2>&1 ||
@@ -76,7 +78,7 @@ suite() {
 suite_all="npt_program npt_room_tests"
 suite_loops="npt_lite test_of_loops"
 beside_loops=(adapt body core data deformation fit formats graph host io mannequin parallel processor random_networks reading render
-  reproduce scene sculpt skeleton threads train training transfer view weights)
+  reproduce rig scene sculpt skeleton threads train training transfer view weights)
 
 # areas PROGRAM AREA...: the tests of the program as its users meet it.
 areas() {
@@ -181,7 +183,7 @@ check_spills() {
 arm64() {
   local root=build/platforms/arm64
   local emulator=(env QEMU_LD_PREFIX=/usr/aarch64-linux-gnu "QEMU_SET_ENV=LD_LIBRARY_PATH=$PWD/$root/usr/lib/aarch64-linux-gnu" qemu-aarch64)
-  build arm64 aarch64-linux-gnu-g++ -isystem "$root/usr/include" -Wno-psabi -Wno-error=array-bounds
+  build arm64 aarch64-linux-gnu-g++ -isystem "$root/usr/include" -Wno-psabi
   aarch64-linux-gnu-g++ "$folder/arm64.o" -L"$root/usr/lib/aarch64-linux-gnu" -ltinyobjloader -pthread -o "$folder/arm64"
   check_spills "$folder/arm64.o" 10
   compared arm64 "${emulator[@]}" "$folder/arm64"

@@ -38,7 +38,9 @@ FeatureSet processor_features() noexcept {
   add(bmi2, __builtin_cpu_supports("bmi2"));
   add(avx512f, __builtin_cpu_supports("avx512f"));
   add(avx512cd, __builtin_cpu_supports("avx512cd"));
+#if !defined(__clang__) || __clang_major__ < 19  // which neither knows Xeon Phi nor compiles for it
   add(avx512er, __builtin_cpu_supports("avx512er"));
+#endif
   add(avx512vl, __builtin_cpu_supports("avx512vl"));
   add(avx512bw, __builtin_cpu_supports("avx512bw"));
   add(avx512dq, __builtin_cpu_supports("avx512dq"));

@@ -56,6 +56,42 @@ NPT_ALWAYS_INLINE typename B::value_type lane_sum(const B& x) {
   return library::reduce_add(x);
 #endif
 }
+
+/// a > b ? a : b in each lane: b where either is NaN (on ARM64 NaN). Not xsimd's max on x86, which gives the instruction
+/// its operands in another order from 8.1 to 14.3, nor on WebAssembly, where it keeps a.
+template <class B>
+NPT_ALWAYS_INLINE B max_or_second(const B& a, const B& b) {
+#if !NPT_HAS_XSIMD || defined(__aarch64__)
+  return library::max(a, b);
+#else
+  using T = typename B::value_type;
+#if XSIMD_WITH_AVX512F
+  if constexpr (sizeof(B) == 64) {
+    if constexpr (std::is_same_v<T, float>)
+      return B(_mm512_max_ps(a, b));
+    else
+      return B(_mm512_max_pd(a, b));
+  }
+#endif
+#if XSIMD_WITH_AVX
+  if constexpr (sizeof(B) == 32) {
+    if constexpr (std::is_same_v<T, float>)
+      return B(_mm256_max_ps(a, b));
+    else
+      return B(_mm256_max_pd(a, b));
+  }
+#endif
+#if XSIMD_WITH_SSE2
+  if constexpr (sizeof(B) == 16) {
+    if constexpr (std::is_same_v<T, float>)
+      return B(_mm_max_ps(a, b));
+    else
+      return B(_mm_max_pd(a, b));
+  }
+#endif
+  return library::select(a > b, a, b);
+#endif
+}
 }  // namespace internal
 
 /// Lanes of a register.
@@ -115,10 +151,10 @@ NPT_ALWAYS_INLINE Batch<T> fma(const Batch<T>& a, const Batch<T>& b, const Batch
 #endif
 }
 
-/// max(0, x) that keeps NaN: x86's max returns its second operand when either is NaN.
+/// max(0, x) that keeps NaN.
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> relu(const Batch<T>& x) {
-  return library::max(Batch<T>(T(0)), x);
+  return internal::max_or_second(Batch<T>(T(0)), x);
 }
 
 /// dy where x > 0 and 0 elsewhere; dy where x is NaN.
@@ -130,7 +166,8 @@ NPT_ALWAYS_INLINE Batch<T> zero_where_not_positive(const Batch<T>& x, const Batc
 /// The larger of the running maximum m and x; NaN from either side stays.
 template <class T>
 NPT_ALWAYS_INLINE Batch<T> running_max(const Batch<T>& m, const Batch<T>& x) {
-  return library::select(library::isnan(m), m, library::max(m, x));  // xsimd's m != m is false for NaN with AVX-512
+  // xsimd's m != m is false for NaN with AVX-512.
+  return library::select(library::isnan(m), m, internal::max_or_second(m, x));
 }
 
 template <class T>
