@@ -57,9 +57,10 @@ struct BodyReading {
   bool told = false;                          ///< by a reader that tells people from other things
 
   /// How sure it is that the mesh is a person and was read right, from 0 to 1: as likeness(), but a reader that would
-  /// have told another thing lets the body keep a greater distance, as in armour and in big heads. Measured then:
-  /// NUMBERS
-  double trust() const { return told ? likeness(0.014, 0.03) : likeness(0.010, 0.020); }
+  /// have told another thing lets the body keep a greater distance, as around big heads. Measured then: a frog in a
+  /// space suit 0.72 to 0.92 where transfers ended at 3 to 14e-4 of his height's square, a robot with a gun below 0.65
+  /// where they ended at 38 to 1000e-4.
+  double trust() const { return told ? likeness(0.0145, 0.0185) : likeness(0.010, 0.020); }
 
   /// How much the mesh is like a body, from 0 to 1: the share of both surfaces that have the other within 3 cm, less
   /// where the reading contradicts itself and where the body keeps a distance (none up to `near`, all from `far` on).
