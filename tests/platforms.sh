@@ -233,15 +233,17 @@ windows() {
   commands archive "$folder/npt-archive"
 }
 
-# The program for every x86-64 processor gives, with the set that it picks, the bits of the program compiled for this machine.
+# The program for every x86-64 processor gives, with the set that it picks, by the network the bits of the program compiled for this
+# machine. Through bodies only where it was compiled with the same instructions: for a Zen 4 without AVX-512, whose own tuning joins
+# other products with sums than AVX2's set does, 3.7e-8 of the height lie between them.
 multi-isa() {
   [ -z "$quick" ] || { echo "multi-isa: it is built in a quarter of an hour (tests/platforms.sh multi-isa does)"; return 77; }
   cmake --preset multi-isa > "$folder/multi-isa.txt"
   cmake --build --preset multi-isa >> "$folder/multi-isa.txt" 2>&1 || { tail -40 "$folder/multi-isa.txt" >&2; return 1; }
   commands multi-isa build/multi-isa/bin/npt
   cmp "$folder/native.ply" "$folder/multi-isa-program/network.ply"
-  cmp "$folder/native-body.ply" "$folder/multi-isa-program/body.ply"
-  echo "the same bits as the program that is compiled for this machine"
+  echo "by the network the same bits as the program that is compiled for this machine"
+  "$folder/native" compare "$folder/native-body.ply" "$folder/multi-isa-program/body.ply"
   build/multi-isa/bin/npt doctor | grep -i "compiled" || true
 }
 
