@@ -6,7 +6,9 @@
 #include <npt/skeleton/body_transfer.hpp>
 #include <npt/skeleton/joint_names.hpp>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <numbers>
 #include <vector>
@@ -116,6 +118,48 @@ TEST_CASE("what is no person isn't trusted") {
   const npt::Mesh ball = support::bumpy_sphere(20, 30, 0.2, true);
   const auto triangles = npt::triangulate(ball);
   CHECK(shipped_body_transfer().read({ball.coordinates(), triangles, "ball"}).trust() < 0.6);
+
+  // A table: a body can be flattened to lie in it.
+  std::vector<float> xyz;
+  std::vector<npt::Triangle> faces;
+  const auto add_box = [&](npt::Vec3f centre, npt::Vec3f half) {
+    const auto first = static_cast<std::uint32_t>(xyz.size() / 3);
+    for (int k = 0; k < 8; ++k)
+      xyz.insert(xyz.end(), {centre.x + ((k & 4) != 0 ? half.x : -half.x), centre.y + ((k & 2) != 0 ? half.y : -half.y),
+                             centre.z + ((k & 1) != 0 ? half.z : -half.z)});
+    for (const auto& [a, b, c, d] :
+         {std::array{0U, 1U, 3U, 2U}, std::array{4U, 6U, 7U, 5U}, std::array{0U, 4U, 5U, 1U},
+          std::array{2U, 3U, 7U, 6U}, std::array{0U, 2U, 6U, 4U}, std::array{1U, 5U, 7U, 3U}}) {
+      faces.push_back({first + a, first + b, first + c});
+      faces.push_back({first + a, first + c, first + d});
+    }
+  };
+  add_box({0, 0.72F, 0}, {0.6F, 0.03F, 0.4F});
+  for (const float x : {-0.5F, 0.5F})
+    for (const float z : {-0.3F, 0.3F}) add_box({x, 0.35F, z}, {0.04F, 0.35F, 0.04F});
+  CHECK(shipped_body_transfer().read({xyz, faces, "table"}).trust() < 0.6);
+}
+
+TEST_CASE("trust: distance counts less where the reader tells people, shapes that nobody has count against") {
+  npt::BodyReading reading;
+  CHECK(reading.trust() == 0);
+  reading.fit.body.axis_angles.assign(72, 0.0F);
+  reading.fit.body.betas.assign(26, 1.0F);
+  reading.fit.mesh_explained = reading.fit.body_explained = 0.9;
+  reading.fit.reading_residual = 0.08;
+  reading.fit.relative_distance = 0.005;
+  CHECK(reading.trust() == doctest::Approx(0.9));
+  reading.fit.relative_distance = 0.0165;  // a robot
+  CHECK(reading.trust() == doctest::Approx(0.9 * 0.35));
+  reading.told = true;
+  CHECK(reading.trust() > 0.6);
+  CHECK(reading.trust() < 0.85);
+  reading.fit.reading_residual = 0.18;  // and its parts don't agree
+  CHECK(reading.trust() < 0.6);
+  reading.fit.reading_residual = 0.08;
+  reading.fit.relative_distance = 0.005;
+  reading.fit.body.betas.assign(26, 8.0F);
+  CHECK(reading.trust() == 0);
 }
 
 TEST_CASE("the next frame goes on from the last one, and a jump is read anew") {
