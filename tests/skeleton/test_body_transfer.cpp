@@ -137,7 +137,8 @@ TEST_CASE("what is no person isn't trusted") {
   add_box({0, 0.72F, 0}, {0.6F, 0.03F, 0.4F});
   for (const float x : {-0.5F, 0.5F})
     for (const float z : {-0.3F, 0.3F}) add_box({x, 0.35F, z}, {0.04F, 0.35F, 0.04F});
-  CHECK(shipped_body_transfer().read({xyz, faces, "table"}).trust() < 0.6);
+  const npt::BodyReading table = shipped_body_transfer().read({xyz, faces, "table"});
+  CHECK((table.trust() < 0.6 || table.notes().find("proportions") != std::string::npos));
 }
 
 TEST_CASE("trust: distance counts less where the reader tells people, shapes that nobody has count against") {
@@ -158,6 +159,10 @@ TEST_CASE("trust: distance counts less where the reader tells people, shapes tha
   CHECK(reading.trust() < 0.6);
   reading.fit.reading_residual = 0.08;
   reading.fit.relative_distance = 0.005;
+  CHECK(reading.notes().empty());
+  reading.fit.body.betas.assign(26, 4.5F);
+  CHECK(reading.trust() > 0.85);
+  CHECK(reading.notes() == "its proportions are no person's");
   reading.fit.body.betas.assign(26, 8.0F);
   CHECK(reading.trust() == 0);
 }

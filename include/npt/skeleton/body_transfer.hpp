@@ -80,12 +80,16 @@ struct BodyReading {
     const auto falling = [](double x, double from, double to) { return std::clamp((to - x) / (to - from), 0.0, 1.0); };
     // Where all limbs lie as near as the trunk, the fit has put right what the reading contradicts.
     const double more = doubtful(LimbPair::arms) || doubtful(LimbPair::legs) ? 0 : 0.06;
-    // In squared deviations: people up to 60, bodies with random proportions 270, a cartoon knight 290, a frog with a
-    // head of a third of his height 700; a tree 2800, a lamp 1900, a table, to which a body can be flattened, 1330.
-    double shape = 0;
-    for (const float beta : fit.body.betas) shape += static_cast<double>(beta) * static_cast<double>(beta);
     return fit.trust() * falling(fit.reading_residual, 0.08 + more, 0.2 + more) *
-           falling(fit.relative_distance, near, far) * falling(shape, 800, 1200);
+           falling(fit.relative_distance, near, far) * falling(shape_oddity(), 800, 1200);
+  }
+  /// The shape's sum of squared deviations: people up to 60, bodies with random proportions 270, a cartoon knight 290, a
+  /// frog with a head of a third of his height 850; a tree 2800, a lamp 1900, a table, to which a body can be flattened,
+  /// 700 to 1300.
+  double shape_oddity() const {
+    double sum = 0;
+    for (const float beta : fit.body.betas) sum += static_cast<double>(beta) * static_cast<double>(beta);
+    return sum;
   }
   /// Whether an arm or a leg is that much farther from the surface than the other parts that it may be in the wrong
   /// place. Of 300 mannequins read right 18 are in doubt; of 60 people of another model's shapes 4, one of them
@@ -106,6 +110,7 @@ struct BodyReading {
     if (a.empty()) return {0, 1, 0};
     return rotation_matrix(Vec3f{a[0], a[1], a[2]}.as<double>()) * Vec3d{0, 1, 0};
   }
+  static constexpr double odd_shape = 450;  ///< shape_oddity() from which on a user is told
   /// What a user should know of the mesh, or nothing.
   std::string notes() const {
     std::string text;
@@ -121,6 +126,7 @@ struct BodyReading {
                : arms       ? "arms"
                             : "legs") +
               " may be misread";
+    if (shape_oddity() > odd_shape) text += std::string(text.empty() ? "" : "; ") + "its proportions are no person's";
     if (fit.facing < 0) text += std::string(text.empty() ? "" : "; ") + "its faces are turned inwards";
     return text;
   }

@@ -1,0 +1,62 @@
+#!/usr/bin/env python3
+"""Blends two weights of one network: (1 - share) of the first, share of the other.
+
+    blend_weights.py trained.safetensors blended.safetensors --other start.safetensors --share 0.4
+
+What a network learnt in a further training, and what it forgot of before, lie about on the line between the two. What the file says
+of itself is the first's, without its error. Source: Wortsman et al., "Robust fine-tuning of zero-shot models", CVPR 2022.
+"""
+
+import argparse
+import os
+import sys
+
+try:
+    import numpy as np
+except ImportError:
+    sys.exit("error: this converter needs numpy (Debian: python3-numpy)")
+
+from convert_common import ConvertError, read_safetensors, run, write_safetensors
+
+
+def read(path):
+    metadata, stored = read_safetensors(path)
+    tensors = {}
+    for name, (dtype, shape, data) in stored.items():
+        if dtype != "F32":
+            raise ConvertError(f"{path}: {name}: found {dtype}, expected F32")
+        try:
+            tensors[name] = np.frombuffer(data, "<f4").reshape(shape)
+        except ValueError:
+            raise ConvertError(f"{path}: {name}: found {len(data)} bytes, expected shape {shape}") from None
+        if not np.isfinite(tensors[name]).all():
+            raise ConvertError(f"{path}: {name}: found a number that is not finite")
+    return metadata, tensors
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("trained")
+    parser.add_argument("blended")
+    parser.add_argument("--other", required=True)
+    parser.add_argument("--share", type=float, required=True)
+    arguments = parser.parse_args()
+    if not 0 <= arguments.share <= 1:
+        raise ConvertError(f"--share: found {arguments.share}, expected 0 to 1")
+    metadata, trained = read(arguments.trained)
+    _, other = read(arguments.other)
+    blended = {}
+    for name in trained.keys() | other.keys():
+        found, expected = (t[name].shape if name in t else "nothing" for t in (other, trained))
+        if found != expected:
+            raise ConvertError(f"{arguments.other}: {name}: found {found}, expected {expected}, as {arguments.trained} has it")
+    for name, weight in trained.items():
+        blended[name] = np.float32(arguments.share) * other[name] + np.float32(1 - arguments.share) * weight
+    # Its error was measured before.
+    metadata = {key: value for key, value in metadata.items() if not key.startswith("pmd")}
+    metadata["blended"] = f"with {arguments.share:g} of {os.path.basename(arguments.other)}"
+    write_safetensors(arguments.blended, {k: ("F32", w.shape, np.ascontiguousarray(w, np.float32).tobytes()) for k, w in blended.items()}, metadata)
+
+
+if __name__ == "__main__":
+    run(main)
