@@ -16,20 +16,13 @@ try:
 except ImportError:
     sys.exit("error: this converter needs numpy (Debian: python3-numpy)")
 
-from convert_common import ConvertError, read_safetensors, run, write_safetensors
+from convert_common import ConvertError, read_floats, run, write_safetensors
 
 
 def read(path):
-    metadata, stored = read_safetensors(path)
-    tensors = {}
-    for name, (dtype, shape, data) in stored.items():
-        if dtype != "F32":
-            raise ConvertError(f"{path}: {name}: found {dtype}, expected F32")
-        try:
-            tensors[name] = np.frombuffer(data, "<f4").reshape(shape)
-        except ValueError:
-            raise ConvertError(f"{path}: {name}: found {len(data)} bytes, expected shape {shape}") from None
-        if not np.isfinite(tensors[name]).all():
+    metadata, tensors = read_floats(path)
+    for name, tensor in tensors.items():
+        if not np.isfinite(tensor).all():
             raise ConvertError(f"{path}: {name}: found a number that is not finite")
     return metadata, tensors
 

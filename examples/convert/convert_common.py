@@ -71,6 +71,22 @@ def read_safetensors(path, holding=""):
     return metadata, tensors
 
 
+def read_floats(path):
+    """(metadata, {name: array}) of a safetensors file of F32 tensors alone. Needs numpy."""
+    import numpy as np  # not every converter that includes this file has it
+
+    metadata, stored = read_safetensors(path)
+    tensors = {}
+    for name, (dtype, shape, data) in stored.items():
+        if dtype != "F32":
+            raise ConvertError(f"{path}: {name}: found {dtype}, expected F32")
+        try:
+            tensors[name] = np.frombuffer(data, "<f4").reshape(shape)
+        except ValueError:
+            raise ConvertError(f"{path}: {name}: found {len(data)} bytes, expected shape {shape}") from None
+    return metadata, tensors
+
+
 def write_safetensors(path, tensors, metadata):
     """Writes {name: (dtype, shape, bytes)} in the given order. The file appears under its name only when it is complete."""
     header, offset = {"__metadata__": {key: str(value) for key, value in metadata.items()}}, 0

@@ -15,21 +15,13 @@ try:
 except ImportError:
     sys.exit("error: this converter needs numpy (Debian: python3-numpy)")
 
-from convert_common import ConvertError, read_safetensors, run, write_safetensors
+from convert_common import ConvertError, read_floats, run, write_safetensors
 
 
 def read(path):
-    metadata, stored = read_safetensors(path)
+    metadata, tensors = read_floats(path)
     if metadata.get("net") != "reader":
         raise ConvertError(f"{path}: found net {metadata.get('net')}, expected reader")
-    tensors = {}
-    for name, (dtype, shape, data) in stored.items():
-        if dtype != "F32":
-            raise ConvertError(f"{path}: {name}: found {dtype}, expected F32")
-        try:
-            tensors[name] = np.frombuffer(data, "<f4").reshape(shape)
-        except ValueError:
-            raise ConvertError(f"{path}: {name}: found {len(data)} bytes, expected shape {shape}") from None
     return metadata, tensors
 
 
