@@ -16,15 +16,7 @@ try:
 except ImportError:
     sys.exit("error: this converter needs numpy (Debian: python3-numpy)")
 
-from convert_common import ConvertError, read_floats, run, write_safetensors
-
-
-def read(path):
-    metadata, tensors = read_floats(path)
-    for name, tensor in tensors.items():
-        if not np.isfinite(tensor).all():
-            raise ConvertError(f"{path}: {name}: found a number that is not finite")
-    return metadata, tensors
+from convert_common import ConvertError, read_floats, run, write_floats
 
 
 def main():
@@ -36,19 +28,19 @@ def main():
     arguments = parser.parse_args()
     if not 0 <= arguments.share <= 1:
         raise ConvertError(f"--share: found {arguments.share}, expected 0 to 1")
-    metadata, trained = read(arguments.trained)
-    _, other = read(arguments.other)
-    blended = {}
-    for name in trained.keys() | other.keys():
+    metadata, trained = read_floats(arguments.trained)
+    _, other = read_floats(arguments.other)
+    for name in sorted(trained.keys() | other.keys()):
         found, expected = (t[name].shape if name in t else "nothing" for t in (other, trained))
         if found != expected:
             raise ConvertError(f"{arguments.other}: {name}: found {found}, expected {expected}, as {arguments.trained} has it")
-    for name, weight in trained.items():
-        blended[name] = np.float32(arguments.share) * other[name] + np.float32(1 - arguments.share) * weight
+    share = np.float32(arguments.share)
+    rest = np.float32(1 - arguments.share)
+    blended = {name: share * other[name] + rest * weight for name, weight in trained.items()}
     # Its error was measured before.
     metadata = {key: value for key, value in metadata.items() if not key.startswith("pmd")}
     metadata["blended"] = f"with {arguments.share:g} of {os.path.basename(arguments.other)}"
-    write_safetensors(arguments.blended, {k: ("F32", w.shape, np.ascontiguousarray(w, np.float32).tobytes()) for k, w in blended.items()}, metadata)
+    write_floats(arguments.blended, blended, metadata)
 
 
 if __name__ == "__main__":

@@ -72,7 +72,7 @@ def read_safetensors(path, holding=""):
 
 
 def read_floats(path):
-    """(metadata, {name: array}) of a safetensors file of F32 tensors alone. Needs numpy."""
+    """(metadata, {name: array}) of a safetensors file of F32 tensors alone, all of whose numbers are finite. Needs numpy."""
     import numpy as np  # not every converter that includes this file has it
 
     metadata, stored = read_safetensors(path)
@@ -84,6 +84,8 @@ def read_floats(path):
             tensors[name] = np.frombuffer(data, "<f4").reshape(shape)
         except ValueError:
             raise ConvertError(f"{path}: {name}: found {len(data)} bytes, expected shape {shape}") from None
+        if not np.isfinite(tensors[name]).all():
+            raise ConvertError(f"{path}: {name}: found a number that is not finite")
     return metadata, tensors
 
 
@@ -112,6 +114,13 @@ def write_safetensors(path, tensors, metadata):
         if partial is not None and os.path.exists(partial):
             os.unlink(partial)
         raise ConvertError(f"{path}: cannot write: {error.strerror}") from None
+
+
+def write_floats(path, tensors, metadata):
+    """Writes {name: array} as F32. Needs numpy."""
+    import numpy as np
+
+    write_safetensors(path, {name: ("F32", array.shape, np.asarray(array, "<f4").tobytes()) for name, array in tensors.items()}, metadata)
 
 
 def run(main):

@@ -15,7 +15,7 @@ try:
 except ImportError:
     sys.exit("error: this converter needs numpy (Debian: python3-numpy)")
 
-from convert_common import ConvertError, read_floats, run, write_safetensors
+from convert_common import ConvertError, read_floats, run, write_floats
 
 
 def read(path):
@@ -64,7 +64,7 @@ def main():
     width = int(metadata["width"])
     wide = widened(tensors, width, np.random.default_rng(5))
     metadata = {"net": "reader", "width": 2 * width, "output_scale": metadata["output_scale"], "normalisation": "none", "unit": "metre"}
-    write_safetensors(arguments.wide, {k: ("F32", w.shape, np.ascontiguousarray(w, np.float32).tobytes()) for k, w in wide.items()}, metadata)
+    write_floats(arguments.wide, wide, metadata)
 
 
 if __name__ == "__main__":

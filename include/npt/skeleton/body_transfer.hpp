@@ -59,8 +59,8 @@ struct BodyReading {
   /// How sure it is that the mesh is a person and was read right, from 0 to 1: as likeness(), but a reader that would
   /// have told another thing lets the body keep a greater distance, as around big heads, and what lies between hardly
   /// like a person and surely one counts as 0.6 to 0.85: such characters come out better through bodies than by the
-  /// network. Measured: ten pairs of a robot with a gun, likeness 0.2 to 0.9, 188e-4 through bodies and 670e-4 where
-  /// most were left to the network; a frog in a space suit 23 and 48e-4, a knight 4 and 115e-4.
+  /// network. Ten pairs of a robot with a gun, likeness 0.2 to 0.9, ended at 188e-4 where most had been left to the
+  /// network at 670e-4, ten of a knight at 4e-4 instead of 115e-4.
   double trust() const {
     if (!told) return likeness();
     constexpr double hardly = 0.2, surely = 0.85, least = 0.6;
@@ -83,9 +83,9 @@ struct BodyReading {
     return fit.trust() * falling(fit.reading_residual, 0.08 + more, 0.2 + more) *
            falling(fit.relative_distance, near, far) * falling(shape_oddity(), 800, 1200);
   }
-  /// The shape's sum of squared deviations: people up to 60, bodies with random proportions 270, a cartoon knight 290, a
-  /// frog with a head of a third of his height 850; a tree 2800, a lamp 1900, a table, to which a body can be flattened,
-  /// 700 to 1300.
+  /// The shape's sum of squared deviations: people up to 60, bodies with random proportions 270, a cartoon knight 290,
+  /// a frog with a head of a third of his height 850; a tree 2800, a lamp 1900, a table, to which a body can be
+  /// flattened, 700 to 1300.
   double shape_oddity() const {
     double sum = 0;
     for (const float beta : fit.body.betas) sum += static_cast<double>(beta) * static_cast<double>(beta);
@@ -114,20 +114,19 @@ struct BodyReading {
   /// What a user should know of the mesh, or nothing.
   std::string notes() const {
     std::string text;
+    const auto add = [&text](const std::string& note) { text += (text.empty() ? "" : "; ") + note; };
     const Vec3d axis = up();
     if (axis.y < -0.7)
-      text = "reads as upside down";
+      add("reads as upside down");
     else if (axis.y < 0.5)
-      text = std::abs(axis.z) > 0.85 ? "reads as lying, or its vertical axis is z" : "reads as lying or bent over";
+      add(std::abs(axis.z) > 0.85 ? "reads as lying, or its vertical axis is z" : "reads as lying or bent over");
     const bool arms = doubtful(LimbPair::arms), legs = doubtful(LimbPair::legs);
-    if (arms || legs)
-      text += std::string(text.empty() ? "" : "; ") + "its " +
-              (arms && legs ? "arms and legs"
-               : arms       ? "arms"
-                            : "legs") +
-              " may be misread";
-    if (shape_oddity() > odd_shape) text += std::string(text.empty() ? "" : "; ") + "its proportions are no person's";
-    if (fit.facing < 0) text += std::string(text.empty() ? "" : "; ") + "its faces are turned inwards";
+    if (arms || legs) {
+      const std::string limbs = arms && legs ? "arms and legs" : arms ? "arms" : "legs";
+      add("its " + limbs + " may be misread");
+    }
+    if (shape_oddity() > odd_shape) add("its proportions are no person's");
+    if (fit.facing < 0) add("its faces are turned inwards");
     return text;
   }
 };
