@@ -1,4 +1,4 @@
-/// The headers of others that most tests include.
+/// The headers of others that most units include. Not doctest: a program with it needs its main.
 #pragma once
 
 #if !defined(NPT_NO_TBB)
@@ -6,7 +6,6 @@
 #include <tbb/task_arena.h>
 #endif
 
-#include <doctest/doctest.h>
 #include <algorithm>
 #include <array>
 #include <atomic>
