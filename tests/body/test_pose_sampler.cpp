@@ -45,11 +45,11 @@ TEST_CASE("wide ranges hold the paper's large ones, and left and right are mirro
         CHECK(wide[j][k].low <= paper[j][k].low + 10);
         CHECK(wide[j][k].high >= paper[j][k].high - 10);
       }
-  for (const std::size_t left : {1, 4, 7, 10, 13, 16, 18, 20, 22}) {
+  for (const std::size_t left : {1U, 4U, 7U, 10U, 13U, 16U, 18U, 20U, 22U}) {
     const npt::JointRange &l = wide[left], &r = wide[left + 1];
     CHECK(l[0].low == r[0].low);
     CHECK(l[0].high == r[0].high);
-    for (const std::size_t k : {1, 2}) {
+    for (const std::size_t k : {1U, 2U}) {
       CHECK(l[k].low == -r[k].high);
       CHECK(l[k].high == -r[k].low);
     }

@@ -102,7 +102,7 @@ TEST_CASE("a pose mixed of two has each limb as one of them has it") {
   const auto differs = [&](const npt::RigPose& a, const npt::RigPose& b, const std::string& joint) {
     const std::size_t j = rig->joints().at(joint);
     double sum = 0;
-    for (int r = 0; r < 3; ++r) sum += length(a.rotations[j].rows[r] - b.rotations[j].rows[r]);
+    for (std::size_t r = 0; r < 3; ++r) sum += length(a.rotations[j].rows[r] - b.rotations[j].rows[r]);
     return sum > 1e-9;
   };
   npt::Random random(1);
