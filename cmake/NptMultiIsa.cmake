@@ -52,8 +52,9 @@ function(npt_isa_picker result)
       string(APPEND choice "  if (${condition}) return ${entry}__${isa};\n")
     endforeach()
     list(GET arg_ISAS -1 first)
-    # Runs while the program is being linked: before constructors, and before what sanitizers put into functions works.
-    string(APPEND text "__attribute__((used, no_sanitize(\"address\", \"thread\", \"undefined\"))) static void (*npt_resolve_${entry}())() {\n"
+    # Runs while the program is being linked: before constructors, and before what sanitizers put into functions works. Hidden and not
+    # static, whose name clang 14 mangles, so that ifunc does not find it.
+    string(APPEND text "__attribute__((used, visibility(\"hidden\"), no_sanitize(\"address\", \"thread\", \"undefined\"))) void (*npt_resolve_${entry}())() {\n"
            "  __builtin_cpu_init();\n${choice}  return ${entry}__${first};\n}\n"
            "void ${entry}() __attribute__((ifunc(\"npt_resolve_${entry}\")));\n")
   endforeach()
@@ -74,6 +75,9 @@ function(npt_add_multi_isa target)
     target_sources(${target} PRIVATE ${arg_SOURCES})
     return()
   endif()
+  # clang builds may have chosen lld, whose version 14 doesn't know --force-group-allocation.
+  find_program(NPT_GNU_LINKER NAMES ld.bfd ld REQUIRED)
+  mark_as_advanced(NPT_GNU_LINKER)
 
   # `all` compiles for the instruction sets only where it builds the target itself.
   get_target_property(excluded ${target} EXCLUDE_FROM_ALL)
@@ -103,7 +107,7 @@ function(npt_add_multi_isa target)
     set(joined "${CMAKE_CURRENT_BINARY_DIR}/${objects}.joined.o")
     set(sealed "${CMAKE_CURRENT_BINARY_DIR}/${objects}.o")
     add_custom_command(OUTPUT "${sealed}"
-      COMMAND "${CMAKE_LINKER}" -r --force-group-allocation -o "${joined}" "$<TARGET_OBJECTS:${objects}>"
+      COMMAND "${NPT_GNU_LINKER}" -r --force-group-allocation -o "${joined}" "$<TARGET_OBJECTS:${objects}>"
       COMMAND "${CMAKE_OBJCOPY}" ${renames} "${joined}" "${joined}"
       COMMAND "${CMAKE_OBJCOPY}" ${kept} "${joined}" "${sealed}"
       DEPENDS ${objects} "$<TARGET_OBJECTS:${objects}>"

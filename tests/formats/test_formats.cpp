@@ -232,8 +232,9 @@ TEST_CASE("Files that end early, or aren't what they say, are errors" * assimp) 
   const scratch::Folder folder;
   const std::vector<std::pair<std::string, std::string>> whole{
       {"a.stl", stl_text()}, {"b.stl", stl_bytes()}, {"a.fbx", fbx_text("1")}, {"a.dae", dae_text()}};
-  for (const auto& [name, text] : whole)
+  for (const auto& file : whole)
     for (const double part : {0.0, 0.02, 0.3, 0.6, 0.8}) {
+      const std::string &name = file.first, &text = file.second;
       CAPTURE(name);
       CAPTURE(part);
       npt::write_file(folder / name, text.substr(0, static_cast<std::size_t>(part * static_cast<double>(text.size()))));
