@@ -75,9 +75,13 @@ function(npt_add_multi_isa target)
     target_sources(${target} PRIVATE ${arg_SOURCES})
     return()
   endif()
-  # clang builds may have chosen lld, whose version 14 doesn't know --force-group-allocation.
-  find_program(NPT_GNU_LINKER NAMES ld.bfd ld REQUIRED)
-  mark_as_advanced(NPT_GNU_LINKER)
+  # CMake may choose lld for clang, whose version 14 doesn't know --force-group-allocation.
+  set(linker "${CMAKE_LINKER}")
+  if(linker MATCHES "lld")
+    find_program(NPT_GNU_LINKER NAMES ld.bfd REQUIRED)
+    mark_as_advanced(NPT_GNU_LINKER)
+    set(linker "${NPT_GNU_LINKER}")
+  endif()
 
   # `all` compiles for the instruction sets only where it builds the target itself.
   get_target_property(excluded ${target} EXCLUDE_FROM_ALL)
@@ -107,7 +111,7 @@ function(npt_add_multi_isa target)
     set(joined "${CMAKE_CURRENT_BINARY_DIR}/${objects}.joined.o")
     set(sealed "${CMAKE_CURRENT_BINARY_DIR}/${objects}.o")
     add_custom_command(OUTPUT "${sealed}"
-      COMMAND "${NPT_GNU_LINKER}" -r --force-group-allocation -o "${joined}" "$<TARGET_OBJECTS:${objects}>"
+      COMMAND "${linker}" -r --force-group-allocation -o "${joined}" "$<TARGET_OBJECTS:${objects}>"
       COMMAND "${CMAKE_OBJCOPY}" ${renames} "${joined}" "${joined}"
       COMMAND "${CMAKE_OBJCOPY}" ${kept} "${joined}" "${sealed}"
       DEPENDS ${objects} "$<TARGET_OBJECTS:${objects}>"

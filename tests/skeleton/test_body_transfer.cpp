@@ -53,6 +53,28 @@ double error_of(std::span<const float> a, std::span<const float> b) {
   return sum;
 }
 
+/// A table as it is read: a body can be flattened to lie in it.
+npt::BodyReading read_table() {
+  std::vector<float> xyz;
+  std::vector<npt::Triangle> faces;
+  const auto add_box = [&](npt::Vec3f centre, npt::Vec3f half) {
+    const auto first = static_cast<std::uint32_t>(xyz.size() / 3);
+    for (int k = 0; k < 8; ++k)
+      xyz.insert(xyz.end(), {centre.x + ((k & 4) != 0 ? half.x : -half.x), centre.y + ((k & 2) != 0 ? half.y : -half.y),
+                             centre.z + ((k & 1) != 0 ? half.z : -half.z)});
+    for (const auto& [a, b, c, d] :
+         {std::array{0U, 1U, 3U, 2U}, std::array{4U, 6U, 7U, 5U}, std::array{0U, 4U, 5U, 1U},
+          std::array{2U, 3U, 7U, 6U}, std::array{0U, 2U, 6U, 4U}, std::array{1U, 5U, 7U, 3U}}) {
+      faces.push_back({first + a, first + b, first + c});
+      faces.push_back({first + a, first + c, first + d});
+    }
+  };
+  add_box({0, 0.72F, 0}, {0.6F, 0.03F, 0.4F});
+  for (const float x : {-0.5F, 0.5F})
+    for (const float z : {-0.3F, 0.3F}) add_box({x, 0.35F, z}, {0.04F, 0.35F, 0.04F});
+  return shipped_body_transfer().read({xyz, faces, "table"});
+}
+
 }  // namespace
 
 TEST_CASE("a person takes another's natural pose to 3 cm, whatever direction both look in") {
@@ -118,28 +140,14 @@ TEST_CASE("what is no person isn't trusted") {
   const npt::Mesh ball = support::bumpy_sphere(20, 30, 0.2, true);
   const auto triangles = npt::triangulate(ball);
   CHECK(shipped_body_transfer().read({ball.coordinates(), triangles, "ball"}).trust() < 0.6);
-
-  // A table: a body can be flattened to lie in it.
-  std::vector<float> xyz;
-  std::vector<npt::Triangle> faces;
-  const auto add_box = [&](npt::Vec3f centre, npt::Vec3f half) {
-    const auto first = static_cast<std::uint32_t>(xyz.size() / 3);
-    for (int k = 0; k < 8; ++k)
-      xyz.insert(xyz.end(), {centre.x + ((k & 4) != 0 ? half.x : -half.x), centre.y + ((k & 2) != 0 ? half.y : -half.y),
-                             centre.z + ((k & 1) != 0 ? half.z : -half.z)});
-    for (const auto& [a, b, c, d] :
-         {std::array{0U, 1U, 3U, 2U}, std::array{4U, 6U, 7U, 5U}, std::array{0U, 4U, 5U, 1U},
-          std::array{2U, 3U, 7U, 6U}, std::array{0U, 2U, 6U, 4U}, std::array{1U, 5U, 7U, 3U}}) {
-      faces.push_back({first + a, first + b, first + c});
-      faces.push_back({first + a, first + c, first + d});
-    }
-  };
-  add_box({0, 0.72F, 0}, {0.6F, 0.03F, 0.4F});
-  for (const float x : {-0.5F, 0.5F})
-    for (const float z : {-0.3F, 0.3F}) add_box({x, 0.35F, z}, {0.04F, 0.35F, 0.04F});
-  const npt::BodyReading table = shipped_body_transfer().read({xyz, faces, "table"});
-  CHECK((table.trust() < 0.6 || table.notes().find("proportions") != std::string::npos));
 }
+
+TEST_CASE("a table that is taken for a person is said to have no person's proportions") {
+  CHECK(read_table().notes().find("proportions") != std::string::npos);
+}
+
+// Not so today: the shipped reader was shown animals among what is no person, and no furniture.
+TEST_CASE("a table isn't trusted" * doctest::should_fail()) { CHECK(read_table().trust() < 0.6); }
 
 TEST_CASE("trust: distance counts less where the reader tells people, shapes that nobody has count against") {
   npt::BodyReading reading;
