@@ -13,6 +13,7 @@
 #include <npt/data/body_sampler.hpp>
 #include <npt/data/family_file.hpp>
 #include <npt/data/family_sampler.hpp>
+#include <npt/data/objects.hpp>
 #include <npt/data/reading_sampler.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/rig/clip_poses.hpp>
@@ -186,7 +187,7 @@ bool are_people(const std::vector<NamedRig>& rigs, bool must) {
 }
 
 /// Points of bodies in any pose and their canonical coordinates, for the network that reads meshes. Rigs that aren't
-/// people's are what it learns not to read.
+/// people's, and made objects, are what it learns not to read.
 void use_readings(TrainingCourse& course, const TrainingArguments& a, const std::vector<NamedRig>& rigs) {
   std::vector<npt::WeightedCloud> clouds;
   const auto clips = std::make_shared<npt::ClipPoses>();
@@ -212,17 +213,21 @@ void use_readings(TrainingCourse& course, const TrainingArguments& a, const std:
   if (clouds.empty())
     throw npt::Error({"--rig", {}, "no person", "people's rigs, or --body: the others are what isn't to be read"});
   const bool with_rigs = rigs.size() > others.size();
-  const double strangers = others.empty() ? 0 : 0.12;
-  npt::ReadingSampler::Stranger stranger;
-  course.tells_people = !others.empty();
+  const double strangers = others.empty() ? 0.08 : 0.16;  // half of the latter are animals
+  npt::ReadingSampler::Stranger stranger = npt::draw_object_surface;
+  course.tells_people = true;
+  course.trained_on += "; no people: made objects";
   if (!others.empty()) {
-    course.trained_on += "; no people: ";
     for (const npt::WeightedRig& other : others)
-      course.trained_on +=
-          (&other == &others.front() ? "" : ", ") + std::filesystem::path(other.rig->name()).stem().string();
+      course.trained_on += ", " + std::filesystem::path(other.rig->name()).stem().string();
     stranger = [mixture = std::make_shared<const npt::RigMixture>(std::move(others))](
                    npt::Random& random, std::size_t n, std::vector<npt::Vec3f>& points,
-                   std::vector<npt::Vec3f>& normals) { npt::draw_rig_surface(*mixture, random, n, points, normals); };
+                   std::vector<npt::Vec3f>& normals) {
+      if (random.uniform() < 0.5)
+        npt::draw_object_surface(random, n, points, normals);
+      else
+        npt::draw_rig_surface(*mixture, random, n, points, normals);
+    };
   }
   const auto source = [clouds, clips, share = clip_share(a, *clips), seed = a.seed, with_rigs, strangers, stranger](
                           std::size_t points, npt::data::Purpose purpose) {

@@ -37,6 +37,20 @@ REFERENCE_OPTIMISED inline void add_four(double* __restrict__ y, const double* w
   for (std::size_t v = 0; v < count; ++v) y[v] = (((y[v] + w[0] * a[v]) + w[1] * b[v]) + w[2] * c[v]) + w[3] * d[v];
 }
 
+/// The same for four rows of y and of w, which reads a to d once for all, in half the time.
+REFERENCE_OPTIMISED inline void add_four_to_four(double* __restrict__ y0, double* __restrict__ y1,
+                                                 double* __restrict__ y2, double* __restrict__ y3, const double* w,
+                                                 std::size_t w_row, const double* a, const double* b, const double* c,
+                                                 const double* d, std::size_t count) {
+  const double *w0 = w, *w1 = w0 + w_row, *w2 = w1 + w_row, *w3 = w2 + w_row;
+  for (std::size_t v = 0; v < count; ++v) {
+    y0[v] = (((y0[v] + w0[0] * a[v]) + w0[1] * b[v]) + w0[2] * c[v]) + w0[3] * d[v];
+    y1[v] = (((y1[v] + w1[0] * a[v]) + w1[1] * b[v]) + w1[2] * c[v]) + w1[3] * d[v];
+    y2[v] = (((y2[v] + w2[0] * a[v]) + w2[1] * b[v]) + w2[2] * c[v]) + w2[3] * d[v];
+    y3[v] = (((y3[v] + w3[0] * a[v]) + w3[1] * b[v]) + w3[2] * c[v]) + w3[3] * d[v];
+  }
+}
+
 inline Map conv(const Weights& weights, const std::string& name, const Map& x) {
   const std::vector<double>& w = weights.at(name + ".weight");
   const std::vector<double>& b = weights.at(name + ".bias");
@@ -44,12 +58,18 @@ inline Map conv(const Weights& weights, const std::string& name, const Map& x) {
   constexpr std::size_t strip = 128;  // vertices at a time, for the cache
   for (std::size_t begin = 0; begin < x.vertices; begin += strip) {
     const std::size_t count = std::min(strip, x.vertices - begin);
+    const auto in = [&](std::size_t i) { return x.row(i) + begin; };
+    const auto out_of = [&](std::size_t o) { return y.row(o) + begin; };
+    const std::size_t in_fours = x.channels / 4 * 4, out_fours = y.channels / 4 * 4;
+    for (std::size_t o = 0; o < y.channels; ++o) std::fill_n(out_of(o), count, b[o]);
+    for (std::size_t o = 0; o < out_fours; o += 4)
+      for (std::size_t i = 0; i < in_fours; i += 4)
+        add_four_to_four(out_of(o), out_of(o + 1), out_of(o + 2), out_of(o + 3), w.data() + o * x.channels + i,
+                         x.channels, in(i), in(i + 1), in(i + 2), in(i + 3), count);
     for (std::size_t o = 0; o < y.channels; ++o) {
-      double* out = y.row(o) + begin;
+      double* out = out_of(o);
       const double* row = w.data() + o * x.channels;
-      std::fill_n(out, count, b[o]);
-      const auto in = [&](std::size_t i) { return x.row(i) + begin; };
-      std::size_t i = 0;
+      std::size_t i = o < out_fours ? in_fours : 0;
       for (; i + 4 <= x.channels; i += 4) add_four(out, row + i, in(i), in(i + 1), in(i + 2), in(i + 3), count);
       for (; i < x.channels; ++i)
         for (std::size_t v = 0; v < count; ++v) out[v] += row[i] * in(i)[v];
