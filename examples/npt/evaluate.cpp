@@ -56,7 +56,8 @@ struct Options {
   std::optional<fs::path> body, list, family, page, write;
   bool protocol = false, json = false, proportions = false;
   std::size_t pairs = 0, first = 0, worst = 0;
-  std::string shapes = "normal", poses = "paper", held_out;
+  std::string shapes = "normal", poses = "paper";
+  std::vector<std::string> held_out;
   std::vector<std::string> rigs, pose_rigs;
   double noise = 0;
   std::size_t sequences = 0, frames = 30;
@@ -115,8 +116,7 @@ Data rig_data(const Options& o) {
     roles.poses.clear();
     data.name += " in the poses of " + add(o.pose_rigs, "--pose-rig", roles.poses);
   }
-  const auto held_out = o.held_out.empty() ? std::vector<std::string>() : program::split_list(o.held_out);
-  const auto mixture = std::make_shared<const npt::RigMixture>(std::move(members), held_out);
+  const auto mixture = std::make_shared<const npt::RigMixture>(std::move(members), o.held_out);
   constexpr std::size_t usual = 64;
   data.sets = {npt::rig_pairs(mixture, o.pairs == 0 ? usual : o.pairs, o.transfer.options.seed, roles)};
   return data;
@@ -128,9 +128,8 @@ Data load_data(const Options& o) {
     data = {o.list->string(), {npt::file_pairs(*o.list)}};
   } else if (o.family) {
     const auto family = std::make_shared<const npt::Family>(npt::load_family(*o.family));
-    const auto held_out = o.held_out.empty() ? std::vector<std::string>() : program::split_list(o.held_out);
     data = {"species of " + o.family->string(),
-            {npt::family_pairs(family, held_out, o.pairs, o.transfer.options.seed)}};
+            {npt::family_pairs(family, o.held_out, o.pairs, o.transfer.options.seed)}};
   } else if (!o.rigs.empty()) {
     data = rig_data(o);
   } else {
@@ -358,8 +357,11 @@ void add(CLI::App& command) {
           ->excludes(list)
           ->excludes("--family");
   command.add_option("--pose-rig", o->pose_rigs, "Other characters, whose meshes are the poses (repeated)")->needs(rig);
-  command.add_option("--held-out", o->held_out,
-                     "Labels of --family to evaluate on, or their parts before '_': \"Walk,Death\"; clips of the rigs");
+  command
+      .add_option("--held-out", o->held_out,
+                  "Label of --family to evaluate on, or its part before '_', or clip of the rigs (repeated, or a list: "
+                  "Walk,Death)")
+      ->delimiter(',');
   command.add_option("--noise", o->noise, "Standard deviation of noise on the pose mesh's coordinates, in metres")
       ->capture_default_str();
   command.add_option("--first", o->first, "The first so many pairs of each set only")->check(CLI::Range(1, 1000000));

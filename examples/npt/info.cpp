@@ -200,8 +200,11 @@ std::size_t count_non_finite(const npt::SafetensorsFile& file) {
 
 void describe_kind(Report& report, const npt::SafetensorsFile& file) {
   if (has_all(file, {"encoder.conv1.weight", "encoder.conv3.weight", "decoder.conv4.weight"})) {
-    report["kind"] = "weights of a pose transfer network";
-    report["bottleneck"] = dimension(file, "encoder.conv3.weight", 0);
+    const std::string* net = file.find_metadata("net");
+    const bool reader = net != nullptr && *net == "reader";
+    report["kind"] = reader ? "weights of a network that reads bodies" : "weights of a pose transfer network";
+    report[reader ? "width" : "bottleneck"] = dimension(file, "encoder.conv3.weight", 0);
+    if (reader) return;
     for (const char* key : {"order", "feature", "output_scale"}) {
       const std::string* value = file.find_metadata(key);
       report[key] = value != nullptr ? *value : "not stated: has to be given where the weights are used";

@@ -116,7 +116,9 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
       ->group("Data");
   command
       .add_option("--held-out", a.held_out,
-                  "Label of the family (or its part before _), or clip of the rigs, that is kept for validation")
+                  "Label of the family (or its part before _), or clip of the rigs, that is kept for validation "
+                  "(repeated, or a list: Walk,Death)")
+      ->delimiter(',')
       ->group("Data");
   command
       .add_option("--blend", a.blend,

@@ -226,6 +226,7 @@ test_info() {
   done
   : > empty.ply
   expect 1 --err "empty.ply" -- info a.obj empty.ply
+  expect 0 --out "network that reads bodies" -- info "$project/examples/weights/readers/human.safetensors"
 }
 
 # A safetensors file with a tensor of one byte.
@@ -757,6 +758,8 @@ test_evaluate() {
   expect 0 --out "all labels" -- evaluate --method network --family family --feature pooled
   expect 0 --out "held-out labels" --out "cat run as dog Sit" -- evaluate --method network --family family --feature pooled --held-out sit --worst 9
   expect 1 --err "'fly'" -- evaluate --family family --held-out fly
+  expect 1 --err "'fly'" -- evaluate --family family --held-out sit,fly
+  expect 1 --err "'fly'" -- train --family family --out x.safetensors --steps 5 --held-out sit,fly
   cp b.ply family/cat/walk.ply
   expect 1 --err "walk.ply: found 5 vertices, expected 4" -- evaluate --family family
 
