@@ -4,12 +4,12 @@
 #include "interrupt.hpp"
 #include "progress.hpp"
 #include "protocol_arguments.hpp"
+#include "shown_results.hpp"
 #include "status_line.hpp"
 #include "stopwatch.hpp"
 #include "subcommand.hpp"
 #include "transfer_jobs.hpp"
 #include "transfer_picture.hpp"
-#include "transfer_view.hpp"
 
 #include <formats/read.hpp>
 #include <npt/body/body_file.hpp>
@@ -60,14 +60,14 @@ class Deform {
   explicit Deform(const Options& options)
       : options_(options),
         executor_(options.threads),
-        jobs_(program::pose_jobs(*options.target, *options.pose, *options.out, options.format, folder_)) {
+        jobs_(program::pose_jobs(*options.target, *options.pose, *options.out, options.format, folder_)),
+        shown_(options.picture, options.page, jobs_, {*options.source}, options.registered,
+               [this](const npt::Mesh& pose, const npt::Mesh& result) { return cells(pose, result); }) {
     program::check_outputs_apart(jobs_);
     for (const TransferJob& job : jobs_) {
       program::check_job(job);
       program::check_output(job.out, std::array{*options_.source});
     }
-    check_other_outputs();
-    if (options_.page) page_.emplace(jobs_.size());
   }
 
   void run() {
@@ -89,8 +89,7 @@ class Deform {
       npt::Mesh result = npt::deform(transfer, target_, pose, executor_);
       npt::validate(result, "result for " + job.pose.string());
       npt::write_mesh(job.out, result);
-      if (page_) page_->add(static_cast<std::size_t>(&job - jobs_.data()), job, cells(pose, result));
-      if (options_.picture) rows_.emplace_back(std::move(pose), std::move(result));
+      shown_.add(static_cast<std::size_t>(&job - jobs_.data()), job, std::move(pose), std::move(result));
       progress.advance();
     }
     progress.clear();
@@ -98,30 +97,10 @@ class Deform {
         "%s in %.2f s\n",
         jobs_.size() == 1 ? jobs_.front().out.string().c_str() : (std::to_string(jobs_.size()) + " meshes").c_str(),
         watch.seconds());
-    if (options_.picture) draw_picture();
-    if (page_)
-      page_->write(*options_.page,
-                   options_.target->filename().string() + " in the poses of " + options_.source->filename().string());
+    shown_.write(options_.target->filename().string() + " in the poses of " + options_.source->filename().string());
   }
 
  private:
-  void check_other_outputs() const {
-    std::vector<fs::path> files{*options_.source};
-    if (options_.picture) {
-      program::check_picture(*options_.picture, jobs_, "poses", files);
-      files.push_back(*options_.picture);
-    }
-    if (options_.page) {
-      program::check_page(*options_.page, jobs_, "poses", files);
-      files.push_back(*options_.page);
-    }
-    for (const TransferJob& job : jobs_) files.insert(files.end(), {job.identity, job.pose, job.out});
-    if (options_.registered) {
-      program::expect_extension(*options_.registered, program::output_extensions);
-      program::check_output(*options_.registered, files);
-    }
-  }
-
   /// Empty: none were asked for.
   std::vector<npt::Marker> markers() const {
     if (options_.markers) return npt::read_markers(*options_.markers);
@@ -195,19 +174,12 @@ class Deform {
             {&result, "deformed target", "blue"}};
   }
 
-  void draw_picture() const {
-    std::vector<std::vector<program::PictureCell>> rows;
-    for (const auto& [pose, result] : rows_) rows.push_back(cells(pose, result));
-    program::draw_rows(*options_.picture, rows);
-  }
-
   const Options& options_;
   npt::DefaultExecutor executor_;
   std::optional<program::OutputFolder> folder_;
   std::vector<TransferJob> jobs_;
+  program::ShownResults shown_;
   npt::Mesh source_, target_;
-  std::vector<std::pair<npt::Mesh, npt::Mesh>> rows_;  ///< pose and result, for the picture
-  std::optional<program::TransferPage> page_;
 };
 
 /// The rows of Table 1: each number of control points on seen and on unseen poses.

@@ -5,11 +5,11 @@
 #include "progress.hpp"
 #include "protocol_arguments.hpp"
 #include "shipped_weights.hpp"
+#include "shown_results.hpp"
 #include "stopwatch.hpp"
 #include "subcommand.hpp"
 #include "transfer_jobs.hpp"
 #include "transfer_picture.hpp"
-#include "transfer_view.hpp"
 
 #include <formats/read.hpp>
 #include <npt/body/body_file.hpp>
@@ -70,12 +70,11 @@ class Skeleton {
   explicit Skeleton(const Options& options)
       : options_(options),
         executor_(options.threads),
-        jobs_(program::pose_jobs(*options.identity, *options.pose, *options.out, options.format, folder_)) {
+        jobs_(program::pose_jobs(*options.identity, *options.pose, *options.out, options.format, folder_)),
+        shown_(options.picture, options.page, jobs_, {}, options.fitted,
+               [this](const npt::Mesh& pose, const npt::Mesh& result) { return cells(pose, result); }) {
     program::check_outputs_apart(jobs_);
     for (const TransferJob& job : jobs_) program::check_job(job);
-    check_other_outputs();
-    if (options_.picture) rows_.resize(jobs_.size());
-    if (options_.page) page_.emplace(jobs_.size());
   }
 
   void run() {
@@ -97,30 +96,10 @@ class Skeleton {
     if (options_.fitted) write_fitted();
     const std::string what = jobs_.size() == 1 ? jobs_.front().out.string() : std::to_string(jobs_.size()) + " meshes";
     std::printf("%s in %.2f s (bodies fitted to %.1f mm)\n", what.c_str(), watch.seconds(), 1000 * worst_fit_);
-    if (options_.picture) draw_picture();
-    if (page_)
-      page_->write(*options_.page,
-                   options_.identity->filename().string() + " in the pose of " + options_.pose->filename().string());
+    shown_.write(options_.identity->filename().string() + " in the pose of " + options_.pose->filename().string());
   }
 
  private:
-  void check_other_outputs() const {
-    std::vector<fs::path> files;
-    if (options_.picture) {
-      program::check_picture(*options_.picture, jobs_, "poses", files);
-      files.push_back(*options_.picture);
-    }
-    if (options_.page) {
-      program::check_page(*options_.page, jobs_, "poses", files);
-      files.push_back(*options_.page);
-    }
-    for (const TransferJob& job : jobs_) files.insert(files.end(), {job.identity, job.pose, job.out});
-    if (options_.fitted) {
-      program::expect_extension(*options_.fitted, program::output_extensions);
-      program::check_output(*options_.fitted, files);
-    }
-  }
-
   /// Fits the identity mesh and, beside it, the first pose.
   void prepare() {
     identity_ = formats::read_mesh(*options_.identity);
@@ -157,7 +136,7 @@ class Skeleton {
   void run_job(std::size_t i, std::mutex& mutex) {
     const TransferJob& job = jobs_[i];
     npt::Mesh pose;
-    if (i > 0 || options_.picture || options_.page) pose = formats::read_mesh(job.pose);
+    if (i > 0 || shown_.any()) pose = formats::read_mesh(job.pose);
     const npt::BodyFit found = i == 0 ? first_fit_ : fit(job.pose, pose);
     npt::Mesh result = identity_;
     transfer_->pose(found.axis_angles, result.coordinates());
@@ -166,8 +145,7 @@ class Skeleton {
     npt::write_mesh(job.out, result);
     const std::lock_guard lock(mutex);
     note_fit(found, job.pose.string());
-    if (page_) page_->add(i, job, cells(pose, result));
-    if (options_.picture) rows_[i] = {std::move(pose), std::move(result)};
+    shown_.add(i, job, std::move(pose), std::move(result));
   }
 
   void note_fit(const npt::BodyFit& found, const std::string& name) {
@@ -189,16 +167,11 @@ class Skeleton {
     return {{&identity_, "identity", "blue"}, {&pose, "pose", "sand"}, {&result, "result", "blue"}};
   }
 
-  void draw_picture() const {
-    std::vector<std::vector<program::PictureCell>> rows;
-    for (const auto& [pose, result] : rows_) rows.push_back(cells(pose, result));
-    program::draw_rows(*options_.picture, rows);
-  }
-
   const Options& options_;
   npt::DefaultExecutor executor_;
   std::optional<program::OutputFolder> folder_;
   std::vector<TransferJob> jobs_;
+  program::ShownResults shown_;
   std::shared_ptr<const npt::BodyFitter> fitter_;
   std::shared_ptr<const npt::BodyMethod> reader_;
   npt::Mesh identity_;
@@ -206,8 +179,6 @@ class Skeleton {
   npt::BodyFit first_fit_;
   double worst_fit_ = 0;
   std::vector<std::string> notes_;
-  std::vector<std::pair<npt::Mesh, npt::Mesh>> rows_;  ///< pose and result, for the picture
-  std::optional<program::TransferPage> page_;
 };
 
 /// The row of Table 7, on seen and on unseen poses.

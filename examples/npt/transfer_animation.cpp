@@ -17,12 +17,14 @@
 #include <npt/io/gltf.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/normals.hpp>
+#include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/scene/animate.hpp>
 #include <npt/scene/pose.hpp>
 #include <npt/skeleton/joint_names.hpp>
 #include <npt/transfer/pose_sequence.hpp>
+#include <npt/transfer/root_way.hpp>
 #include <npt/transfer/unit.hpp>
 
 #include <algorithm>
@@ -30,7 +32,6 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
-#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -136,12 +137,6 @@ struct TransferredFrames {
   std::optional<npt::SkinnedSkeleton> skeleton;
   npt::TransferReport worst;
 };
-
-double lowest(std::span<const float> xyz) {
-  float y = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 1; i < xyz.size(); i += 3) y = std::min(y, xyz[i]);
-  return static_cast<double>(y);
-}
 
 class AnimationTransfer {
  public:
@@ -254,27 +249,16 @@ class AnimationTransfer {
     return notes;
   }
 
-  /// Takes the frames, which all have their root joint in one place, along the pose's way: from where the identity is,
-  /// as far as its legs are longer or shorter. Its lowest point stays the lowest of the sequence, so that who walks
-  /// walks on the ground, and who only sits sits on it.
+  /// Takes the frames, which all have their root joint in one place, along the pose's way, from where the identity is.
   void follow_root(double leg, const std::vector<npt::ReadJoints>& poses) {
-    double legs = 0, deepest = std::numeric_limits<double>::infinity();
-    for (const npt::ReadJoints& pose : poses) legs += pose.leg / static_cast<double>(poses.size());
-    if (!(leg > 0 && legs > 0)) return;
-    std::vector<npt::Vec3d> way;
-    for (std::size_t i = 0; i < poses.size(); ++i) {
-      way.push_back((poses[i].root - poses[0].root) * (leg / legs));
-      deepest = std::min(deepest, lowest(done_.positions[i]) + way[i].y);
-    }
-    const double up = lowest(identity_.coordinates()) - deepest;
-    for (std::size_t i = 0; i < poses.size(); ++i) {
-      const npt::Vec3d step{way[i].x, way[i].y + up, way[i].z};
-      std::vector<float>& xyz = done_.positions[i];
-      for (std::size_t v = 0; v < xyz.size(); v += 3)
-        for (const auto& [k, move] : {std::pair(0U, step.x), std::pair(1U, step.y), std::pair(2U, step.z)})
-          xyz[v + k] = static_cast<float>(static_cast<double>(xyz[v + k]) + move);
+    std::vector<double> lowest_of;
+    for (const std::vector<float>& xyz : done_.positions) lowest_of.push_back(npt::bounding_box(xyz).low.y);
+    const std::vector<npt::Vec3d> way =
+        npt::root_way(leg, poses, lowest_of, npt::bounding_box(identity_.coordinates()).low.y);
+    for (std::size_t i = 0; i < way.size(); ++i) {
+      npt::move_points(done_.positions[i], way[i]);
       if (done_.skeleton)
-        for (npt::Affine& motion : done_.motions[i]) motion.shift += step;
+        for (npt::Affine& motion : done_.motions[i]) motion.shift += way[i];
     }
   }
 

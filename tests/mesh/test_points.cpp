@@ -1,4 +1,4 @@
-// Points as flat coordinates: point_at, expect_points, bounding_box.
+// Points as flat coordinates: point_at, move_points, expect_points, bounding_box.
 #include <doctest/doctest.h>
 #include <npt/mesh/points.hpp>
 
@@ -10,6 +10,12 @@ TEST_CASE("point_at reads three successive coordinates, the bounding box has its
   const std::vector<float> xyz{0, 1, 2, 4, -1, 2, 1, 0, 8};
   CHECK(npt::point_at(xyz, 1) == npt::Vec3d{4, -1, 2});
   CHECK(npt::bounding_box(xyz).centre() == npt::Vec3d{2, 0, 5});
+}
+
+TEST_CASE("move_points moves each by the step") {
+  std::vector<float> xyz{0, 1, 2, 4, -1, 2};
+  npt::move_points(xyz, {1, 0.5, -2});
+  CHECK(xyz == std::vector<float>{1, 1.5F, 0, 5, -0.5F, 0});
 }
 
 TEST_CASE("a NaN moves no centre") {

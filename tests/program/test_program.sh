@@ -93,6 +93,20 @@ end_header
 END
 }
 
+# resumes_after_kill ARGUMENT ...: the training that wrote whole.safetensors, on one thread, killed without warning after its first
+# checkpoint and resumed without any options, ends with the same bits.
+resumes_after_kill() {
+  "$npt" train --out killed.safetensors "$@" --threads 1 --checkpoint-every 10 > out.txt 2> err.txt &
+  local pid=$!
+  while kill -0 $pid 2> /dev/null && [ ! -e killed.checkpoint.safetensors ]; do sleep 0.01; done
+  kill -9 $pid 2> /dev/null
+  wait $pid 2> /dev/null
+  rm -f ./*.part-*
+  [ -e killed.safetensors ] && echo "note: the training was over before it could be killed"
+  expect 0 -- train --out killed.safetensors --resume --threads 1
+  same whole.safetensors killed.safetensors
+}
+
 test_arguments() {
   expect 0 --out "npt " -- --version
   expect 0 --out "render" --out "transfer" --out "info" -- --help
@@ -661,15 +675,7 @@ test_rigs() {
                 --validation-pairs 2 --validate-every 30 --log-every 10"
   expect 0 --out "60 steps" -- train --out whole.safetensors $course --threads 2
   expect 0 --out "mannequin, own" --out "--rig own.glb=2" -- info whole.safetensors
-  "$npt" train --out killed.safetensors $course --threads 1 --checkpoint-every 10 > out.txt 2> err.txt &
-  local pid=$!
-  while kill -0 $pid 2> /dev/null && [ ! -e killed.checkpoint.safetensors ]; do sleep 0.01; done
-  kill -9 $pid 2> /dev/null
-  wait $pid 2> /dev/null
-  rm -f ./*.part-*
-  [ -e killed.safetensors ] && echo "note: the training was over before it could be killed"
-  expect 0 -- train --out killed.safetensors --resume --threads 1
-  same whole.safetensors killed.safetensors
+  resumes_after_kill $course
   expect 0 --out "net reader, width 256, 3 steps" -- train --net reader --rig own.glb --body mannequin --steps 3 --batch 2 --vertices 60 --validation-pairs 1 --out reads.safetensors
   expect 1 --err "--held-out: found neither" -- train --steps 3 --out x.safetensors --held-out way
   expect 1 --err "--clip-poses: found no --rig" -- train --steps 3 --out x.safetensors --clip-poses 0.5
@@ -816,22 +822,13 @@ test_train() {
     -- info whole.safetensors
   expect 0 -- generate --out a.ply --seed 1
   expect 0 --out "b.ply in" -- transfer --identity a.ply --pose a.ply --out b.ply --weights whole.safetensors
-  # The same training on one thread, killed without warning after its first checkpoint, and resumed without any options.
-  "$npt" train --out killed.safetensors $course --threads 1 --checkpoint-every 10 > out.txt 2> err.txt &
-  local pid=$!
-  while kill -0 $pid 2> /dev/null && [ ! -e killed.checkpoint.safetensors ]; do sleep 0.01; done
-  kill -9 $pid 2> /dev/null
-  wait $pid 2> /dev/null
-  rm -f ./*.part-*
-  [ -e killed.safetensors ] && echo "note: the training was over before it could be killed"
-  expect 0 -- train --out killed.safetensors --resume --threads 1
-  same whole.safetensors killed.safetensors
+  resumes_after_kill $course
   diff <(cut -d, -f1,3,4,13 whole.log.csv) <(cut -d, -f1,3,4,13 killed.log.csv) > out.txt ||
     fail "the resumed training's log has other steps, rates or validations"
   expect 2 --err "--threads" -- train --out x.safetensors --threads many
   # Ctrl-C: the step is finished, everything is written, and the training can go on.
   "$npt" train --out stopped.safetensors --bottleneck 64 --minutes 5 --batch 2 --vertices 20 > out.txt 2> err.txt &
-  pid=$!
+  local pid=$!
   while kill -0 $pid 2> /dev/null && [ ! -s stopped.log.csv ]; do sleep 0.01; done
   sleep 0.3
   kill -INT $pid

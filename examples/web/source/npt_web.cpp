@@ -14,6 +14,7 @@
 #include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/normals.hpp>
+#include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/npt.hpp>
@@ -23,6 +24,7 @@
 #include <npt/skeleton/joint_names.hpp>
 #include <npt/transfer/detail_refiner.hpp>
 #include <npt/transfer/pose_sequence.hpp>
+#include <npt/transfer/root_way.hpp>
 
 #include <algorithm>
 #include <array>
@@ -32,7 +34,6 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <new>
 #include <optional>
@@ -137,12 +138,6 @@ struct Pose {
   npt::PreparedPose prepared{};
 };
 
-double lowest(std::span<const float> xyz) {
-  float y = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 1; i < xyz.size(); i += 3) y = std::min(y, xyz[i]);
-  return static_cast<double>(y);
-}
-
 /// Metres in a unit of what is written to `path`, where files say metres and the mesh's own doesn't; else 1.
 double metres_in(const Transfer* transfer, const Mesh& mesh, const fs::path& path) {
   if (transfer == nullptr || path.extension() != ".glb" || mesh.in_metres) return 1;
@@ -198,21 +193,14 @@ class Sequence {
   void follow_root() {
     if (poses_.size() != positions_.size() || poses_.empty()) return;
     const double leg = transfer().joints(identity_.prepared).leg;
-    double legs = 0, deepest = std::numeric_limits<double>::infinity();
-    for (const npt::ReadJoints& pose : poses_) legs += pose.leg / static_cast<double>(poses_.size());
-    if (!(leg > 0 && legs > 0)) return;
-    std::vector<npt::Vec3d> way;
-    for (std::size_t i = 0; i < poses_.size(); ++i) {
-      way.push_back((poses_[i].root - poses_[0].root) * (leg / legs));
-      deepest = std::min(deepest, lowest(positions_[i]) + way[i].y);
-    }
-    const double up = lowest(identity_.mesh.mesh.coordinates()) - deepest;
-    for (std::size_t i = 0; i < poses_.size(); ++i) {
-      const std::array<double, 3> step{way[i].x, way[i].y + up, way[i].z};
-      for (std::size_t k = 0; k < positions_[i].size(); ++k)
-        positions_[i][k] = static_cast<float>(static_cast<double>(positions_[i][k]) + step[k % 3]);
+    std::vector<double> lowest_of;
+    for (const std::vector<float>& xyz : positions_) lowest_of.push_back(npt::bounding_box(xyz).low.y);
+    const std::vector<npt::Vec3d> way =
+        npt::root_way(leg, poses_, lowest_of, npt::bounding_box(identity_.mesh.mesh.coordinates()).low.y);
+    for (std::size_t i = 0; i < way.size(); ++i) {
+      npt::move_points(positions_[i], way[i]);
       if (skeleton_)
-        for (npt::Affine& motion : motions_[i]) motion.shift += npt::Vec3d{step[0], step[1], step[2]};
+        for (npt::Affine& motion : motions_[i]) motion.shift += way[i];
     }
   }
 

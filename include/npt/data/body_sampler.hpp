@@ -85,13 +85,15 @@ class BodySampler : public SampleSource {
   using SampleSource::draw;
   const BodySamplerOptions& options() const noexcept { return options_; }
 
-  std::size_t max_vertices() const override { return most(options_.vertices); }
-  std::size_t max_pose_vertices() const override { return most(pose_vertices()); }
+  std::size_t max_vertices() const override {
+    return data::most_vertices(options_.vertices, members_, &Member::vertex_count);
+  }
+  std::size_t max_pose_vertices() const override {
+    return data::most_vertices(pose_vertices(), members_, &Member::vertex_count);
+  }
   bool equal_counts() const override {
-    if (options_.vertices != pose_vertices()) return false;
-    if (options_.vertices != 0 || !options_.mix_bodies) return true;
-    return std::ranges::all_of(members_,
-                               [this](const Member& m) { return m.vertex_count() == members_.front().vertex_count(); });
+    const std::size_t mixed = options_.mix_bodies ? members_.size() : 1;
+    return data::have_equal_counts(options_, std::span(members_).first(mixed), &Member::vertex_count);
   }
 
   /// The parameters and bodies of a sample.
@@ -192,13 +194,7 @@ class BodySampler : public SampleSource {
                    .found = std::to_string(vertices),
                    .expected = "at most " + std::to_string(body.vertex_count()) + ", which the body has"});
   }
-  std::size_t pose_vertices() const { return options_.pose_vertices != 0 ? options_.pose_vertices : options_.vertices; }
-  std::size_t most(std::size_t vertices) const {
-    if (vertices != 0) return vertices;
-    std::size_t result = 0;
-    for (const Member& member : members_) result = std::max(result, member.vertex_count());
-    return result;
-  }
+  std::size_t pose_vertices() const { return data::pose_vertices_of(options_); }
   Random training_random(std::uint64_t step, std::uint64_t index, data::Part part) const {
     return data::random_for(data::Purpose::training, options_.seed, step, index, part);
   }

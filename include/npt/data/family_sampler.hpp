@@ -61,13 +61,14 @@ class FamilySampler : public SampleSource {
   const SampleOptions& options() const noexcept { return options_; }
   const data::FamilyIndex& family() const noexcept { return index_; }
 
-  std::size_t max_vertices() const override { return most(options_.vertices); }
-  std::size_t max_pose_vertices() const override { return most(pose_vertices()); }
+  std::size_t max_vertices() const override {
+    return data::most_vertices(options_.vertices, index_.species(), &Species::vertex_count);
+  }
+  std::size_t max_pose_vertices() const override {
+    return data::most_vertices(pose_vertices(), index_.species(), &Species::vertex_count);
+  }
   bool equal_counts() const override {
-    if (options_.vertices != pose_vertices()) return false;
-    return options_.vertices != 0 || std::ranges::all_of(index_.species(), [this](const Species& s) {
-             return s.vertex_count() == index_.species(0).vertex_count();
-           });
+    return data::have_equal_counts(options_, index_.species(), &Species::vertex_count);
   }
 
   /// What a sample is made of: meshes, and what is done to them.
@@ -179,13 +180,7 @@ class FamilySampler : public SampleSource {
   Random random_for(std::uint64_t step, std::uint64_t index, data::Part part) const {
     return data::random_for(data::Purpose::training, options_.seed, step, index, part);
   }
-  std::size_t pose_vertices() const { return options_.pose_vertices != 0 ? options_.pose_vertices : options_.vertices; }
-  std::size_t most(std::size_t vertices) const {
-    if (vertices != 0) return vertices;
-    std::size_t result = 0;
-    for (const Species& species : index_.species()) result = std::max(result, species.vertex_count());
-    return result;
-  }
+  std::size_t pose_vertices() const { return data::pose_vertices_of(options_); }
 
   SampleOptions options_;
   FamilyOptions more_;

@@ -10,9 +10,12 @@
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/topology.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -52,6 +55,30 @@ struct SampleOptions {
 };
 
 namespace data {
+
+/// Vertices of the samples' pose meshes; 0: all that a mesh has.
+inline std::size_t pose_vertices_of(const SampleOptions& options) {
+  return options.pose_vertices != 0 ? options.pose_vertices : options.vertices;
+}
+
+/// The most vertices of a sample's mesh: `asked`, or where that is 0, of the largest that samples are made of.
+/// `count_of(member)`: its vertices.
+template <class Members, class CountOf>
+std::size_t most_vertices(std::size_t asked, const Members& members, CountOf&& count_of) {
+  if (asked != 0) return asked;
+  std::size_t result = 0;
+  for (const auto& member : members) result = std::max(result, std::invoke(count_of, member));
+  return result;
+}
+
+/// Whether all samples' identity and pose meshes have one count of vertices, where either comes from any of `members`.
+template <class Members, class CountOf>
+bool have_equal_counts(const SampleOptions& options, const Members& members, CountOf&& count_of) {
+  if (options.vertices != pose_vertices_of(options)) return false;
+  return options.vertices != 0 || std::ranges::all_of(members, [&](const auto& member) {
+           return std::invoke(count_of, member) == std::invoke(count_of, *std::begin(members));
+         });
+}
 
 /// Throws npt::Error for options that no sample can be made with.
 inline void check_options(const SampleOptions& options) {

@@ -20,6 +20,11 @@ inline Vec3d point_at(std::span<const float> xyz, std::size_t v) {
   return {static_cast<double>(xyz[3 * v]), static_cast<double>(xyz[3 * v + 1]), static_cast<double>(xyz[3 * v + 2])};
 }
 
+inline void move_points(std::span<float> xyz, Vec3d step) {
+  const std::array<double, 3> steps{step.x, step.y, step.z};
+  for (std::size_t i = 0; i < xyz.size(); ++i) xyz[i] = static_cast<float>(static_cast<double>(xyz[i]) + steps[i % 3]);
+}
+
 /// Throws npt::Error, which calls them `name`, unless xyz holds whole points, at least one.
 inline void expect_points(std::span<const float> xyz, std::string_view name) {
   if (xyz.empty()) throw Error({.file = std::string(name), .found = "no vertices", .expected = "at least one vertex"});

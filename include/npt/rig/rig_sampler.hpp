@@ -140,14 +140,13 @@ class RigSampler : public SampleSource {
                                  member.rig->name() + " has"});
   }
 
-  std::size_t max_vertices() const override { return most(options_.vertices); }
-  std::size_t max_pose_vertices() const override { return most(pose_vertices()); }
-  bool equal_counts() const override {
-    if (options_.vertices != pose_vertices()) return false;
-    return options_.vertices != 0 || std::ranges::all_of(mixture_->rigs(), [this](const WeightedRig& m) {
-             return m.rig->vertex_count() == mixture_->rig(0).vertex_count();
-           });
+  std::size_t max_vertices() const override {
+    return data::most_vertices(options_.vertices, mixture_->rigs(), count_of);
   }
+  std::size_t max_pose_vertices() const override {
+    return data::most_vertices(pose_vertices(), mixture_->rigs(), count_of);
+  }
+  bool equal_counts() const override { return data::have_equal_counts(options_, mixture_->rigs(), count_of); }
 
   void fill(std::uint64_t step, std::uint64_t index, Sample& sample) const override {
     const auto random = [&](data::Part part) {
@@ -225,13 +224,8 @@ class RigSampler : public SampleSource {
     }
   }
 
-  std::size_t pose_vertices() const { return options_.pose_vertices != 0 ? options_.pose_vertices : options_.vertices; }
-  std::size_t most(std::size_t vertices) const {
-    if (vertices != 0) return vertices;
-    std::size_t result = 0;
-    for (const WeightedRig& member : mixture_->rigs()) result = std::max(result, member.rig->vertex_count());
-    return result;
-  }
+  static std::size_t count_of(const WeightedRig& member) { return member.rig->vertex_count(); }
+  std::size_t pose_vertices() const { return data::pose_vertices_of(options_); }
 
   SampleOptions options_;
   std::shared_ptr<const RigMixture> mixture_;
