@@ -76,7 +76,7 @@ TEST_CASE("an ellipsoid's points lie on it, by area, with its gradient as normal
     CHECK(dot(gradient, d.normals[i].as<double>()) == doctest::Approx(1).epsilon(1e-4));
     middle += std::abs(p.y) < 1.5 ? 1 : 0;
   }
-  // Of a prolate spheroid's area: 2 pi a integral sqrt(1 - e^2 y^2 / 9) dy with e^2 = 8 / 9, from -1.5 to 1.5 and whole.
+  // A prolate spheroid's area: 2 pi integral sqrt(1 - e^2 y^2 / 9) dy with e^2 = 8 / 9; from -1.5 to 1.5, and whole.
   const auto area = [](double y) {
     double sum = 0;
     for (int i = 0; i < 10000; ++i) {

@@ -52,28 +52,40 @@ class ObjectMaker {
     return low + static_cast<int>(random_.below(static_cast<std::uint32_t>(high - low + 1)));
   }
 
-  void box(Vec3d centre, Vec3d half) {
-    parts_.push_back({ObjectPart::Kind::box, centre, {Vec3d{half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z}}, 1});
+  // What is drawn between braces is drawn from left to right, by any compiler; arguments of a function are in no order.
+  struct Box {
+    Vec3d centre, half;
+  };
+  struct Ball {
+    Vec3d centre, radii;
+  };
+  struct Pole {
+    Vec3d from, to;
+    double radius = 0, taper = 1;
+  };
+  void box(const Box& b) {
+    parts_.push_back({ObjectPart::Kind::box, b.centre, {Vec3d{b.half.x, 0, 0}, {0, b.half.y, 0}, {0, 0, b.half.z}}, 1});
   }
-  void ball(Vec3d centre, Vec3d radii) {
+  void ball(const Ball& b) {
     parts_.push_back(
-        {ObjectPart::Kind::ellipsoid, centre, {Vec3d{radii.x, 0, 0}, {0, radii.y, 0}, {0, 0, radii.z}}, 1});
+        {ObjectPart::Kind::ellipsoid, b.centre, {Vec3d{b.radii.x, 0, 0}, {0, b.radii.y, 0}, {0, 0, b.radii.z}}, 1});
   }
   /// From one end to the other, round.
-  void pole(Vec3d from, Vec3d to, double radius, double taper = 1) {
-    const Vec3d along = (to - from) * 0.5;
+  void pole(const Pole& p) {
+    const Vec3d along = (p.to - p.from) * 0.5;
     const Vec3d side = std::abs(along.y) > 0.9 * length(along) ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
     const Vec3d first = normalised(cross(along, side)), second = normalised(cross(first, along));
-    parts_.push_back({ObjectPart::Kind::cone, (from + to) * 0.5, {first * radius, along, second * radius}, taper});
+    parts_.push_back(
+        {ObjectPart::Kind::cone, (p.from + p.to) * 0.5, {first * p.radius, along, second * p.radius}, p.taper});
   }
   /// A leg, round or square.
   void leg(Vec3d from, Vec3d to, double thick, bool square) {
     if (square)
-      box((from + to) * 0.5, {thick, 0.5 * std::abs(from.y - to.y), thick});
+      box({(from + to) * 0.5, {thick, 0.5 * std::abs(from.y - to.y), thick}});
     else
-      pole(from, to, thick, between(0.6, 1.2));
+      pole({from, to, thick, between(0.6, 1.2)});
   }
-  /// Four legs under the corners of a plate, or as many around its middle.
+  /// Four legs under the corners of a plate.
   void legs(double x, double z, double top, double thick) {
     const bool square = chance(0.5);
     const double splay = square ? 0 : between(-0.1, 0.25);
@@ -87,24 +99,24 @@ class ObjectMaker {
     const double top = between(0.35, 1.1), plate = between(0.01, 0.05);
     const double x = between(0.25, 1.2), z = between(0.25, 0.8);
     if (chance(0.3)) {  // round, on one foot or three
-      pole({0, top, 0}, {0, top + 2 * plate, 0}, x);
+      pole({{0, top, 0}, {0, top + 2 * plate, 0}, x});
       if (chance(0.5)) {
-        pole({0, 0, 0}, {0, top, 0}, between(0.03, 0.12), between(0.5, 1.5));
-        pole({0, 0, 0}, {0, 2 * plate, 0}, x * between(0.4, 0.9));
+        pole({{0, 0, 0}, {0, top, 0}, between(0.03, 0.12), between(0.5, 1.5)});
+        pole({{0, 0, 0}, {0, 2 * plate, 0}, x * between(0.4, 0.9)});
       } else {
         const int feet = count(3, 5);
         for (int i = 0; i < feet; ++i) {
           const double a = 2 * std::numbers::pi * i / feet;
           const Vec3d out{std::cos(a) * x, 0, std::sin(a) * x};
-          pole(out * 0.9, out * between(0.2, 0.8) + Vec3d{0, top, 0}, between(0.02, 0.05));
+          pole({out * 0.9, out * between(0.2, 0.8) + Vec3d{0, top, 0}, between(0.02, 0.05)});
         }
       }
       return;
     }
-    box({0, top + plate, 0}, {x, plate, z});
+    box({{0, top + plate, 0}, {x, plate, z}});
     legs(x, z, top, between(0.02, 0.07));
-    if (chance(0.4)) box({0, top - 0.06, 0}, {0.9 * x, 0.05, 0.9 * z});
-    if (chance(0.3)) box({0, between(0.1, 0.4) * top, 0}, {0.8 * x, 0.5 * plate, 0.8 * z});
+    if (chance(0.4)) box({{0, top - 0.06, 0}, {0.9 * x, 0.05, 0.9 * z}});
+    if (chance(0.3)) box({{0, between(0.1, 0.4) * top, 0}, {0.8 * x, 0.5 * plate, 0.8 * z}});
   }
 
   /// Stools, chairs, armchairs, benches and sofas.
@@ -112,26 +124,26 @@ class ObjectMaker {
     const double high = between(0.3, 0.6), x = chance(0.3) ? between(0.5, 1.1) : between(0.2, 0.35),
                  z = between(0.2, 0.45);
     const double thick = between(0.015, 0.12), wood = between(0.015, 0.05);
-    box({0, high, 0}, {x, thick, z});
+    box({{0, high, 0}, {x, thick, z}});
     if (chance(0.25))
-      box({0, 0.5 * high, 0}, {x, 0.5 * high, z});
+      box({{0, 0.5 * high, 0}, {x, 0.5 * high, z}});
     else
       legs(x, z, high, wood);
     if (chance(0.15)) return;  // a stool
     const double back = between(0.3, 0.9);
     if (chance(0.5)) {
-      box({0, high + 0.5 * back, -z}, {x, 0.5 * back, between(0.01, 0.1)});
+      box({{0, high + 0.5 * back, -z}, {x, 0.5 * back, between(0.01, 0.1)}});
     } else {
       for (const double s : {-1.0, 1.0}) leg({s * (x - wood), high, -z}, {s * (x - wood), high + back, -z}, wood, true);
       const int slats = count(1, 4);
       for (int i = 0; i < slats; ++i)
-        box({0, high + back * (i + 0.7) / slats, -z}, {x, between(0.02, 0.06), 0.6 * wood});
+        box({{0, high + back * (i + 0.7) / slats, -z}, {x, between(0.02, 0.06), 0.6 * wood}});
     }
     if (chance(0.5)) {
       const double arm = between(0.12, 0.3);
       for (const double s : {-1.0, 1.0}) {
-        box({s * x, high + arm, 0}, {between(0.02, 0.1), between(0.015, 0.05), z});
-        if (chance(0.5)) box({s * x, high + 0.5 * arm, 0}, {wood, 0.5 * arm, z});
+        box({{s * x, high + arm, 0}, {between(0.02, 0.1), between(0.015, 0.05), z}});
+        if (chance(0.5)) box({{s * x, high + 0.5 * arm, 0}, {wood, 0.5 * arm, z}});
       }
     }
   }
@@ -142,77 +154,78 @@ class ObjectMaker {
     double y = 0, radius = between(0.05, 0.4);
     for (int i = 0; i < rings; ++i) {
       const double high = between(0.03, 1.2 / rings + 0.2), next = std::max(0.02, radius * between(0.4, 1.8));
-      pole({0, y, 0}, {0, y + high, 0}, radius, next / radius);
+      pole({{0, y, 0}, {0, y + high, 0}, radius, next / radius});
       y += high;
       radius = chance(0.25) ? next * between(0.4, 1.6) : next;
     }
-    if (chance(0.25)) ball({0, y, 0}, {radius, between(0.3, 1.2) * radius, radius});
-    if (chance(0.25)) pole({0, 0.6 * y, 0}, {1.3 * radius + 0.1, 0.5 * y, 0}, 0.03);
+    if (chance(0.25)) ball({{0, y, 0}, {radius, between(0.3, 1.2) * radius, radius}});
+    if (chance(0.25)) pole({{0, 0.6 * y, 0}, {1.3 * radius + 0.1, 0.5 * y, 0}, 0.03});
   }
 
   /// Boxes, cupboards, shelves, screens.
   void shelf() {
     const double x = between(0.15, 0.9), y = between(0.15, 1.1), z = between(0.02, 0.6), wood = 0.02;
     if (chance(0.5)) {
-      box({0, y, 0}, {x, y, z});
+      box({{0, y, 0}, {x, y, z}});
     } else {
-      for (const double s : {-1.0, 1.0}) box({s * x, y, 0}, {wood, y, z});
+      for (const double s : {-1.0, 1.0}) box({{s * x, y, 0}, {wood, y, z}});
       const int boards = count(2, 6);
-      for (int i = 0; i < boards; ++i) box({0, 2 * y * i / (boards - 1), 0}, {x, wood, z});
-      if (chance(0.5)) box({0, y, -z}, {x, y, 0.5 * wood});
+      for (int i = 0; i < boards; ++i) box({{0, 2 * y * i / (boards - 1), 0}, {x, wood, z}});
+      if (chance(0.5)) box({{0, y, -z}, {x, y, 0.5 * wood}});
     }
     if (chance(0.3)) legs(x, z, -between(0.05, 0.4), 0.03);
-    if (chance(0.3)) box({between(-0.5, 0.5) * x, 2 * y + 0.1, 0}, {0.3 * x, 0.1, 0.7 * z});
+    if (chance(0.3)) box({{between(-0.5, 0.5) * x, 2 * y + 0.1, 0}, {0.3 * x, 0.1, 0.7 * z}});
   }
 
   void bed() {
     const double x = between(0.4, 1.0), z = between(0.8, 1.2), high = between(0.2, 0.6);
-    box({0, high, 0}, {x, between(0.05, 0.2), z});
+    box({{0, high, 0}, {x, between(0.05, 0.2), z}});
     legs(x, z, high, between(0.03, 0.08));
-    box({0, high + 0.2, -z}, {x, between(0.2, 0.6), 0.04});
-    if (chance(0.5)) box({0, high + 0.1, z}, {x, between(0.1, 0.4), 0.04});
+    box({{0, high + 0.2, -z}, {x, between(0.2, 0.6), 0.04}});
+    if (chance(0.5)) box({{0, high + 0.1, z}, {x, between(0.1, 0.4), 0.04}});
     const int pillows = count(0, 2);
-    for (int i = 0; i < pillows; ++i) ball({x * (i - 0.5), high + 0.2, -0.75 * z}, {0.3, 0.1, 0.2});
+    for (int i = 0; i < pillows; ++i) ball({{x * (i - 0.5), high + 0.2, -0.75 * z}, {0.3, 0.1, 0.2}});
   }
 
   void plant() {
     const double high = between(0.2, 1.5), wood = between(0.02, 0.15);
-    pole({0, 0, 0}, {between(-0.1, 0.1), high, between(-0.1, 0.1)}, wood, between(0.3, 1));
-    if (chance(0.4)) pole({0, -0.2, 0}, {0, 0.1, 0}, between(0.1, 0.3), between(1, 1.5));
+    pole({{0, 0, 0}, {between(-0.1, 0.1), high, between(-0.1, 0.1)}, wood, between(0.3, 1)});
+    if (chance(0.4)) pole({{0, -0.2, 0}, {0, 0.1, 0}, between(0.1, 0.3), between(1, 1.5)});
     const int branches = count(0, 7), crowns = count(1, 5);
     for (int i = 0; i < branches; ++i) {
       const Vec3d from{0, high * between(0.3, 1), 0};
-      pole(from, from + Vec3d{between(-0.6, 0.6), between(-0.1, 0.6), between(-0.6, 0.6)}, 0.5 * wood, between(0.2, 1));
+      pole({from, from + Vec3d{between(-0.6, 0.6), between(-0.1, 0.6), between(-0.6, 0.6)}, 0.5 * wood,
+            between(0.2, 1)});
     }
     for (int i = 0; i < crowns; ++i) {
       const double r = between(0.15, 0.6);
-      ball({between(-0.4, 0.4), high + between(-0.2, 0.5), between(-0.4, 0.4)}, {r, r * between(0.6, 1.4), r});
+      ball({{between(-0.4, 0.4), high + between(-0.2, 0.5), between(-0.4, 0.4)}, {r, r * between(0.6, 1.4), r}});
     }
     if (chance(0.3))
       for (int i = 0; i < 3; ++i)
-        pole({0, high * (0.4 + 0.3 * i), 0}, {0, high * (0.9 + 0.3 * i), 0}, 0.5 - 0.12 * i, 0.05);
+        pole({{0, high * (0.4 + 0.3 * i), 0}, {0, high * (0.9 + 0.3 * i), 0}, 0.5 - 0.12 * i, 0.05});
   }
 
   /// Along z, on two to eight wheels.
   void vehicle() {
     const double x = between(0.15, 0.9), y = between(0.1, 0.6), z = between(0.5, 2.2), wheel = between(0.15, 0.45);
-    box({0, wheel + y, 0}, {x, y, z});
+    box({{0, wheel + y, 0}, {x, y, z}});
     if (chance(0.7))
-      box({0, wheel + 2.5 * y, between(-0.4, 0.4) * z}, {0.9 * x, between(0.4, 0.9) * y, between(0.3, 0.6) * z});
+      box({{0, wheel + 2.5 * y, between(-0.4, 0.4) * z}, {0.9 * x, between(0.4, 0.9) * y, between(0.3, 0.6) * z}});
     const int axles = count(2, 4);
     for (int i = 0; i < axles; ++i) {
       const double at = z * (1.6 * i / (axles - 1) - 0.8);
-      for (const double s : {-1.0, 1.0}) pole({s * x, wheel, at}, {s * (x + 0.1), wheel, at}, wheel);
+      for (const double s : {-1.0, 1.0}) pole({{s * x, wheel, at}, {s * (x + 0.1), wheel, at}, wheel});
     }
-    if (chance(0.2)) pole({0, wheel + 2 * y, 0}, {0, wheel + 2 * y + 0.2, 1.3 * z}, 0.06);
+    if (chance(0.2)) pole({{0, wheel + 2 * y, 0}, {0, wheel + 2 * y + 0.2, 1.3 * z}, 0.06});
   }
 
   void house() {
     const double x = between(0.4, 1.2), y = between(0.3, 1.5), z = between(0.4, 1.2);
-    box({0, y, 0}, {x, y, z});
-    if (chance(0.6)) pole({0, 2 * y, 0}, {0, 2 * y + between(0.3, 1.2), 0}, 1.3 * std::max(x, z), between(0.02, 0.4));
-    if (chance(0.4)) box({between(-0.6, 0.6) * x, 2 * y + 0.3, 0}, {0.1, 0.4, 0.1});
-    if (chance(0.4)) box({1.4 * x, 0.6 * y, 0}, {0.6 * x, 0.6 * y, 0.7 * z});
+    box({{0, y, 0}, {x, y, z}});
+    if (chance(0.6)) pole({{0, 2 * y, 0}, {0, 2 * y + between(0.3, 1.2), 0}, 1.3 * std::max(x, z), between(0.02, 0.4)});
+    if (chance(0.4)) box({{between(-0.6, 0.6) * x, 2 * y + 0.3, 0}, {0.1, 0.4, 0.1}});
+    if (chance(0.4)) box({{1.4 * x, 0.6 * y, 0}, {0.6 * x, 0.6 * y, 0.7 * z}});
   }
 
   /// Ladders, fences, racks, grids.
@@ -225,10 +238,10 @@ class ObjectMaker {
     }
     for (int i = 0; i < rungs; ++i) {
       const double at = 2 * y * (i + 0.5) / rungs;
-      pole({-x, at, 0}, {x, at, 0}, 0.8 * thick);
+      pole({{-x, at, 0}, {x, at, 0}, 0.8 * thick});
     }
     if (chance(0.3))
-      for (const double s : {-1.0, 1.0}) box({s * x, 0, 0}, {thick, thick, between(0.1, 0.5)});
+      for (const double s : {-1.0, 1.0}) box({{s * x, 0, 0}, {thick, thick, between(0.1, 0.5)}});
   }
 
   /// Up to four parts of any kind and direction, each of which touches the one before it.
@@ -239,15 +252,15 @@ class ObjectMaker {
       const Vec3d half{between(0.05, 0.6), between(0.05, 0.6), between(0.05, 0.6)};
       switch (random_.below(3)) {
         case 0:
-          box(at, half);
+          box({at, half});
           break;
         case 1:
-          ball(at, half);
+          ball({at, half});
           break;
         default:
-          pole(at - Vec3d{between(-1, 1), between(-1, 1), between(-1, 1)} * half.y,
-               at + Vec3d{between(-1, 1), between(0.1, 1), between(-1, 1)} * half.y, half.x,
-               chance(0.2) ? 0 : between(0.2, 1.2));
+          pole({at - Vec3d{between(-1, 1), between(-1, 1), between(-1, 1)} * half.y,
+                at + Vec3d{between(-1, 1), between(0.1, 1), between(-1, 1)} * half.y, half.x,
+                chance(0.2) ? 0 : between(0.2, 1.2)});
       }
       at += Vec3d{half.x * between(-1, 1), half.y * between(-1, 1), half.z * between(-1, 1)} * 1.2;
     }
