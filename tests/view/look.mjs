@@ -4,25 +4,20 @@
 // them, some seconds each: NPT_LOOK=all in the environment looks at more of them, and at characters in SHARED.
 import { execFileSync } from 'node:child_process';
 import { existsSync, mkdirSync, readdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { inflateSync } from 'node:zlib';
+import { Checks } from '../web/compare.mjs';
+import { drawn, launch, runner, unreached, visit } from './browser.mjs';
 
 const [library, chromium, npt, folder, shared, validator] = process.argv.slice(2);
-const playwright = createRequire(import.meta.url)(library);
 mkdirSync(folder, { recursive: true });
 process.chdir(folder);
 
 const thorough = process.env.NPT_LOOK === 'all';
 
-let failures = 0;
-function expect(good, what) {
-  if (good) return;
-  failures += 1;
-  console.log(`FAILED: ${what}`);
-}
-const run = (...words) => execFileSync(npt, words, { encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
+const checks = new Checks(), expect = checks.expect.bind(checks);
+const run = runner(npt);
 
 // ---- pictures ----
 
@@ -94,32 +89,17 @@ class Picture {
 
 // ---- the browser ----
 
-const browser = await playwright.chromium.launch({
-  executablePath: chromium,
-  args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-dev-shm-usage'],
-});
+const browser = await launch(library, chromium);
 
 async function open(file, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1000, height: 640 }, deviceScaleFactor: 0.5, reducedMotion: 'reduce', colorScheme: 'light', ...options });
-  const page = await context.newPage();
-  const complaints = [];
-  // Drivers that render in software warn of their own slowness.
-  page.on('console', (message) => {
-    const own = !/GPU stall|software|swiftshader|GL Driver Message/i.test(message.text());
-    if (message.type() === 'error' || (message.type() === 'warning' && own)) complaints.push(message.text());
+  const { context, page, complaints } = await visit(browser, pathToFileURL(path.resolve(file)).href, {
+    viewport: { width: 1000, height: 640 }, deviceScaleFactor: 0.5, ...options,
   });
-  page.on('pageerror', (error) => complaints.push(String(error)));
-  page.on('request', (request) => {
-    const url = request.url();
-    if (url !== pathToFileURL(path.resolve(file)).href && !url.startsWith('blob:') && !url.startsWith('data:')) complaints.push(`request: ${url}`);
-  });
-  await page.goto(pathToFileURL(path.resolve(file)).href);
   await page.waitForFunction(() => ['yes', 'failed'].includes(document.documentElement.dataset.ready), null, { timeout: 120000 });
   expect(await page.evaluate(() => document.documentElement.dataset.ready) === 'yes',
          `${file} doesn't show: ${await page.textContent('#message')}`);
   const look = async (name) => {
-    // Two frames: what was asked for is drawn by then.
-    await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+    await drawn(page);
     const png = await page.locator('#stage').screenshot();
     writeFileSync(`${name}.png`, png);
     return new Picture(png);
@@ -187,12 +167,8 @@ async function pair() {
   expect(await page.locator('#keys').isVisible(), 'no list of keys');
   await page.keyboard.press('Escape');
   // Every control can be reached by the keyboard.
-  const reached = new Set();
-  for (let i = 0; i < 20; ++i) {
-    await page.keyboard.press('Tab');
-    reached.add(await page.evaluate(() => document.activeElement.id));
-  }
-  for (const id of ['canvas', 'wire', 'front', 'side', 'back', 'reset', 'theme', 'help']) expect(reached.has(id), `${id} can't be reached by Tab`);
+  for (const id of await unreached(page, 20, ['canvas', 'wire', 'front', 'side', 'back', 'reset', 'theme', 'help']))
+    expect(false, `${id} can't be reached by Tab`);
   await close();
 
   if (!thorough) return;
@@ -364,5 +340,4 @@ if (validator) {
     expect(false, `the validator: ${error.stdout}${error.stderr}`);
   }
 }
-console.log(failures === 0 ? 'all as expected' : `${failures} failures`);
-process.exit(failures === 0 ? 0 : 1);
+checks.end();

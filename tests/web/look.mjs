@@ -1,51 +1,31 @@
 // usage: node look.mjs NODE_MODULES CHROMIUM WEB PROGRAM FOLDER [IMAGES]
 // The page in headless Chromium from a plain static server, as a visitor uses it; what it saves is held against the program's results on the
 // same weights. WEB: what build.sh left. Pictures go to FOLDER, those of the docs to IMAGES as well.
-import { execFileSync } from 'node:child_process';
 import { copyFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
 import { availableParallelism } from 'node:os';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
+import { drawn, launch, runner, unreached, visit } from '../view/browser.mjs';
 import { Checks, read } from './compare.mjs';
 import { serve } from './server.mjs';
 
 const [modules, chromium, web, program, out, images] = process.argv.slice(2).map((name) => path.resolve(name));
-const require = createRequire(import.meta.url);
-const playwright = require(path.join(modules, 'playwright-core'));
 const axe = readFileSync(path.join(modules, 'axe-core/axe.min.js'), 'utf8');
 const { Mesh } = await import(pathToFileURL(path.join(web, 'package/index.js')));
 const { samples } = await import(pathToFileURL(path.join(web, 'page/samples.js')));
 rmSync(out, { recursive: true, force: true });
 mkdirSync(path.join(out, 'walk'), { recursive: true });
 process.chdir(out);
-const run = (...words) => execFileSync(program, words, { encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
+const run = runner(program);
 
 const checks = new Checks();
 const weights = path.join(web, 'page/weights/human.safetensors');
 const server = await serve(path.join(web, 'page'));
-const browser = await playwright.chromium.launch({
-  executablePath: chromium,
-  args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-dev-shm-usage'],
-});
+const browser = await launch(path.join(modules, 'playwright-core'), chromium);
 
 async function open(options = {}, at = server) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', colorScheme: 'light', bypassCSP: false, ...options });
-  const page = await context.newPage();
-  const complaints = [];
-  // Drivers that render in software warn of their own slowness.
-  page.on('console', (message) => {
-    const own = !/GPU stall|software|swiftshader|GL Driver Message/i.test(message.text());
-    if (message.type() === 'error' || (message.type() === 'warning' && own)) complaints.push(message.text());
-  });
-  page.on('pageerror', (error) => complaints.push(String(error)));
-  page.on('request', (request) => {
-    const url = request.url();
-    if (!url.startsWith(at.url) && !url.startsWith('blob:') && !url.startsWith('data:')) complaints.push(`request: ${url}`);
-    if (request.method() !== 'GET') complaints.push(`${request.method()} ${url}`);
-  });
   const start = Date.now();
-  await page.goto(at.url);
+  const { context, page, complaints } = await visit(browser, at.url, { viewport: { width: 1280, height: 800 }, bypassCSP: false, ...options });
   const until = (f, argument) => page.waitForFunction(f, argument ?? null, { timeout: 240000, polling: 50 });
   await until(() => document.querySelectorAll('#captions p').length === 3);
   const first = (Date.now() - start) / 1000;
@@ -66,7 +46,7 @@ async function open(options = {}, at = server) {
     return file;
   };
   const picture = async (name, image) => {
-    await page.evaluate(() => new Promise((drawn) => { requestAnimationFrame(() => requestAnimationFrame(drawn)); }));
+    await drawn(page);
     await page.screenshot({ path: `${name}.png` });
     if (image && images) {
       await page.screenshot({ path: `${image}.jpg`, type: 'jpeg', quality: 86 });
@@ -134,14 +114,9 @@ async function withSamples() {
   await page.keyboard.press('?');
   checks.expect(await page.locator('#keys').isVisible(), 'no list of keys');
   await page.keyboard.press('Escape');
-  const reached = new Set();
   await page.evaluate(() => document.activeElement.blur());
-  for (let i = 0; i < 30; ++i) {
-    await page.keyboard.press('Tab');
-    reached.add(await page.evaluate(() => document.activeElement.id));
-  }
-  for (const id of ['identity-sample', 'identity-file', 'pose-sample', 'pose-file', 'weights', 'compare', 'format', 'save', 'canvas', 'wire', 'theme', 'help'])
-    checks.expect(reached.has(id), `${id} can't be reached by Tab`);
+  const controls = ['identity-sample', 'identity-file', 'pose-sample', 'pose-file', 'weights', 'compare', 'format', 'save', 'canvas', 'wire', 'theme', 'help'];
+  for (const id of await unreached(page, 30, controls)) checks.expect(false, `${id} can't be reached by Tab`);
 
   // A sequence.
   await page.selectOption('#pose-sample', 'walk');
