@@ -68,7 +68,7 @@ done
 
 rm -rf "$out/page"
 mkdir -p "$out/page/npt"
-cp "$here"/page/* "$root/examples/npt/view/three/three.min.js" "$out/page/"
+cp "$here"/page/* "$root"/examples/npt/view/{base.css,stage.js,three/three.min.js} "$out/page/"
 cp "$out"/package/{index.js,npt-single.js,npt-single.wasm,npt-threads.js,npt-threads.worker.js,npt-threads.wasm,LICENSE} "$out/page/npt/"
 cp -r "$out/package/weights" "$out/page/weights"
 

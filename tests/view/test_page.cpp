@@ -78,13 +78,16 @@ npt::Mesh body(float bend) {
 
 TEST_CASE("the program holds the page's files and three.js") {
   CHECK(view::page_html().starts_with("<!doctype html>"));
-  CHECK(view::page_style().find("#stage") != std::string_view::npos);
+  CHECK(view::base_style().find("#stage") != std::string_view::npos);
+  CHECK(view::page_style().find("#message") != std::string_view::npos);
+  CHECK(view::stage_script().find("const npt = ") != std::string_view::npos);
   CHECK(view::page_script().find("DecompressionStream") != std::string_view::npos);
   CHECK(view::three_gzip().starts_with("\x1f\x8b"));
   CHECK(view::three_gzip().size() > 100000);
   CHECK(view::three_gzip().size() < 250000);
-  // The script stands in an element.
-  CHECK(view::page_script().find("</script") == std::string_view::npos);
+  // Scripts stand in elements.
+  for (const std::string_view script : {view::stage_script(), view::page_script()})
+    CHECK(script.find("</script") == std::string_view::npos);
 }
 
 TEST_CASE("a mesh comes back from its page: positions, faces, sides within faces, colours") {

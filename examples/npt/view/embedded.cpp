@@ -27,7 +27,9 @@
   extern "C" const char npt_embedded_##name##_end[];
 
 NPT_EMBED(html, NPT_VIEW_FOLDER "/page.html")
+NPT_EMBED(base, NPT_VIEW_FOLDER "/base.css")
 NPT_EMBED(style, NPT_VIEW_FOLDER "/page.css")
+NPT_EMBED(stage, NPT_VIEW_FOLDER "/stage.js")
 NPT_EMBED(script, NPT_VIEW_FOLDER "/page.js")
 NPT_EMBED(three, NPT_VIEW_THREE)
 
@@ -40,7 +42,9 @@ std::string_view between(const char* begin, const char* end) { return {begin, st
 }  // namespace
 
 std::string_view page_html() { return between(npt_embedded_html, npt_embedded_html_end); }
+std::string_view base_style() { return between(npt_embedded_base, npt_embedded_base_end); }
 std::string_view page_style() { return between(npt_embedded_style, npt_embedded_style_end); }
+std::string_view stage_script() { return between(npt_embedded_stage, npt_embedded_stage_end); }
 std::string_view page_script() { return between(npt_embedded_script, npt_embedded_script_end); }
 std::string_view three_gzip() { return between(npt_embedded_three, npt_embedded_three_end); }
 

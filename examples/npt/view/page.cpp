@@ -257,8 +257,9 @@ std::string page_text(const Page& page) {
   std::string three(three_gzip());
   three.replace(4, 4, 4, '\0');  // the time of the build, in a gzip file's header
   chunks.append("three", three, "gzip");
-  const std::map<std::string_view, std::string_view> parts{
-      {"style", page_style()}, {"script", page_script()}, {"scene", scene}, {"chunks", chunks.text()}};
+  const std::map<std::string_view, std::string_view> parts{{"base", base_style()},    {"style", page_style()},
+                                                           {"stage", stage_script()}, {"script", page_script()},
+                                                           {"scene", scene},          {"chunks", chunks.text()}};
   std::string text;
   std::string_view rest = page_html();
   while (!rest.empty()) {

@@ -1,9 +1,8 @@
 // The page: what is chosen, shown and saved. worker.js computes.
-import { Studio, heatColours } from './studio.js';
+import { Panel, Studio } from './studio.js';
 import { samples } from './samples.js';
 
-const element = (id) => document.getElementById(id);
-const calm = matchMedia('(prefers-reduced-motion: reduce)').matches;
+const { calm, element } = npt;
 const meshNames = /\.(obj|ply|glb|gltf|off)$/i;
 const foreignNames = /\.(fbx|dae|stl|blend)$/i;
 const colours = { identity: '#9db7d5', pose: '#e3c9a0', result: '#9db7d5' };
@@ -45,10 +44,18 @@ function ask(name, request = {}) {
 // ---- what is there ----
 
 // A side: { key, source, name, vertexCount, faceCount, clips, triangles, frames, clip, along }. Nothing is replaced before its successor is whole.
-const state = { identity: null, pose: null, result: null, truth: null, playing: false, time: 0 };
-let studio = null, keys = 0, turn = 0, weightsFile = null;
+const state = { identity: null, pose: null, result: null, truth: null };
+let studio = null, keys = 0, turn = 0, weightsFile = null, chosenWeights = 'auto';
 
 const fps = () => Math.max(1, Math.min(60, Number(element('fps').value) || 24));
+const player = new npt.Player({
+  fps,
+  show: (_, frame) => {
+    if (frame === studio.frame) return;
+    studio.setFrame(frame);
+    if (['moved', 'truth', 'file'].includes(element('compare').value)) paint();
+  },
+});
 
 function doing(text, share = null) {
   element('progress').hidden = text === '';
@@ -208,7 +215,7 @@ async function startTransfer() {
       report(result);
       await findTruth();
       showPanels(false);
-      setPlaying(studio.frames > 1 && !calm);
+      player.setPlaying(!calm);
     } finally {
       if (own === turn) {
         transferring = false;
@@ -262,40 +269,11 @@ function showPanels(aim) {
   // Frames of other triangles are no movement that one panel can show: those that fit are.
   panels[1].frames = panels[1].frames.filter((frame) => frame.length === panels[1].frames[0].length);
   const frame = aim ? 0 : Math.min(studio.frame, Math.max(...panels.map((p) => p.frames.length)) - 1);
-  studio.setPanels(panels, aim);
+  studio.show(panels.map((description) => new Panel(description)), aim);
   element('save').disabled = !result;
-  element('player').hidden = studio.frames < 2;
-  element('time').max = studio.frames - 1;
-  setFrame(frame);
+  player.setFrames(studio.frames);
+  player.setFrame(frame);
   compare();
-}
-
-function setFrame(frame) {
-  frame = Math.max(0, Math.min(studio.frames - 1, frame));
-  state.time = frame / fps();
-  element('time').value = frame;
-  element('frame').textContent = `${frame + 1} / ${studio.frames}`;
-  studio.setFrame(frame);
-  if (['moved', 'truth', 'file'].includes(element('compare').value)) paint();
-}
-
-function setPlaying(on) {
-  state.playing = on && studio.frames > 1;
-  element('play').classList.toggle('playing', state.playing);
-  element('play').setAttribute('aria-label', state.playing ? 'Pause' : 'Play');
-  before = performance.now();
-}
-
-let before = 0;
-function tick(now) {
-  requestAnimationFrame(tick);
-  if (state.playing && studio.frames > 1) {
-    state.time = (state.time + Math.max(0, Math.min(0.25, (now - before) / 1000))) % (studio.frames / fps());
-    const frame = Math.floor(state.time * fps() + 1e-6), time = state.time;
-    if (frame !== studio.frame) setFrame(frame), state.time = time;
-  }
-  before = now;
-  studio.tick();
 }
 
 // ---- comparing ----
@@ -342,13 +320,13 @@ function paint() {
   const own = result.frames[Math.min(studio.frame, result.frames.length - 1)];
   const theirs = other[Math.min(studio.frame, other.length - 1)];
   const values = distances(own, theirs);
-  const metres = result.unit || 1;
-  const sorted = [...values].sort((a, b) => a - b), most = sorted[Math.floor(0.99 * (sorted.length - 1))] * metres * 1000;
+  const unit = 1000 * (result.unit || 1);
+  const sorted = [...values].sort((a, b) => a - b), most = sorted[Math.floor(0.99 * (sorted.length - 1))] * unit;
   const steps = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000], high = steps.find((step) => step >= most) ?? 5000;
   element('legend-label').textContent = how === 'moved' ? 'moved' : how === 'truth' ? 'distance to the truth' : 'distance to the file';
   element('legend-high').textContent = `${high} mm`;
-  studio.setHeat(values, high / 1000 / metres);
-  const mean = values.reduce((sum, x) => sum + x, 0) / values.length * metres * 1000;
+  studio.setHeat({ values, unit, high });
+  const mean = values.reduce((sum, x) => sum + x, 0) / values.length * unit;
   studio.setCaptions([{}, {}, { detail: `${how === 'moved' ? 'moved' : 'off'} ${mean.toFixed(1)} mm on average` }]);
 }
 
@@ -457,23 +435,6 @@ async function save() {
 
 // ---- what is pressed ----
 
-const dark = matchMedia('(prefers-color-scheme: dark)');
-let chosenTheme = null, chosenWeights = 'auto';
-function setTheme() {
-  const theme = chosenTheme ?? (dark.matches ? 'dark' : 'light');
-  document.documentElement.dataset.theme = theme;
-  element('theme').textContent = theme === 'dark' ? 'Light' : 'Dark';
-  studio?.setTheme(theme === 'dark');
-}
-function toggleTheme() {
-  chosenTheme = document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark';
-  setTheme();
-}
-function toggleWire() {
-  studio.setWire(!studio.wire);
-  element('wire').setAttribute('aria-pressed', studio.wire);
-}
-
 function listen() {
   for (const name of ['identity', 'pose']) {
     const select = element(`${name}-sample`);
@@ -521,29 +482,7 @@ function listen() {
     doing('');
   };
   element('notice-close').onclick = () => notice('');
-  element('play').onclick = () => setPlaying(!state.playing);
-  element('time').oninput = () => { setPlaying(false); setFrame(Number(element('time').value)); };
-  element('wire').onclick = toggleWire;
-  element('front').onclick = () => studio.lookFrom(0, 4);
-  element('side').onclick = () => studio.lookFrom(90, 4);
-  element('back').onclick = () => studio.lookFrom(180, 4);
-  element('reset').onclick = () => studio.reset();
-  element('theme').onclick = toggleTheme;
-  element('help').onclick = () => element('keys').showModal();
   element('settings').onsubmit = (event) => event.preventDefault();
-  dark.addEventListener('change', setTheme);
-
-  const canvas = element('canvas');
-  canvas.addEventListener('pointermove', (event) => {
-    const box = canvas.getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
-    const value = event.buttons === 0 ? studio.valueAt(x, y) : null, output = element('reading');
-    output.hidden = value === null;
-    if (value === null) return;
-    const millimetres = value * (state.result.unit || 1) * 1000;
-    output.textContent = `${millimetres < 10 ? millimetres.toFixed(1) : Math.round(millimetres)} mm`;
-    Object.assign(output.style, { left: `${x}px`, top: `${y}px` });
-  });
-  canvas.addEventListener('pointerleave', () => { element('reading').hidden = true; });
 
   // Dropped on the left third: the identity; in the middle: the pose; on the right: what to compare with.
   const thirds = ['identity', 'pose', 'truth'], stage = element('stage');
@@ -568,43 +507,24 @@ function listen() {
     }
   });
 
-  const frameBy = (step) => () => { setPlaying(false); setFrame(studio.frame + step); };
-  const pressed = {
-    ' ': () => setPlaying(!state.playing), ',': frameBy(-1), '.': frameBy(1),
-    ArrowLeft: () => studio.turn(-10, 0, 1), ArrowRight: () => studio.turn(10, 0, 1),
-    ArrowUp: () => studio.turn(0, 10, 1), ArrowDown: () => studio.turn(0, -10, 1),
-    '+': () => studio.turn(0, 0, 0.9), '=': () => studio.turn(0, 0, 0.9), '-': () => studio.turn(0, 0, 1 / 0.9),
-    1: () => studio.lookFrom(0, 4), 2: () => studio.lookFrom(90, 4), 3: () => studio.lookFrom(180, 4),
-    r: () => studio.reset(), w: toggleWire, d: toggleTheme, '?': () => element('keys').showModal(),
+  npt.listen(studio, player, {
     i: () => element('identity-file').click(), p: () => element('pose-file').click(),
     s: () => { if (!element('save').disabled) save(); },
     o: () => chooseComparison('overlay'), h: () => chooseComparison('truth'),
-  };
-  addEventListener('keydown', (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || element('keys').open) return;
-    // Controls keep the keys that are their own.
-    const own = { SELECT: /^(Arrow|Home|End| |.$)/, INPUT: /^(Arrow|Home|End| |[0-9.,+-]$)/, BUTTON: /^ $/, SUMMARY: /^ $/ }[event.target.tagName];
-    if (own && own.test(event.key)) return;
-    const action = pressed[event.key] ?? pressed[event.key.toLowerCase()];
-    if (!action) return;
-    event.preventDefault();
-    action();
-  });
+  }, { INPUT: /^(Arrow|Home|End| |[0-9.,+-]$)/, SUMMARY: /^ $/ });
 }
 
 async function start() {
-  setTheme();
+  npt.theme.follow();
   startWorker();
-  listen();
   try {
-    studio = new Studio({ canvas: element('canvas'), stage: element('stage'), captions: element('captions'), calm });
+    studio = new Studio();
   } catch (error) {
     notice(`This browser shows no 3D graphics (WebGL): ${error.message}`);
-    return;
   }
-  element('legend-bar').style.background = `linear-gradient(90deg, ${heatColours.join(', ')})`;
-  setTheme();
-  requestAnimationFrame(tick);
+  listen();
+  if (!studio) return;
+  npt.run(studio, player);
   const identity = setSide('identity', { sample: 'character' });
   await setSide('pose', { sample: 'leap' });
   await identity;
