@@ -315,6 +315,12 @@ async function rigged() {
   expect(moved(2) > 30, `the result stands still: ${moved(2)} cells`);
   // Both turn alike: their outlines change by about as much.
   expect(moved(2) > 0.3 * moved(1) && moved(2) < 3 * moved(1), `pose ${moved(1)} cells, result ${moved(2)}`);
+  await page.keyboard.press('w');
+  const wire = await look('rigged_wire');  // of a file in its own colours
+  for (const i of [0, 1, 2]) {
+    const changed = last.figure(i, 3).filter(({ c, r, colour }) => Math.max(...wire.cell(c, r).map((v, k) => Math.abs(v - colour[k]))) > 3).length;
+    expect(changed > 10, `rigged: the wireframe changes ${changed} cells of panel ${i}`);
+  }
   await close();
   if (thorough) await glb('made/rig.glb');
 }

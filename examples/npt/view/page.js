@@ -167,8 +167,8 @@
     setHeat() {}
     setWire(on) {
       if (!this.wires) {
-        this.wires = [];
         if (!on) return;
+        this.wires = [];
         this.object.traverse((node) => {
           if (node.isMesh) this.wires.push(...(Array.isArray(node.material) ? node.material : [node.material]));
         });
