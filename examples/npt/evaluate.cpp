@@ -59,6 +59,7 @@ struct Options {
   std::string shapes = "normal", poses = "paper";
   std::vector<std::string> held_out;
   std::vector<std::string> rigs, pose_rigs;
+  std::optional<fs::path> joint_names;
   double noise = 0;
   std::size_t sequences = 0, frames = 30;
   bool fresh_choices = false;
@@ -100,21 +101,24 @@ Data body_data(const Options& o) {
 Data rig_data(const Options& o) {
   std::vector<npt::WeightedRig> members;
   npt::RigRoles roles;
-  /// Adds the files' rigs and their places in `members` to `role`; their names.
-  const auto add = [&](const std::vector<std::string>& files, const char* option, std::vector<std::size_t>& role) {
+  /// Adds rigs and their places in `members` to `role`; their names.
+  const auto add = [&](const std::vector<program::NamedRig>& rigs, std::vector<std::size_t>& role) {
     std::string names;
-    for (const program::NamedRig& named : program::load_rigs(files, option)) {
+    for (const program::NamedRig& named : rigs) {
       names += (names.empty() ? "" : ", ") + named.name;
       role.push_back(members.size());
       members.push_back({std::make_shared<const npt::RigCharacter>(named.rig), named.weight});
     }
     return names;
   };
-  Data data{add(o.rigs, "--rig", roles.identities), {}};
+  std::vector<program::NamedRig> rigs = program::load_rigs(o.rigs),
+                                 pose_rigs = program::load_rigs(o.pose_rigs, "--pose-rig");
+  program::rename_joints(o.joint_names, {&rigs, &pose_rigs});
+  Data data{add(rigs, roles.identities), {}};
   roles.poses = roles.identities;
   if (!o.pose_rigs.empty()) {
     roles.poses.clear();
-    data.name += " in the poses of " + add(o.pose_rigs, "--pose-rig", roles.poses);
+    data.name += " in the poses of " + add(pose_rigs, roles.poses);
   }
   const auto mixture = std::make_shared<const npt::RigMixture>(std::move(members), o.held_out);
   constexpr std::size_t usual = 64;
@@ -357,6 +361,10 @@ void add(CLI::App& command) {
           ->excludes(list)
           ->excludes("--family");
   command.add_option("--pose-rig", o->pose_rigs, "Other characters, whose meshes are the poses (repeated)")->needs(rig);
+  command
+      .add_option("--joint-names", o->joint_names,
+                  "File with lines of: joint other_name, below [RIG] for one rig only, so that rigs share poses")
+      ->needs(rig);
   command
       .add_option("--held-out", o->held_out,
                   "Label of --family to evaluate on, or its part before '_', or clip of the rigs (repeated, or a list: "

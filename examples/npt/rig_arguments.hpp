@@ -1,4 +1,5 @@
-/// --rig FILE or FILE=WEIGHT: rigged characters, of which samples and pairs are made.
+/// --rig FILE or FILE=WEIGHT: rigged characters, of which samples and pairs are made; --joint-names FILE: other names for
+/// their joints.
 #pragma once
 
 #include "arguments.hpp"
@@ -7,10 +8,12 @@
 
 #include <npt/core/error.hpp>
 #include <npt/core/number_text.hpp>
+#include <npt/rig/joint_names.hpp>
 #include <npt/rig/rig.hpp>
 
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -49,6 +52,16 @@ inline std::vector<NamedRig> load_rigs(const std::vector<std::string>& arguments
         {npt::make_rig(formats::read_scene(file), file), weight, std::filesystem::path(file).stem().string()});
   }
   return rigs;
+}
+
+/// Does what --joint-names asks for, in all of these.
+inline void rename_joints(const std::optional<std::filesystem::path>& names,
+                          const std::vector<std::vector<NamedRig>*>& groups) {
+  if (!names) return;
+  std::vector<npt::Rig*> all;
+  for (std::vector<NamedRig>* group : groups)
+    for (NamedRig& named : *group) all.push_back(&named.rig);
+  npt::JointNames::read(*names).apply(all);
 }
 
 }  // namespace program

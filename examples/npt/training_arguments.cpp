@@ -110,6 +110,12 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
           "Rigged character (.glb, .gltf, .fbx) in the poses of its clips: of a person beside bodies or instead "
           "of them, of anything else with its like. Several are mixed; =WEIGHT behind one gives its share")
       ->group("Data");
+  command
+      .add_option("--joint-names", a.joint_names,
+                  "File with lines of: joint other_name, below [RIG] for one rig only, so that rigs share poses or are "
+                  "known as people")
+      ->needs("--rig")
+      ->group("Data");
   command.add_option("--family", a.family, "Folder of species with labelled poses instead of bodies")
       ->excludes("--body")
       ->excludes("--rig")
@@ -435,7 +441,8 @@ std::string command_text(const CLI::App& command) {
       continue;
     }
     for (const std::string& value : option->results()) {
-      const bool file = name == "--body" || name == "--rig" || name == "--family" || name == "--start";
+      const bool file =
+          name == "--body" || name == "--rig" || name == "--joint-names" || name == "--family" || name == "--start";
       const std::string shown = file ? std::filesystem::path(value).filename().string() : value;
       text += " " + name + " " + (shown.find(' ') == std::string::npos ? shown : "\"" + shown + "\"");
     }

@@ -23,8 +23,9 @@ namespace program {
 
 struct TrainingArguments {
   // Data
-  std::vector<std::string> bodies;  ///< "mannequin" or a file, each with "=WEIGHT" or without
-  std::vector<std::string> rigs;    ///< files, each with "=WEIGHT" or without
+  std::vector<std::string> bodies;                   ///< "mannequin" or a file, each with "=WEIGHT" or without
+  std::vector<std::string> rigs;                     ///< files, each with "=WEIGHT" or without
+  std::optional<std::filesystem::path> joint_names;  ///< of rigs
   std::optional<std::filesystem::path> family;
   std::vector<std::string> held_out;  ///< labels of a family, clips of rigs
   double blend = 0;

@@ -297,7 +297,8 @@ void use_family(TrainingCourse& course, const TrainingArguments& a, bool paired)
 
 TrainingCourse make_training_course(const TrainingArguments& arguments, bool paired) {
   TrainingCourse course;
-  const std::vector<NamedRig> rigs = load_rigs(arguments.rigs);
+  std::vector<NamedRig> rigs = load_rigs(arguments.rigs);
+  rename_joints(arguments.joint_names, {&rigs});
   const bool reader = arguments.variant.net == "reader";
   const bool people = reader || arguments.family || are_people(rigs, !arguments.bodies.empty());
   course.normalisation = arguments.normalisation ? npt::parse_normalisation(*arguments.normalisation, "--normalisation")
