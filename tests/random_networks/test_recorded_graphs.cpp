@@ -1,6 +1,6 @@
 // Networks by the hundred that are graphs at run time: the lowerings are called there, and the loops of their chains
-// come from a table of all chains of up to three layers. Nothing is compiled for a network, so that 200 a second are
-// checked: the engine in fp32 and bfloat16, the tape in double (its table takes longest to compile).
+// come from a table of all chains of up to two layers, with NPT_LONG_TESTS three. Nothing is compiled for a network, so
+// that 200 a second are checked: the engine in fp32 and bfloat16, the tape in double (its table takes longest to compile).
 #include <doctest/doctest.h>
 
 #include <npt/layer/instance_norm.hpp>
@@ -26,7 +26,11 @@ namespace {
 namespace graph = npt::graph;
 namespace kernel = npt::kernel;
 
+#ifdef NPT_LONG_TESTS
 constexpr std::size_t longest_chain = 3;
+#else
+constexpr std::size_t longest_chain = 2;
+#endif
 
 struct CompiledChain {
   std::vector<graph::OperationId> operations;
