@@ -9,7 +9,7 @@
 #include <formats/read.hpp>
 #include <npt/core/error.hpp>
 #include <npt/io/file.hpp>
-
+#include <npt/io/gltf.hpp>
 #include <npt/io/mesh_file.hpp>
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,6 @@
 #include <formats/read.hpp>
 
+#include <npt/io/gltf.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/scene/pose.hpp>
 

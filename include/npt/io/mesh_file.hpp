@@ -1,13 +1,18 @@
 /// Meshes in files, by the name's extension: .obj, .ply, .glb or, for reading, .gltf, in any case.
 /// Errors    npt::Error that names the file, and for another extension the ones that are known
+/// Programs that link the library's prebuilt units (NPT_PREBUILT, config.hpp) only see the declarations.
 #pragma once
 
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
+#include <npt/io/ply_header.hpp>
+#include <npt/mesh/mesh.hpp>
+
+#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
 #include <npt/io/gltf.hpp>
 #include <npt/io/obj.hpp>
 #include <npt/io/ply.hpp>
-#include <npt/mesh/mesh.hpp>
+#endif
 
 #include <filesystem>
 #include <string>
@@ -30,7 +35,11 @@ inline MeshFormat mesh_format(const std::filesystem::path& path) {
                .expected = "a mesh file, .obj, .ply or .glb"});
 }
 
-inline Mesh read_mesh(const std::filesystem::path& path) {
+#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+
+namespace internal {
+
+inline Mesh read_mesh_file(const std::filesystem::path& path) {
   switch (mesh_format(path)) {
     case MeshFormat::obj:
       return read_obj(path);
@@ -40,10 +49,7 @@ inline Mesh read_mesh(const std::filesystem::path& path) {
       return read_gltf(path);
   }
 }
-
-/// Writes a mesh completely or not at all. `ply_format` is used for .ply.
-inline void write_mesh(const std::filesystem::path& path, const Mesh& mesh,
-                       PlyFormat ply_format = PlyFormat::binary_little_endian) {
+inline void write_mesh_file(const std::filesystem::path& path, const Mesh& mesh, PlyFormat ply_format) {
   switch (mesh_format(path)) {
     case MeshFormat::obj:
       return write_obj(path, mesh);
@@ -56,5 +62,22 @@ inline void write_mesh(const std::filesystem::path& path, const Mesh& mesh,
           {.file = path.string(), .found = "extension '.gltf'", .expected = ".glb, glTF in one file, to write"});
   }
 }
+
+}  // namespace internal
+
+#endif
+
+#ifdef NPT_PREBUILT
+Mesh read_mesh(const std::filesystem::path& path);
+void write_mesh(const std::filesystem::path& path, const Mesh& mesh,
+                PlyFormat ply_format = PlyFormat::binary_little_endian);
+#else
+inline Mesh read_mesh(const std::filesystem::path& path) { return internal::read_mesh_file(path); }
+/// Writes a mesh completely or not at all. `ply_format` is used for .ply.
+inline void write_mesh(const std::filesystem::path& path, const Mesh& mesh,
+                       PlyFormat ply_format = PlyFormat::binary_little_endian) {
+  internal::write_mesh_file(path, mesh, ply_format);
+}
+#endif
 
 }  // namespace npt::inline NPT_ABI
