@@ -151,7 +151,8 @@ TEST_CASE("a table that is taken for a person is said to have no person's propor
   CHECK(read_table().notes().find("proportions") != std::string::npos);
 }
 
-// Not so today: the shipped reader was shown animals among what is no person, and no furniture.
+// Not so today: the shipped reader was shown animals among what is no person, and no furniture; this table it reads
+// alike from all sides.
 TEST_CASE("a table isn't trusted" * doctest::should_fail()) { CHECK(read_table().trust() < 0.6); }
 
 TEST_CASE("trust: distance counts less where the reader tells people, shapes that nobody has count against") {
@@ -171,6 +172,12 @@ TEST_CASE("trust: distance counts less where the reader tells people, shapes tha
   reading.fit.reading_residual = 0.18;  // and its parts don't agree
   CHECK(reading.trust() < 0.6);
   reading.fit.reading_residual = 0.08;
+  reading.disagreement = 0.06;  // nor what is read from several sides
+  CHECK(reading.trust() < 0.6);
+  reading.fit.mesh_explained = reading.fit.body_explained = 0.98;  // but the body lies in it
+  CHECK(reading.trust() > 0.6);
+  reading.fit.mesh_explained = reading.fit.body_explained = 0.9;
+  reading.disagreement = 0;
   reading.fit.relative_distance = 0.005;
   CHECK(reading.notes().empty());
   reading.fit.body.betas.assign(26, 4.5F);
