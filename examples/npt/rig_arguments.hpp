@@ -8,7 +8,7 @@
 
 #include <npt/core/error.hpp>
 #include <npt/core/number_text.hpp>
-#include <npt/rig/joint_names.hpp>
+#include <npt/rig/joint_renaming.hpp>
 #include <npt/rig/rig.hpp>
 
 #include <cmath>
@@ -61,7 +61,7 @@ inline void rename_joints(const std::optional<std::filesystem::path>& names,
   std::vector<npt::Rig*> all;
   for (std::vector<NamedRig>* group : groups)
     for (NamedRig& named : *group) all.push_back(&named.rig);
-  npt::JointNames::read(*names).apply(all);
+  npt::JointRenaming::read(*names).apply(all);
 }
 
 }  // namespace program

@@ -3,7 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/rig/humanoid_joints.hpp>
-#include <npt/rig/joint_names.hpp>
+#include <npt/rig/joint_renaming.hpp>
 #include <npt/rig/rig_character.hpp>
 #include <npt/rig/rig_sampler.hpp>
 
@@ -35,7 +35,7 @@ std::string message(const std::string& text, std::vector<npt::Rig> rigs = {forei
   try {
     std::vector<npt::Rig*> all;
     for (npt::Rig& rig : rigs) all.push_back(&rig);
-    npt::JointNames(text, "names.txt").apply(all);
+    npt::JointRenaming(text, "names.txt").apply(all);
   } catch (const npt::Error& error) {
     return error.what();
   }
@@ -44,7 +44,7 @@ std::string message(const std::string& text, std::vector<npt::Rig> rigs = {forei
 
 void rename(npt::Rig& rig, const std::string& text) {
   const std::array<npt::Rig*, 1> all{&rig};
-  npt::JointNames(text, "names.txt").apply(all);
+  npt::JointRenaming(text, "names.txt").apply(all);
 }
 
 }  // namespace

@@ -28,10 +28,10 @@
 
 namespace npt::inline NPT_ABI {
 
-class JointNames {
+class JointRenaming {
  public:
   /// `name` stands in messages of errors.
-  JointNames(std::string_view text, std::string name) : name_(std::move(name)) {
+  JointRenaming(std::string_view text, std::string name) : name_(std::move(name)) {
     TextLines lines(text);
     std::string rig;
     for (std::string_view line; lines.next(line);) {
@@ -56,7 +56,7 @@ class JointNames {
     if (entries_.empty()) fail("", "no names", "lines of: joint other_name");
   }
 
-  static JointNames read(const std::filesystem::path& file) { return {read_file(file), file.string()}; }
+  static JointRenaming read(const std::filesystem::path& file) { return {read_file(file), file.string()}; }
 
   /// Renames joints of all rigs. What stands below a rig's own [rig] comes before what holds for all.
   void apply(std::span<Rig* const> rigs) const {
