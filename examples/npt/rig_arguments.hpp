@@ -1,5 +1,5 @@
-/// --rig FILE or FILE=WEIGHT: rigged characters, of which samples and pairs are made; --joint-names FILE: other names for
-/// their joints.
+/// --rig FILE or FILE=WEIGHT: rigged characters, of which samples and pairs are made.
+/// --joint-names FILE: other names for their joints.
 #pragma once
 
 #include "arguments.hpp"

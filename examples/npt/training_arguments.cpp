@@ -27,6 +27,8 @@ constexpr std::array<std::string_view, 5> run_options{"--help", "--threads", "--
 constexpr std::array<std::string_view, 2> length_options{"--steps", "--minutes"};
 constexpr std::array<std::string_view, 5> report_options{"--checkpoint-every", "--log-every", "--validate-every",
                                                          "--domain", "--precision"};
+/// Options that name files which a training reads.
+constexpr std::array<std::string_view, 5> input_options{"--body", "--rig", "--joint-names", "--family", "--start"};
 
 template <class List>
 bool contains(const List& list, std::string_view name) {
@@ -441,9 +443,8 @@ std::string command_text(const CLI::App& command) {
       continue;
     }
     for (const std::string& value : option->results()) {
-      const bool file =
-          name == "--body" || name == "--rig" || name == "--joint-names" || name == "--family" || name == "--start";
-      const std::string shown = file ? std::filesystem::path(value).filename().string() : value;
+      const std::string shown =
+          contains(input_options, name) ? std::filesystem::path(value).filename().string() : value;
       text += " " + name + " " + (shown.find(' ') == std::string::npos ? shown : "\"" + shown + "\"");
     }
   }

@@ -2,7 +2,9 @@
 
 #include <npt/core/sort.hpp>
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 TEST_CASE("keys of two numbers are sorted by the first, then by the second, each once") {
@@ -15,4 +17,13 @@ TEST_CASE("keys of two numbers are sorted by the first, then by the second, each
     CHECK(npt::first_of_key(keys[i]) == (i < 3 ? 0U : i < 6 ? 7U : 0xFFFFFFFFU));
     CHECK(npt::second_of_key(keys[i]) == (i % 3 == 0 ? 0U : i % 3 == 1 ? 3U : 0xFFFFFFFFU));
   }
+}
+
+TEST_CASE("the median is the value in the middle, of an even number the upper one") {
+  std::vector<double> values{3, 1, 2};
+  CHECK(npt::median(std::span(values)) == 2);
+  values.push_back(7);
+  CHECK(npt::median(std::span(values)) == 3);
+  std::vector<float> one{5};
+  CHECK(npt::median(std::span(one)) == 5);
 }

@@ -16,3 +16,9 @@ TEST_CASE("words of a line are separated by blanks, quotes hold them together, #
   CHECK(list_words("a#b") == Words{"a#b"});
   CHECK(!list_words("a 'b"));
 }
+
+TEST_CASE("what an error says of words") {
+  CHECK(npt::found_words(npt::list_words("a b")) == "2 words");
+  CHECK(npt::found_words(npt::list_words("a"), "name") == "1 name");
+  CHECK(npt::found_words(npt::list_words("'a")) == "a quotation mark that is not closed");
+}

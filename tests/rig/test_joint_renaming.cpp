@@ -10,7 +10,6 @@
 #include <array>
 #include <memory>
 #include <string>
-#include <vector>
 
 namespace {
 
@@ -31,20 +30,19 @@ std::string translation() {
   return text;
 }
 
-std::string message(const std::string& text, std::vector<npt::Rig> rigs = {foreign("a/knight.glb")}) {
+void rename(npt::Rig& rig, const std::string& text) {
+  const std::array<npt::Rig*, 1> all{&rig};
+  npt::JointRenaming(text, "names.txt").apply(all);
+}
+
+std::string message(const std::string& text) {
+  npt::Rig rig = foreign("a/knight.glb");
   try {
-    std::vector<npt::Rig*> all;
-    for (npt::Rig& rig : rigs) all.push_back(&rig);
-    npt::JointRenaming(text, "names.txt").apply(all);
+    rename(rig, text);
   } catch (const npt::Error& error) {
     return error.what();
   }
   return "no error";
-}
-
-void rename(npt::Rig& rig, const std::string& text) {
-  const std::array<npt::Rig*, 1> all{&rig};
-  npt::JointRenaming(text, "names.txt").apply(all);
 }
 
 }  // namespace

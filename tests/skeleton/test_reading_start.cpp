@@ -15,7 +15,7 @@ TEST_CASE("a fit that begins where a mesh was read needs no search") {
       npt::Reader::open(std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/readers/human.safetensors", 1));
   const npt::BodyFitter fitter(npt::borrowed(npt::mannequin()));
   int at_once = 0;
-  for (std::uint64_t seed = 2; seed <= 4; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     npt::Random random(812, seed);
     const npt::NaturalPoses::Pose pose = npt::natural_poses().sample(random);
     npt::Mesh mesh = npt::to_mesh(npt::mannequin(), npt::sample_shape(random, npt::mannequin().shape_count()), pose);

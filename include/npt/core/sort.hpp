@@ -1,5 +1,5 @@
-/// Sorting, in one place: every std::sort of another type or order costs g++ a tenth of a second wherever its header is
-/// included.
+/// Sorting, and the middle of values, in one place: every std::sort of another type or order costs g++ a tenth of a
+/// second wherever its header is included.
 #pragma once
 
 #include <npt/config.hpp>
@@ -21,6 +21,14 @@ inline void sort_keys_once(std::vector<std::uint64_t>& keys) {
   sort_keys(as_span(keys));
   const std::uint64_t* const end = std::unique(keys.data(), keys.data() + keys.size());
   keys.resize(static_cast<std::size_t>(end - keys.data()));
+}
+
+/// The value in the middle, of an even number of them the upper one. Changes their order. Requires  at least one value
+template <class T>
+T median(std::span<T> values) {
+  T* const middle = values.data() + values.size() / 2;
+  std::nth_element(values.data(), middle, values.data() + values.size());
+  return *middle;
 }
 
 /// A key that is sorted by `first`, then by `second`.

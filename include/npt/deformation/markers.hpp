@@ -49,11 +49,8 @@ inline std::vector<Marker> parse_markers(std::string_view text, const std::strin
     const std::string place = "line " + std::to_string(lines.number());
     if (words && words->empty()) continue;
     if (!words || words->size() != 2)
-      throw Error({.file = name,
-                   .place = place,
-                   .found = words ? std::to_string(words->size()) + (words->size() == 1 ? " word" : " words")
-                                  : "a quotation mark that is not closed",
-                   .expected = "source_vertex target_vertex"});
+      throw Error(
+          {.file = name, .place = place, .found = found_words(words), .expected = "source_vertex target_vertex"});
     markers.push_back(
         {deformation::marker_vertex((*words)[0], name, place), deformation::marker_vertex((*words)[1], name, place)});
   }

@@ -35,15 +35,12 @@ inline std::vector<ListedFiles> read_list_file(const std::filesystem::path& list
   for (std::string_view line; reader.next(line);) {
     const auto words = list_words(line);
     const std::string place = "line " + std::to_string(reader.number());
-    const auto fail = [&](std::string found) {
-      return Error({.file = list.string(),
-                    .place = place,
-                    .found = std::move(found),
-                    .expected = names + " (quotes around names with blanks)"});
-    };
-    if (!words) throw fail("a quotation mark that is not closed");
-    if (words->empty()) continue;
-    if (words->size() != count) throw fail(std::to_string(words->size()) + (words->size() == 1 ? " name" : " names"));
+    if (words && words->empty()) continue;
+    if (!words || words->size() != count)
+      throw Error({.file = list.string(),
+                   .place = place,
+                   .found = found_words(words, "name"),
+                   .expected = names + " (quotes around names with blanks)"});
     ListedFiles listed{.files = {}, .place = place};
     for (const auto& word : *words) listed.files.push_back(list.parent_path() / word);
     lines.push_back(std::move(listed));

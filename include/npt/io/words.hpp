@@ -34,4 +34,10 @@ inline std::optional<std::vector<std::string>> list_words(std::string_view line)
   }
 }
 
+/// What an error says was found where list_words() gave another number of words than was asked for, or nothing.
+inline std::string found_words(const std::optional<std::vector<std::string>>& words, const std::string& noun = "word") {
+  if (!words) return "a quotation mark that is not closed";
+  return std::to_string(words->size()) + " " + noun + (words->size() == 1 ? "" : "s");
+}
+
 }  // namespace npt::inline NPT_ABI

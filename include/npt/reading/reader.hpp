@@ -16,6 +16,7 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/matrix3.hpp>
+#include <npt/core/sort.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/engine/engine.hpp>
 #include <npt/engine/model.hpp>
@@ -138,8 +139,7 @@ class BasicReader {
       }
       distances.clear();
       for (const auto& other : places) distances.push_back(length(places[best][i] - other[i]));
-      std::ranges::nth_element(distances, distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2));
-      const double spread = std::max(0.01, static_cast<double>(distances[distances.size() / 2]));
+      const double spread = std::max(0.01, static_cast<double>(median(std::span(distances))));
       reading.push_back({samples[i].point, samples[i].normal, places[best][i].as<double>(), spread});
     }
     return reading;

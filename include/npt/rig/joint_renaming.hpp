@@ -43,11 +43,7 @@ class JointRenaming {
         if (rig.empty()) fail(place, "no name in []", "a rig's file without folder and extension");
         continue;
       }
-      if (!words || words->size() != 2)
-        fail(place,
-             words ? std::to_string(words->size()) + (words->size() == 1 ? " word" : " words")
-                   : "a quotation mark that is not closed",
-             "a joint and its other name, or [rig]");
+      if (!words || words->size() != 2) fail(place, found_words(words), "a joint and its other name, or [rig]");
       for (const Entry& before : entries_)
         if (before.rig == rig && before.joint == words->front())
           fail(place, "joint '" + before.joint + "' again (" + before.place + ")", "one other name for a joint");
@@ -77,10 +73,8 @@ class JointRenaming {
     throw Error({name_, std::move(place), std::move(found), std::move(expected)});
   }
 
-  static std::string stem(const Rig& rig) { return std::filesystem::path(rig.name).stem().string(); }
-
   void apply(Rig& rig, std::vector<bool>& used) const {
-    const std::string own = stem(rig);
+    const std::string own = rig::internal::stem(rig.name);
     std::vector<std::optional<std::size_t>> renamed(rig.joint_count());
     for (std::size_t e = 0; e < entries_.size(); ++e) {
       if (!entries_[e].rig.empty() && entries_[e].rig != own) continue;
@@ -107,10 +101,10 @@ class JointRenaming {
   [[noreturn]] void refuse(const Entry& entry, std::span<Rig* const> rigs) const {
     std::string names;
     for (const Rig* rig : rigs) {
-      if (stem(*rig) == entry.rig)
+      if (rig::internal::stem(rig->name) == entry.rig)
         fail(entry.place, "joint '" + entry.joint + "', which " + rig->name + " doesn't have",
              "the name of one of its " + std::to_string(rig->joint_count()) + " joints");
-      names += (names.empty() ? "" : ", ") + stem(*rig);
+      names += (names.empty() ? "" : ", ") + rig::internal::stem(rig->name);
     }
     if (entry.rig.empty()) fail(entry.place, "joint '" + entry.joint + "', which no rig has", "a joint of " + names);
     fail(entry.place, "[" + entry.rig + "]", names.empty() ? "a rig" : "one of the rigs: " + names);

@@ -62,6 +62,12 @@ struct Rig {
 
 namespace rig::internal {
 
+/// Of a file without its folder and extension.
+inline std::string stem(const std::string& file) {
+  const std::string name = file.substr(file.find_last_of("/\\") + 1);
+  return name.substr(0, name.rfind('.'));
+}
+
 class RigMaker {
  public:
   RigMaker(Scene scene, std::string name) {

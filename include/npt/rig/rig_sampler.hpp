@@ -43,12 +43,6 @@ namespace rig::internal {
 /// What stands behind the last '|' of a clip's name: Blender writes the armature's name before it.
 inline std::string own_clip_name(const std::string& name) { return name.substr(name.rfind('|') + 1); }
 
-/// Of a file without its folder and extension.
-inline std::string stem(const std::string& file) {
-  const std::string name = file.substr(file.find_last_of("/\\") + 1);
-  return name.substr(0, name.rfind('.'));
-}
-
 }  // namespace rig::internal
 
 /// Rigs, which of them share poses, and which of their clips are for training.
