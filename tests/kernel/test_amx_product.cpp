@@ -3,12 +3,14 @@
 #include <npt/core/aligned.hpp>
 #include <npt/core/random.hpp>
 #include <npt/kernel/amx_product.hpp>
+#include <npt/kernel/product.hpp>
 
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
 #include "support/needs.hpp"
+#include "support/needs_bf16.hpp"
 
 namespace kernel = npt::kernel;
 
@@ -35,7 +37,7 @@ double product_error(int rows, int columns, int parts, bool biased = true, int v
   for (kernel::Word& w : words.span()) w = 0x7FC07FC0;  // NaN where nothing is written
   const kernel::AmxOperand panel = kernel::split_panel(packed, operand.data(), valid, words.data());
   npt::AlignedBuffer<float> tile(kernel::amx_block_rows * width);
-  [[maybe_unused]] const npt::simd::MatrixRegisters registers;
+  [[maybe_unused]] const kernel::ProductScope scope({.parts = parts});
   double worst = 0;
   for (int b = 0; b < packed.block_count(); ++b) {
     packed.multiply(b, panel, kernel::AmxWeights::bias_at(packed.bias(), packed.first_row(b)), tile.data());
@@ -58,12 +60,21 @@ double product_error(int rows, int columns, int parts, bool biased = true, int v
 
 }  // namespace
 
-TEST_CASE("products on matrix registers are as exact as their parts" * support::needs_matrix_registers()) {
+TEST_CASE("products of bfloat16 are as exact as their values" * support::needs_bf16_words()) {
   for (const int rows : {1, 15, 16, 17, 32, 33, 131})
     for (const int columns : {1, 2, 31, 32, 33, 131}) {
       CAPTURE(rows);
       CAPTURE(columns);
       CHECK(product_error(rows, columns, 1) < 0x1p-7);
+    }
+  CHECK(product_error(49, 65, 1, false, 16) < 0x1p-7);
+}
+
+TEST_CASE("products on matrix registers are as exact as their parts" * support::needs_matrix_registers()) {
+  for (const int rows : {1, 15, 16, 17, 32, 33, 131})
+    for (const int columns : {1, 2, 31, 32, 33, 131}) {
+      CAPTURE(rows);
+      CAPTURE(columns);
       CHECK(product_error(rows, columns, 2) < 0x1p-14);
       CHECK(product_error(rows, columns, 3) < 3e-7);
     }
@@ -73,9 +84,9 @@ TEST_CASE("products on matrix registers are as exact as their parts" * support::
   CHECK(product_error(64, 64, 2, false, 1) < 0x1p-14);
 }
 
-TEST_CASE("matrix registers keep NaN and infinity where they are" * support::needs_matrix_registers()) {
+TEST_CASE("products in parts keep NaN and infinity where they are" * support::needs_bf16_words()) {
   constexpr int channels = 5;
-  for (int parts = 1; parts <= kernel::max_parts; ++parts) {
+  for (int parts = 1; parts <= kernel::max_parts && kernel::has_word_products(parts); ++parts) {
     const kernel::AmxWeights packed(
         16, channels, parts, [](int, int) { return 0.5F; }, [](int) { return 1.0F; });
     npt::AlignedBuffer<float> operand(index(channels * width));
@@ -86,7 +97,7 @@ TEST_CASE("matrix registers keep NaN and infinity where they are" * support::nee
     const kernel::AmxOperand panel = kernel::split_panel(packed, operand.data(), width, words.data());
     npt::AlignedBuffer<float> tile(16 * width);
     {
-      [[maybe_unused]] const npt::simd::MatrixRegisters registers;
+      [[maybe_unused]] const kernel::ProductScope scope({.parts = parts});
       packed.multiply(0, panel, packed.bias(), tile.data());
     }
     for (int v = 0; v < width; ++v) {

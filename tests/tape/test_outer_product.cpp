@@ -2,6 +2,7 @@
 
 #include <npt/core/aligned.hpp>
 #include <npt/core/random.hpp>
+#include <npt/kernel/product.hpp>
 #include <npt/tape/amx_outer_product.hpp>
 #include <npt/tape/outer_product.hpp>
 
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "support/needs.hpp"
+#include "support/needs_bf16.hpp"
 
 namespace kernel = npt::kernel;
 namespace tape = npt::tape;
@@ -89,17 +91,16 @@ TEST_CASE("a product over the vertices is what plain loops give, with the sum of
     }
 }
 
-TEST_CASE("a product over the vertices on matrix registers is what plain loops give" *
-          support::needs_matrix_registers()) {
+TEST_CASE("a product over the vertices of values in parts is what plain loops give" * support::needs_bf16_words()) {
   for (const int rows : std::initializer_list<int>{1, 16, 17, 66})
     for (const int columns : std::initializer_list<int>{3, 15, 16, 47})
-      for (const int parts : std::initializer_list<int>{1, 2, 3}) {
+      for (int parts = 1; parts <= kernel::max_parts && kernel::has_word_products(parts); ++parts) {
         const std::vector<int> groups{96, 96, 96, 96, 96, 41};
         const Operands<float> a(rows, groups, 1), b(columns, groups, 2);
         const auto shape = tape::AmxOuterShape::of(rows, columns + 1, parts);
         npt::AlignedBuffer<kernel::Word> memory(shape.a_size()), more(shape.b_size());
         npt::AlignedBuffer<float> result(shape.result_size());
-        [[maybe_unused]] const npt::simd::MatrixRegisters registers;
+        [[maybe_unused]] const kernel::ProductScope scope({.parts = parts});
         tape::AmxOuterProduct product(shape, memory.data(), more.data(), result.data());
         CHECK(product_error(shape, product, a, b, static_cast<const float*>(result.data())) <
               (parts == 1 ? 0.5 : 1e-2));

@@ -239,7 +239,7 @@ class Forward : View<T> {
     const kernel::ProductWeights<T>& weights = packed_.stage(i).weights;
     [[maybe_unused]] const kernel::ProductScope scope(weights.format());
     kernel::GroupProduct<T> product(weights);
-    if constexpr (kernel::ProductFormat::has_parts<T>) {
+    if constexpr (kernel::ProductFormat::has_several_parts<T>) {
       if (weights.on_matrix_registers()) {
         const bool by_panel = weights.panel_by_panel() && !overwrites_sources(stage, task);
         multiply(i, task, product, by_panel,

@@ -1,29 +1,24 @@
-/// The kernel of products on matrix registers (AMX), and which bfloat16 parts of weights and operand meet in it
-/// (amx_product.hpp).
+/// The kernel of products on matrix registers (AMX), which bfloat16 parts of weights and operand meet in it
+/// (amx_product.hpp), and which kernel takes them where there are none.
 #pragma once
 
 #include <npt/config.hpp>
 #include <npt/kernel/panel.hpp>
+#include <npt/kernel/word_kernel.hpp>
 #include <npt/simd/amx.hpp>
 #include <npt/simd/batch.hpp>
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <type_traits>
 
 namespace npt::inline NPT_ABI::kernel {
-
-using Word = std::uint32_t;  ///< two bfloat16 values
 
 inline constexpr int max_parts = 3;
 /// Rows of weights that one call of the kernel takes.
 inline constexpr int amx_block_rows = 2 * simd::matrix_rows;
 /// Columns of weights, and so channels of the operand, that one product of matrix registers takes.
 inline constexpr int amx_columns = 2 * simd::matrix_words;
-
-/// Elements of a matrix register, of either kind.
-inline constexpr std::size_t matrix_size = std::size_t{simd::matrix_rows} * simd::matrix_words;
 
 /// Which parts meet in a product of matrix registers, the largest is 0.
 struct PartPair {
@@ -112,24 +107,32 @@ NPT_NOINLINE void amx_kernel(int depth, const Word* NPT_RESTRICT weights, const 
   asm volatile("" ::: "memory");
 }
 
-/// The kernel for a number of parts, of row registers and of halves of a panel.
+#endif
+
+/// Whether products of values in `parts` bfloat16 parts run here: on matrix registers, those of one also on AVX-512's.
+inline bool has_word_products(int parts) noexcept {
+  return simd::has_matrix_registers() || (has_word_kernel && parts == 1);
+}
+
+/// The kernel for a number of parts, of row registers and of halves of a panel, where there is one.
 template <class = void>
 AmxKernel amx_kernel_for(int parts, int row_registers, int halves) {
+#if NPT_HAS_AMX
   static constexpr AmxKernel kernels[max_parts][2][2] = {
       {{&amx_kernel<1, 1, 1>, &amx_kernel<1, 1, 2>}, {&amx_kernel<1, 2, 1>, &amx_kernel<1, 2, 2>}},
       {{&amx_kernel<2, 1, 1>, &amx_kernel<2, 1, 2>}, {&amx_kernel<2, 2, 1>, &amx_kernel<2, 2, 2>}},
       {{&amx_kernel<3, 1, 1>, &amx_kernel<3, 1, 2>}, {&amx_kernel<3, 2, 1>, &amx_kernel<3, 2, 2>}}};
-  return kernels[parts - 1][row_registers - 1][halves - 1];
-}
-
-#else
-
-// Never called: there is no engine for it. It keeps code that names both products compiling.
-template <class = void>
-AmxKernel amx_kernel_for(int, int, int) {
-  return nullptr;
-}
-
+  if (simd::has_matrix_registers()) return kernels[parts - 1][row_registers - 1][halves - 1];
 #endif
+  if constexpr (has_word_kernel) {
+    static constexpr AmxKernel in_vectors[2][2] = {{&word_kernel<1, 1>, &word_kernel<1, 2>},
+                                                   {&word_kernel<2, 1>, &word_kernel<2, 2>}};
+    NPT_ASSERT(parts == 1);
+    return in_vectors[row_registers - 1][halves - 1];
+  } else {
+    static_cast<void>(parts + row_registers + halves);
+    return nullptr;  // never called: no product has parts
+  }
+}
 
 }  // namespace npt::inline NPT_ABI::kernel

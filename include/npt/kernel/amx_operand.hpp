@@ -5,6 +5,7 @@
 #include <npt/config.hpp>
 #include <npt/kernel/amx_kernel.hpp>
 #include <npt/kernel/panel.hpp>
+#include <npt/kernel/word_kernel.hpp>
 #include <npt/simd/amx.hpp>
 #include <npt/simd/batch.hpp>
 #include <npt/simd/bf16.hpp>

@@ -1,4 +1,5 @@
 /// The matrix product on matrix registers (AMX), for fp32 values that are split into one, two or three bfloat16 parts.
+/// Of one part also where vector registers alone multiply bfloat16 pairs (word_kernel.hpp), as training needs it.
 ///
 ///   x = x1 + x2 + ...       each part the bfloat16 next to what the parts before it leave over
 ///   w x ~ sum of wi xj      over i + j <= parts + 1: 1, 3 or 6 products, smallest terms left out
@@ -23,6 +24,7 @@
 #include <npt/kernel/few_columns.hpp>
 #include <npt/kernel/few_rows.hpp>
 #include <npt/kernel/panel.hpp>
+#include <npt/kernel/word_kernel.hpp>
 #include <npt/simd/amx.hpp>
 #include <npt/simd/batch.hpp>
 #include <npt/simd/bf16.hpp>

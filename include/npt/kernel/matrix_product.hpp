@@ -20,7 +20,7 @@ class MatrixProduct {
  public:
   /// `parts`: of bfloat16 values, on matrix registers (amx_product.hpp); 0: products in T.
   explicit MatrixProduct(int parts = 0)
-      : format_{.parts = ProductFormat::has_parts<T> && simd::has_matrix_registers() ? parts : 0} {}
+      : format_{.parts = ProductFormat::has_parts<T> && has_word_products(parts) ? parts : 0} {}
 
   /// a: [m, k]   transposed: [k, m]   b: [k, n]   c: [m, n], which may not overlap them.
   void operator()(int m, int n, int k, const T* a, const T* transposed, const T* b, T* c) {

@@ -1,7 +1,8 @@
 /// A product of packed weights with an operand, on whichever unit multiplies: one class for all, so that nothing
 /// outside this header and the making of operands asks which.
 ///   vector registers   weights and operand in T (packed_weights.hpp), or as pairs of bfloat16 values (AVX512_BF16)
-///   matrix registers   fp32 values in one to three bfloat16 parts (AMX, amx_product.hpp)
+///   matrix registers   fp32 values in one to three bfloat16 parts (AMX, amx_product.hpp); of one part vector registers
+///                      multiply in the same layout where there are no matrix registers
 #pragma once
 
 #include <npt/config.hpp>
@@ -11,6 +12,7 @@
 #include <npt/kernel/micro_kernel.hpp>
 #include <npt/kernel/packed_weights.hpp>
 #include <npt/kernel/panel.hpp>
+#include <npt/kernel/word_kernel.hpp>
 #include <npt/simd/amx.hpp>
 #include <npt/simd/bf16.hpp>
 
@@ -25,11 +27,14 @@ namespace npt::inline NPT_ABI::kernel {
 /// What a product's factors are.
 struct ProductFormat {
   bool pairs = false;  ///< pairs of bfloat16 values in vector registers; else T there
-  int parts = 0;       ///< bfloat16 parts of a value on matrix registers; 0: vector registers multiply
+  int parts = 0;       ///< bfloat16 parts of a value, laid out for matrix registers; 0: T or pairs
 
-  /// Whether products of T may run on matrix registers in this build.
+  /// Whether products of T may have parts in this build.
   template <class T>
-  static constexpr bool has_parts = std::is_same_v<T, float>&& NPT_HAS_AMX != 0;
+  static constexpr bool has_parts = std::is_same_v<T, float> && (NPT_HAS_AMX != 0 || has_word_kernel);
+  /// Several: only matrix registers gain by them. Engines without those take pairs instead of one part.
+  template <class T>
+  static constexpr bool has_several_parts = std::is_same_v<T, float>&& NPT_HAS_AMX != 0;
 };
 
 /// M x K weights and M biases, packed for a format.
@@ -156,7 +161,7 @@ class ProductWeights {
 class ProductScope {
  public:
   explicit ProductScope(ProductFormat format) {
-    if (format.parts > 0) registers_.emplace();
+    if (format.parts > 0 && simd::has_matrix_registers()) registers_.emplace();
   }
 
  private:

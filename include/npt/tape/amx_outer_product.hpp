@@ -1,5 +1,5 @@
 /// Products that sum over the vertices on matrix registers (AMX): what outer_product.hpp computes, of values in
-/// bfloat16 parts (amx_product.hpp).
+/// bfloat16 parts (amx_product.hpp); of one part without matrix registers too (kernel/word_kernel.hpp).
 ///   out[r][k] += sum over v of a[r][v] * b[k][v]
 /// Rows of `a` need no transposition: vertices lie side by side in a tile, and so they do in the matrix register on the
 /// left. Those of `b` are transposed as words of two vertices, half of what single values would take.
@@ -13,6 +13,7 @@
 #include <npt/config.hpp>
 #include <npt/kernel/amx_product.hpp>
 #include <npt/kernel/panel.hpp>
+#include <npt/kernel/word_kernel.hpp>
 #include <npt/simd/amx.hpp>
 #include <npt/simd/batch.hpp>
 #include <npt/simd/bf16.hpp>
@@ -65,7 +66,7 @@ struct AmxOuterShape {
 };
 
 /// Collects tiles of both operands and sums their products up as OuterProduct does, but the first product overwrites
-/// the result. The caller holds simd::MatrixRegisters.
+/// the result. The caller holds simd::MatrixRegisters where there are some.
 class AmxOuterProduct {
  public:
   AmxOuterProduct(const AmxOuterShape& shape, kernel::Word* a, kernel::Word* b, float* result)
@@ -147,12 +148,42 @@ class AmxOuterProduct {
   template <int Rows, int Columns>
   void add_parts(int r, int c) const {
     static_assert(kernel::max_parts == 3);
+    if (!simd::has_matrix_registers()) {
+      if constexpr (kernel::has_word_kernel) add_words<Rows, Columns>(r, c);
+      return;
+    }
     if (shape_.parts == 1)
       add<Rows, Columns, 1>(r, c);
     else if (shape_.parts == 2)
       add<Rows, Columns, 2>(r, c);
     else
       add<Rows, Columns, 3>(r, c);
+  }
+
+  /// As add(), of one part, in vector registers.
+  template <int Rows, int Columns>
+  NPT_NOINLINE void add_words(int r, int c) const {
+    for (int first = 0; first < Rows * simd::matrix_rows; first += kernel::word_strip) {
+      const int row = r * simd::matrix_rows + first;
+      const kernel::Word *a = a_ + index(row / simd::matrix_rows) * shape_.line() +
+                              index(row % simd::matrix_rows * simd::matrix_words),
+                         *b = b_ + index(c) * shape_.line();
+      float* out = result_ + shape_.at(row, c * AmxOuterShape::width);
+      kernel::WordSums<Columns> sums;
+      simd::unroll<kernel::word_strip>([&](auto i) NPT_LAMBDA_INLINE {
+        simd::unroll<Columns>([&](auto k) NPT_LAMBDA_INLINE {
+          sums.at[i][k] =
+              adds_ ? simd::load(out + k * kernel::matrix_size + i * simd::matrix_words) : simd::broadcast(0.0F);
+        });
+      });
+      for (int v = 0; v < collected_; ++v, a += kernel::matrix_size, b += kernel::matrix_size)
+        sums.add(a, b, shape_.line());
+      simd::unroll<kernel::word_strip>([&](auto i) NPT_LAMBDA_INLINE {
+        simd::unroll<Columns>([&](auto k) NPT_LAMBDA_INLINE {
+          simd::store(out + k * kernel::matrix_size + i * simd::matrix_words, sums.at[i][k]);
+        });
+      });
+    }
   }
 
   template <int Rows, int Columns, int Parts>

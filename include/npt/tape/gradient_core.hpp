@@ -47,16 +47,18 @@ class GradientCore {
 
   Precision precision() const { return precision_; }
   /// What products are computed in, from the next load() on. Everything else, sums and stored values too, stays T.
-  /// Errors  npt::Error where this build or machine has no matrix registers for bfloat16
+  /// Errors  npt::Error where this build or machine doesn't multiply bfloat16, or not in as many parts
   NPT_NOINLINE void set_precision(Precision precision) {
     precision = engine::resolve<T>(precision, *tape_);
-    if (precision != Precision::native && !(std::is_same_v<T, float> && simd::has_matrix_registers()))
+    const int parts = parts_of(precision);
+    if (parts > 0 && !(std::is_same_v<T, float> && kernel::has_word_products(parts)))
       throw Error({.file = "precision",
                    .found = std::string(name_of(precision)) + " in gradients compiled for " NPT_ISA_NAME,
-                   .expected = "float and a processor and a system with AMX, or the native precision"});
+                   .expected = parts == 1 ? "float and a processor with AVX512_BF16, or the native precision"
+                                          : "float and a processor and a system with AMX, or the native precision"});
     precision_ = precision;
     *memory_ = Memory<T>{};
-    memory_->format = engine::format_of(precision);
+    memory_->format = {.parts = parts};
   }
 
   /// Takes new weights: after every step of the optimiser.

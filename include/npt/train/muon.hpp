@@ -27,8 +27,8 @@ namespace npt::inline NPT_ABI {
 struct MuonOptions {
   double momentum = 0.95;
   int iterations = 5;
-  /// bfloat16 parts of a value in the iteration's products, on matrix registers; 0: fp32. One is enough, as in its
-  /// authors' code: the iteration only aims at singular values between 0.7 and 1.2.
+  /// bfloat16 parts of a value in the iteration's products, where this machine has them; else and with 0: fp32. One is
+  /// enough, as in its authors' code: the iteration only aims at singular values between 0.7 and 1.2.
   int parts = 0;
 };
 
