@@ -41,6 +41,7 @@ static int finite_numbers(const float* values) {
   return 1;
 }
 
+/* NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): it is the bits that are compared */
 static int same(const float* a, const float* b) { return memcmp(a, b, sizeof result) == 0; }
 
 static void transfers(void) {

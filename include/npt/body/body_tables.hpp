@@ -109,6 +109,7 @@ inline void check_tables(const BodyTables& body, const std::string& source = "bo
   const std::size_t v = body.vertex_count(), j = body.joint_count();
   require(v > 0 && body.v_template.size() == 3 * v, source, "tensor 'v_template'",
           std::to_string(body.v_template.size()) + " numbers", "three for each of at least one vertex");
+  // NOLINTNEXTLINE(clang-analyzer-core.DivideZero): the line before has thrown then
   require(body.shapedirs.size() % (3 * v) == 0, source, "tensor 'shapedirs'",
           std::to_string(body.shapedirs.size()) + " numbers", "a multiple of 3 * " + std::to_string(v));
   check_parents(body.parents, source);

@@ -52,7 +52,8 @@ struct BodySamplerOptions : SampleOptions {
 
 class BodySampler : public SampleSource {
  public:
-  explicit BodySampler(const std::vector<WeightedBody>& bodies, BodySamplerOptions options = {}) : options_(options) {
+  explicit BodySampler(const std::vector<WeightedBody>& bodies, BodySamplerOptions options = {})
+      : options_(std::move(options)) {
     data::check_options(options_);
     expect_part("wide_poses", options_.wide_poses);
     expect_part("natural_poses", options_.natural_poses);
@@ -80,7 +81,7 @@ class BodySampler : public SampleSource {
     }
   }
   explicit BodySampler(std::shared_ptr<const BodyModel> body, BodySamplerOptions options = {})
-      : BodySampler(std::vector<WeightedBody>{{std::move(body), 1}}, options) {}
+      : BodySampler(std::vector<WeightedBody>{{std::move(body), 1}}, std::move(options)) {}
 
   using SampleSource::draw;
   const BodySamplerOptions& options() const noexcept { return options_; }

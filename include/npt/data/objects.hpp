@@ -361,6 +361,7 @@ inline void draw_object_points(const std::vector<ObjectPart>& parts, Random& ran
                                std::vector<Vec3f>& points, std::vector<Vec3f>& normals) {
   const std::vector<data::internal::ObjectFace> faces = data::internal::faces_of(parts);
   std::vector<double> sums;
+  sums.reserve(faces.size());
   double sum = 0;
   for (const auto& face : faces) sums.push_back(sum += face.area);
   points.clear(), normals.clear();

@@ -322,6 +322,7 @@ class ReadingSampler final : public SampleSource {
 
   static std::vector<WeightedCloud> equally(const std::vector<std::shared_ptr<const SurfaceCloud>>& bodies) {
     std::vector<WeightedCloud> members;
+    members.reserve(bodies.size());
     for (const auto& body : bodies) members.push_back({body, 1});
     return members;
   }

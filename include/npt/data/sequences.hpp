@@ -38,9 +38,10 @@ class JitterMeter {
     if (frames_ > 0) expect_comparable(frame, last_[0]);
     if (frames_ >= 2) {
       double sum = 0;
-      for (std::size_t v = 0; v < frame.size() / 3; ++v)
+      const std::size_t vertices = frame.size() / 3;
+      for (std::size_t v = 0; v < vertices; ++v)
         sum += length(point_at(frame, v) - point_at(last_[0], v) * 2.0 + point_at(last_[1], v));
-      sum_ += sum / static_cast<double>(frame.size() / 3);
+      sum_ += sum / static_cast<double>(vertices);
     }
     std::swap(last_[0], last_[1]);
     last_[0].assign(frame.begin(), frame.end());

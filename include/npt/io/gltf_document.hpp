@@ -133,6 +133,7 @@ class GltfDocument {
   std::vector<double> reals(const GltfItem& object, const char* key, std::size_t count) const {
     std::vector<double> result;
     const std::vector<GltfItem> all = items(object, key);
+    result.reserve(all.size());
     for (const GltfItem& item : all) result.push_back(real(item));
     if (count != 0 && !result.empty() && result.size() != count)
       fail(all[0].place, std::to_string(result.size()) + " numbers", std::to_string(count));

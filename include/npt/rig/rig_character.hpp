@@ -113,7 +113,7 @@ class RigCharacter {
       const std::size_t parent = parents_[j];
       if (parent == no_item) continue;
       second[j] = second[parent];
-      if (children[parent] > 1) second[j] = random.uniform() < 0.5;
+      if (children[parent] > 1) second[j] = random.uniform() < 0.5 ? 1 : 0;
       const RigPose& from = second[j] != 0 ? b : a;
       result.rotations[j] = result.rotations[parent] * (from.rotations[parent].transposed() * from.rotations[j]);
       result.offsets[j] = from.offsets[j];

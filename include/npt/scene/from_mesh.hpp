@@ -80,7 +80,7 @@ class SceneFromMesh {
   /// What makes a corner a vertex of its own.
   struct Corner {
     std::uint32_t v = 0, texcoord = no_index, normal = no_index;
-    friend constexpr auto operator<=>(const Corner&, const Corner&) = default;
+    friend constexpr auto operator<=>(const Corner&, const Corner&) = default;  // NOLINT(modernize-use-nullptr)
   };
   struct Part {
     std::string name;

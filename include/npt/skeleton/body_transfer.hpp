@@ -311,6 +311,7 @@ class BasicBodyTransfer {
     const Matrix3 between = rotation_matrix({0, std::numbers::pi / options_.turns, 0});
     const std::vector<Reading> readings = reader_.read(samples, {.turns = options_.turns, .upright = between});
     std::vector<std::pair<double, std::size_t>> ranked;
+    ranked.reserve(readings.size());
     for (const Reading& r : readings) ranked.emplace_back(motion_of(r).residual, ranked.size());
     std::ranges::sort(ranked);
     for (std::size_t i = 0; i < std::min(looks, ranked.size()); ++i) {
