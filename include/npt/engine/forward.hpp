@@ -179,7 +179,7 @@ class Forward : View<T> {
   /// Panel p of the operand for matrix registers, in the memory of panel `place`.
   kernel::AmxOperand split_operand(int i, const Task<T>& task, int p, int place) const {
     const Stage& stage = program_.stage(i);
-    const kernel::AmxWeights& weights = packed_.stage(i).weights.for_matrix_registers();
+    const kernel::AmxWeights& weights = packed_.stage(i).weights.part_weights();
     kernel::Word* words = task.words + weights.panel_words() * index(place);
     const int valid = task.item.valid - p * kernel::panel_width<T>;
     if (stage.direct) {
@@ -240,7 +240,7 @@ class Forward : View<T> {
     [[maybe_unused]] const kernel::ProductScope scope(weights.format());
     kernel::GroupProduct<T> product(weights);
     if constexpr (kernel::ProductFormat::has_several_parts<T>) {
-      if (weights.on_matrix_registers()) {
+      if (weights.in_parts()) {
         const bool by_panel = weights.panel_by_panel() && !overwrites_sources(stage, task);
         multiply(i, task, product, by_panel,
                  [&](int p) { product.set_panel(p, split_operand(i, task, p, by_panel ? 0 : p)); });

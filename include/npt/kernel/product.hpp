@@ -1,8 +1,8 @@
 /// A product of packed weights with an operand, on whichever unit multiplies: one class for all, so that nothing
 /// outside this header and the making of operands asks which.
-///   vector registers   weights and operand in T (packed_weights.hpp), or as pairs of bfloat16 values (AVX512_BF16)
-///   matrix registers   fp32 values in one to three bfloat16 parts (AMX, amx_product.hpp); of one part vector registers
-///                      multiply in the same layout where there are no matrix registers
+///   T or pairs   weights and operand in T (packed_weights.hpp), or as pairs of bfloat16 values (AVX512_BF16)
+///   parts        fp32 values in one to three bfloat16 parts, on matrix registers (AMX, amx_product.hpp); of one part
+///                vector registers multiply in the same layout where there are none (word_kernel.hpp)
 #pragma once
 
 #include <npt/config.hpp>
@@ -65,7 +65,7 @@ class ProductWeights {
     vector_.pack(rows, columns, weight, bias);
   }
 
-  /// Packs a matrix in memory, whose rows are `stride` elements apart: several times as fast for matrix registers.
+  /// Packs a matrix in memory, whose rows are `stride` elements apart: several times as fast for parts.
   template <class Bias>
   void pack_matrix(int rows, int columns, ProductFormat format, const T* from, std::size_t stride, Bias&& bias) {
     if constexpr (matrix) {
@@ -84,27 +84,27 @@ class ProductWeights {
   }
 
   ProductFormat format() const { return format_; }
-  bool on_matrix_registers() const { return matrix && format_.parts > 0; }
+  bool in_parts() const { return matrix && format_.parts > 0; }
   /// For making operands.
-  const AmxWeights& for_matrix_registers() const { return matrix_; }
-  /// Rows of the operand's tile for vector registers.
+  const AmxWeights& part_weights() const { return matrix_; }
+  /// Rows of the operand's tile for T or pairs.
   int steps() const { return vector_.k_count(); }
 
   /// Most rows of a block.
   static constexpr int tallest_block =
       ProductFormat::has_parts<T> ? std::max(max_tile_rows, amx_block_rows) : max_tile_rows;
-  int block_count() const { return on_matrix_registers() ? matrix_.block_count() : vector_.block_count(); }
-  int first_row(int block) const { return on_matrix_registers() ? matrix_.first_row(block) : vector_.first_row(block); }
-  int rows(int block) const { return on_matrix_registers() ? matrix_.rows(block) : vector_.rows(block); }
+  int block_count() const { return in_parts() ? matrix_.block_count() : vector_.block_count(); }
+  int first_row(int block) const { return in_parts() ? matrix_.first_row(block) : vector_.first_row(block); }
+  int rows(int block) const { return in_parts() ? matrix_.rows(block) : vector_.rows(block); }
   /// Whether a product writes no rows behind those of the block.
-  bool writes_exactly(int block) const { return !on_matrix_registers() || matrix_.writes_exactly(block); }
+  bool writes_exactly(int block) const { return !in_parts() || matrix_.writes_exactly(block); }
   /// Whether all rows of one panel should come before the next panel.
-  bool panel_by_panel() const { return on_matrix_registers() && matrix_.panel_by_panel(); }
+  bool panel_by_panel() const { return in_parts() && matrix_.panel_by_panel(); }
 
   /// May be nullptr where all are zero.
   const T* bias() const {
     if constexpr (matrix)
-      if (on_matrix_registers()) return matrix_.bias();
+      if (in_parts()) return matrix_.bias();
     return vector_.bias();
   }
   /// The bias of a row.
@@ -116,26 +116,26 @@ class ProductWeights {
   /// behind the last.
   const T* bias_at(const T* biases, int row) const {
     if constexpr (matrix)
-      if (on_matrix_registers()) return AmxWeights::bias_at(biases, row);
+      if (in_parts()) return AmxWeights::bias_at(biases, row);
     return PackedWeights<T>::bias_at(biases, row);
   }
-  int bias_width() const { return on_matrix_registers() ? AmxWeights::bias_width : 1; }
+  int bias_width() const { return in_parts() ? AmxWeights::bias_width : 1; }
   /// Lays out biases [rows] so, in place.
   void lay_out_biases(T* biases, int rows) const {
     if constexpr (matrix)
-      if (on_matrix_registers()) spread_biases(biases, rows);
+      if (in_parts()) spread_biases(biases, rows);
   }
 
-  /// Words of an operand for `panels` panels on matrix registers, and elements that it keeps in T.
-  std::size_t operand_words(int panels) const { return on_matrix_registers() ? matrix_.operand_words(panels) : 0; }
-  std::size_t operand_values() const { return on_matrix_registers() ? tile_size(matrix_.value_rows()) : 0; }
+  /// Words of an operand in parts for `panels` panels, and elements that it keeps in T.
+  std::size_t operand_words(int panels) const { return in_parts() ? matrix_.operand_words(panels) : 0; }
+  std::size_t operand_values() const { return in_parts() ? tile_size(matrix_.value_rows()) : 0; }
   std::size_t bytes() const { return vector_.bytes() + matrix_.bytes(); }
 
   /// tile[rows(block)][panel_width] = bias + weights * operand for one block and one panel, which lies at `panel` for
-  /// vector registers and in `words` for matrix registers. `bias`: of the block's first row.
+  /// T or pairs and in `words` for parts. `bias`: of the block's first row.
   void multiply(int block, const T* panel, const AmxOperand& words, const T* bias, T* tile) const {
     if constexpr (matrix) {
-      if (on_matrix_registers()) {
+      if (in_parts()) {
         matrix_.multiply(block, words, bias, tile);
         return;
       }
@@ -179,23 +179,23 @@ class GroupProduct {
   GroupProduct(const ProductWeights<T>& weights, const T* tile, int valid, Word* words)
       : weights_(weights), tile_(tile) {
     if constexpr (ProductFormat::has_parts<T>) {
-      if (!weights.on_matrix_registers()) return;
-      const AmxWeights& amx = weights.for_matrix_registers();
+      if (!weights.in_parts()) return;
+      const AmxWeights& amx = weights.part_weights();
       for (int p = 0; p < used_panels<T>(valid); ++p)
         panels_[index(p)] = split_panel(amx, tile + panel_stride<T>(amx.columns()) * index(p),
                                         valid - p * panel_width<T>, words + amx.panel_words() * index(p));
     }
   }
 
-  /// For vector registers: the tile, in the weights' format.
+  /// For T or pairs: the tile, in the weights' format.
   void set_operand(const T* tile) { tile_ = tile; }
-  /// For matrix registers.
+  /// For parts.
   void set_panel(int panel, const AmxOperand& operand) { panels_[index(panel)] = operand; }
 
   /// A block's rows of a panel, [rows(block)][panel_width], and up to tallest_block rows where it doesn't write
   /// exactly.
   void multiply(int block, int panel, const T* bias, T* to) const {
-    const T* at = weights_.on_matrix_registers() ? nullptr : tile_ + panel_stride<T>(weights_.steps()) * index(panel);
+    const T* at = weights_.in_parts() ? nullptr : tile_ + panel_stride<T>(weights_.steps()) * index(panel);
     weights_.multiply(block, at, panels_[index(panel)], bias, to);
   }
   /// No more than the block's rows.
