@@ -397,7 +397,7 @@ void add(CLI::App& command) {
       ->capture_default_str();
   command
       .add_flag("--fresh-choices", o->fresh_choices,
-                "Choose points and pairings anew for every frame of a sequence, to see what that does")
+                "Choose points and pairings anew for every frame of a sequence; differs where vertex counts do")
       ->needs(sequences);
   command.add_option("--shapes", o->shapes, "Distribution of a body's shapes: normal, or uniform in [-4, 4]")
       ->check(CLI::IsMember({"normal", "uniform"}))
