@@ -30,13 +30,13 @@ inline constexpr int word_strip = simd::matrix_rows / 2;
 /// Sums of a strip of rows, one or two registers of columns wide.
 template <int Columns>
 struct WordSums {
-  simd::Batch<float> at[word_strip][Columns];
+  simd::Batch<float> at[std::size_t{word_strip}][std::size_t{Columns}];
 
   /// += a strip of the matrix [16 rows][16 words] at `a` times the matrices [16 words][16 columns] at `b` and, for two
   /// columns, at `b` + `next`.
   NPT_ALWAYS_INLINE void add(const Word* NPT_RESTRICT a, const Word* NPT_RESTRICT b, std::size_t next) {
     for (int w = 0; w < simd::matrix_words; ++w, ++a, b += simd::matrix_words) {
-      simd::Batch<float> x[Columns];
+      simd::Batch<float> x[std::size_t{Columns}];
       simd::unroll<Columns>([&](auto c) NPT_LAMBDA_INLINE {
         x[c] = simd::load(reinterpret_cast<const float*>(b + static_cast<std::size_t>(c) * next));
       });

@@ -112,7 +112,7 @@ class RigMixture {
   /// Half of the joints of each have their namesakes in the other.
   static bool share_names(const RigCharacter& a, const RigCharacter& b) {
     std::size_t common = 0;
-    for (const auto& [name, number] : a.joints()) common += b.joints().contains(name) ? 1 : 0;
+    for (const auto& [name, number] : a.joints()) common += b.joints().contains(name) ? 1U : 0U;
     return 2 * common >= std::max(a.joints().size(), b.joints().size());
   }
 
