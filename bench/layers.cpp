@@ -63,7 +63,7 @@ void conv1x1(benchmark::State& state) {
       float* product = y.data() + kernel::tile_size(c.rows) * static_cast<std::size_t>(g);
       for (int b = 0; b < packed.blocks().count; ++b)
         for (int p = 0; p < panels; ++p)
-          kernel::micro_kernels<float>[static_cast<std::size_t>(packed.blocks().rows(b))](
+          kernel::micro_kernel_of<float>(packed.blocks().rows(b))(
               c.columns, packed.block(b),
               operand + kernel::panel_stride<float>(c.columns) * static_cast<std::size_t>(p),
               packed.bias() + packed.blocks().first_row(b),

@@ -45,8 +45,7 @@ struct Case {
 void micro_kernel(benchmark::State& state) {
   Case c(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
   const auto run = [&] {
-    kernel::micro_kernels<float>[static_cast<std::size_t>(c.rows)](c.k, c.weights.data(), c.operand.data(),
-                                                                   c.bias.data(), c.tile.data());
+    kernel::micro_kernel_of<float>(c.rows)(c.k, c.weights.data(), c.operand.data(), c.bias.data(), c.tile.data());
   };
   run();
   if (!bench::verified(state, c.error([&](int r, int v) { return c.tile.data()[r * width + v]; }))) return;

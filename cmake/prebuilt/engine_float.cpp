@@ -1,3 +1,15 @@
 #include <npt/engine/engine.hpp>
 
-template class npt::engine::Core<float, npt::DefaultExecutor>;
+namespace npt::inline NPT_ABI {
+
+namespace kernel {
+template MicroKernel<float> micro_kernel_of<float, Product::plain>(int);
+template MicroKernel<float> micro_kernel_of<float, Product::bf16_pairs>(int);
+template void add_few_columns(int, int, const float*, const float*, float*);
+template void multiply_few_rows(int, int, const float*, const float*, const float*, int, float*);
+template void gather_moments(const float*, std::size_t, int, int, float*, float*);
+}  // namespace kernel
+
+template class engine::Core<float, DefaultExecutor>;
+
+}  // namespace npt::inline NPT_ABI

@@ -1,5 +1,14 @@
 #include <npt/train/gradients.hpp>
 #include <npt/train/trainer.hpp>
 
-template class npt::tape::GradientCore<float, npt::DefaultExecutor>;
-template class npt::Trainer<npt::tape::GradientCore<float, npt::DefaultExecutor>>;
+namespace npt::inline NPT_ABI {
+
+namespace tape {
+template OuterKernel<float> outer_kernel_of<float, 1>(int);
+template OuterKernel<float> outer_kernel_of<float, kernel::panel_registers>(int);
+template class GradientCore<float, DefaultExecutor>;
+}  // namespace tape
+
+template class Trainer<tape::GradientCore<float, DefaultExecutor>>;
+
+}  // namespace npt::inline NPT_ABI

@@ -183,7 +183,7 @@ void bench_gemm(Options o, std::uint64_t seed) {
       float* product = out.data() + out_tile * static_cast<std::size_t>(g);
       for (int b = 0; b < packed.blocks().count; ++b)
         for (int p = 0; p < panels; ++p)
-          kernel::micro_kernels<float>[static_cast<std::size_t>(packed.blocks().rows(b))](
+          kernel::micro_kernel_of<float>(packed.blocks().rows(b))(
               o.columns, packed.block(b),
               operand + kernel::panel_stride<float>(o.columns) * static_cast<std::size_t>(p),
               packed.bias() + packed.blocks().first_row(b),

@@ -26,8 +26,7 @@ TEST_CASE_TEMPLATE("the micro-kernel of every height equals a plain product", T,
       };
       const auto weights = fill(rows * k_count), operand = fill(width * k_count), bias = fill(rows);
       npt::AlignedBuffer<T> tile(static_cast<std::size_t>(rows * width));
-      kernel::micro_kernels<T>[static_cast<std::size_t>(rows)](k_count, weights.data(), operand.data(), bias.data(),
-                                                               tile.data());
+      kernel::micro_kernel_of<T>(rows)(k_count, weights.data(), operand.data(), bias.data(), tile.data());
       double worst = 0;
       for (int r = 0; r < rows; ++r)
         for (int v = 0; v < width; ++v) {
@@ -76,8 +75,8 @@ TEST_CASE("the micro-kernel of bfloat16 pairs equals a plain product" *
       };
       const auto weights = fill(rows * k_count, true), operand = fill(width * k_count, true), bias = fill(rows, false);
       npt::AlignedBuffer<float> tile(static_cast<std::size_t>(rows * width));
-      kernel::micro_kernels<float, kernel::Product::bf16_pairs>[static_cast<std::size_t>(rows)](
-          k_count, weights.data(), operand.data(), bias.data(), tile.data());
+      kernel::micro_kernel_of<float, kernel::Product::bf16_pairs>(rows)(k_count, weights.data(), operand.data(),
+                                                                        bias.data(), tile.data());
       double worst = 0;
       for (int r = 0; r < rows; ++r)
         for (int v = 0; v < width; ++v) {

@@ -64,4 +64,8 @@ void multiply_few_rows(int rows, int columns, const T* weights, const T* values,
   kernels[static_cast<std::size_t>(rows - 1)](columns, weights, values, bias, bias_stride, tile);
 }
 
+#ifdef NPT_PREBUILT
+extern template void multiply_few_rows(int, int, const float*, const float*, const float*, int, float*);
+#endif
+
 }  // namespace npt::inline NPT_ABI::kernel

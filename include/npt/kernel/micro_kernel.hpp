@@ -81,11 +81,20 @@ NPT_NOINLINE void micro_kernel(int steps, const T* NPT_RESTRICT weights, const T
   });
 }
 
-/// micro_kernels<T, P>[rows] for rows = 1 .. max_tile_rows.
+/// The micro-kernel of a tile's height, 1 to max_tile_rows.
 template <class T, Product P = Product::plain>
-inline constexpr auto micro_kernels = []<int... I>(std::integer_sequence<int, I...>) {
-  return std::array<MicroKernel<T>, max_tile_rows + 1>{nullptr, &micro_kernel<T, P, I + 1>...};
+MicroKernel<T> micro_kernel_of(int rows) {
+  static constexpr auto kernels = []<int... I>(std::integer_sequence<int, I...>) {
+    return std::array{&micro_kernel<T, P, I + 1>...};
+  }
+  (std::make_integer_sequence<int, max_tile_rows>{});
+  return kernels[static_cast<std::size_t>(rows - 1)];
 }
-(std::make_integer_sequence<int, max_tile_rows>{});
+
+#ifdef NPT_PREBUILT
+extern template MicroKernel<float> micro_kernel_of<float, Product::plain>(int);
+extern template MicroKernel<float> micro_kernel_of<float, Product::bf16_pairs>(int);
+extern template MicroKernel<double> micro_kernel_of<double, Product::plain>(int);
+#endif
 
 }  // namespace npt::inline NPT_ABI::kernel

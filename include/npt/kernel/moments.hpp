@@ -89,6 +89,11 @@ void gather_moments(const T* rows_begin, std::size_t stride, int valid, int rows
   }
 }
 
+#ifdef NPT_PREBUILT
+extern template void gather_moments(const float*, std::size_t, int, int, float*, float*);
+extern template void gather_moments(const double*, std::size_t, int, int, double*, double*);
+#endif
+
 /// The larger of two values; NaN from either stays.
 template <class T>
 T larger_or_nan(T a, T b) {

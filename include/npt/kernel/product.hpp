@@ -140,13 +140,13 @@ class ProductWeights {
         return;
       }
     }
-    const auto height = static_cast<std::size_t>(vector_.rows(block));
+    const int height = vector_.rows(block);
     if constexpr (std::is_same_v<T, float>)
       if (format_.pairs) {
-        micro_kernels<T, Product::bf16_pairs>[height](vector_.k_count(), vector_.block(block), panel, bias, tile);
+        micro_kernel_of<T, Product::bf16_pairs>(height)(vector_.k_count(), vector_.block(block), panel, bias, tile);
         return;
       }
-    micro_kernels<T>[height](vector_.k_count(), vector_.block(block), panel, bias, tile);
+    micro_kernel_of<T>(height)(vector_.k_count(), vector_.block(block), panel, bias, tile);
   }
 
  private:

@@ -51,12 +51,22 @@ NPT_NOINLINE void outer_kernel(int vertices, const T* NPT_RESTRICT a, const T* N
   });
 }
 
-/// outer_kernels<T, Registers>[rows] for rows = 1 .. kernel::max_tile_rows.
+/// The outer kernel of a tile's height, 1 to kernel::max_tile_rows.
 template <class T, int Registers>
-inline constexpr auto outer_kernels = []<int... I>(std::integer_sequence<int, I...>) {
-  return std::array<OuterKernel<T>, kernel::max_tile_rows + 1>{nullptr, &outer_kernel<T, I + 1, Registers>...};
+OuterKernel<T> outer_kernel_of(int rows) {
+  static constexpr auto kernels = []<int... I>(std::integer_sequence<int, I...>) {
+    return std::array{&outer_kernel<T, I + 1, Registers>...};
+  }
+  (std::make_integer_sequence<int, kernel::max_tile_rows>{});
+  return kernels[static_cast<std::size_t>(rows - 1)];
 }
-(std::make_integer_sequence<int, kernel::max_tile_rows>{});
+
+#ifdef NPT_PREBUILT
+extern template OuterKernel<float> outer_kernel_of<float, 1>(int);
+extern template OuterKernel<float> outer_kernel_of<float, kernel::panel_registers>(int);
+extern template OuterKernel<double> outer_kernel_of<double, 1>(int);
+extern template OuterKernel<double> outer_kernel_of<double, kernel::panel_registers>(int);
+#endif
 
 /// Shape and memory layout of an outer product: columns in panels of two registers, the last of one where that is
 /// enough.
@@ -147,12 +157,13 @@ class OuterProduct {
   }
   void multiply() {
     for (int p = 0; p < shape_.panels(); ++p) {
-      const auto& kernels = shape_.registers(p) == 1 ? outer_kernels<T, 1> : outer_kernels<T, kernel::panel_registers>;
+      const auto kernel_of =
+          shape_.registers(p) == 1 ? &outer_kernel_of<T, 1> : &outer_kernel_of<T, kernel::panel_registers>;
       const int width = shape_.registers(p) * simd::lanes<T>;
       const T* b = b_ + static_cast<std::size_t>(p) * shape_.b_stride();
       T* out = result_ + static_cast<std::size_t>(p) * shape_.panel_size();
       for (int block = 0; block < blocks_.count; ++block)
-        kernels[static_cast<std::size_t>(blocks_.rows(block))](
+        kernel_of(blocks_.rows(block))(
             collected_, a_ + static_cast<std::size_t>(block) * shape_.a_stride(), b,
             out + static_cast<std::size_t>(blocks_.first_row(block)) * static_cast<std::size_t>(width));
     }
