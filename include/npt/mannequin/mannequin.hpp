@@ -3,22 +3,29 @@
 /// Shapes    as BodyModel; metres, y up, facing +z, rest pose T, origin at the pelvis joint, 1.75 m tall
 /// Numerics  made in 10 ms; every call gives the same bits, and so did g++ 12 and clang++ 14 at every level of
 ///           optimisation and instruction set tried
+/// Programs that link the library's prebuilt units (NPT_PREBUILT, config.hpp) only see the declarations.
 #pragma once
 
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
+
+#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#include <npt/body/skeleton.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/mannequin/anatomy.hpp>
 #include <npt/mannequin/shape.hpp>
 #include <npt/mannequin/skin.hpp>
 #include <npt/mannequin/surface.hpp>
+#endif
 
 namespace npt::inline NPT_ABI {
 
-/// Makes the mannequin's tables.
-inline BodyTables make_mannequin_tables() {
+#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+
+namespace internal {
+
+inline BodyTables mannequin_tables() {
   const anatomy::Surface surface = anatomy::mannequin_surface();
   const Vec3d origin = anatomy::rounded(anatomy::joint_places[0].position);
   BodyTables body;
@@ -36,6 +43,17 @@ inline BodyTables make_mannequin_tables() {
                    {"rest_pose", "T"}, {"licence", "MIT"}, {"source", "npt's built-in mannequin, made by code"}};
   return body;
 }
+
+}  // namespace internal
+
+#endif
+
+/// Makes the mannequin's tables.
+#ifdef NPT_PREBUILT
+BodyTables make_mannequin_tables();
+#else
+inline BodyTables make_mannequin_tables() { return internal::mannequin_tables(); }
+#endif
 
 inline BodyModel make_mannequin() { return BodyModel(make_mannequin_tables(), "mannequin"); }
 
