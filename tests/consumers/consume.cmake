@@ -18,7 +18,8 @@ endfunction()
 set(configure "${CMAKE_COMMAND}" -G "${GENERATOR}" -DCMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}"
               -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE=-O0)
 
-if(NAME MATCHES "^(find_package|no_tbb|pkg_config)$")
+# pkg_config runs behind find_package, on what that installed.
+if(NAME MATCHES "^(find_package|no_tbb)$")
   run(${configure} -S "${SOURCE}" -B "${build}/npt" -DNPT_BUILD_PROGRAMS=OFF -DNPT_BUILD_TESTS=OFF)
   run("${CMAKE_COMMAND}" --install "${build}/npt" --prefix "${build}/prefix")
 endif()
@@ -29,7 +30,7 @@ if(NAME STREQUAL "pkg_config")
     message("SKIPPED: pkg-config is not installed")
     return()
   endif()
-  set(ENV{PKG_CONFIG_PATH} "${build}/prefix/share/pkgconfig:$ENV{PKG_CONFIG_PATH}")
+  set(ENV{PKG_CONFIG_PATH} "${WORK}/find_package/prefix/share/pkgconfig:$ENV{PKG_CONFIG_PATH}")
   run("${consumer}/build.sh" "${COMPILER}" "${CMAKE_CURRENT_LIST_DIR}/main.cpp" "${build}/consumer")
 else()
   run(${configure} -S "${consumer}" -B "${build}" "-DNPT_SOURCE_DIR=${SOURCE}" "-DCMAKE_PREFIX_PATH=${build}/prefix")
