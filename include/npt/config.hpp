@@ -16,8 +16,9 @@
 #error "npt: NaN is lost with -ffast-math: add -fno-finite-math-only (or -DNPT_ALLOW_FINITE_MATH_ONLY)"
 #endif
 
-// NPT_PREBUILT, defined for a unit: engines, gradients and PoseTransfer on the default executor, and the list of all
-// networks, are instantiated in another unit of its program (cmake/prebuilt), compiled with the same flags.
+// NPT_PREBUILT, defined for a unit: kernels that no network's type shapes, engines, gradients and PoseTransfer on the
+// default executor, and the list of all networks, are instantiated in other units of its program (cmake/prebuilt),
+// compiled with the same flags. Readers of files, the way through bodies and the mannequin are only declared.
 
 #include <cassert>
 
