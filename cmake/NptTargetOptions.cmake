@@ -11,7 +11,8 @@ function(npt_target_options target)
   if(TARGET npt::classic)
     target_link_libraries(${target} PRIVATE npt::classic)
   endif()
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
+                         -Wdouble-promotion)
   # g++ collects its garbage at 128 MB at first, and again and again: 5 to 7 % of the time.
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(${target} PRIVATE --param=ggc-min-heapsize=1000000)

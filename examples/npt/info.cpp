@@ -194,7 +194,7 @@ std::size_t count_non_finite(const npt::SafetensorsFile& file) {
   std::size_t count = 0;
   for (const npt::FileTensor& tensor : file.tensors())
     if (std::string_view(npt::to_string(tensor.dtype)).find('F') != std::string_view::npos)
-      for (double v : npt::to_double(tensor, npt::NonFinite::keep)) count += std::isfinite(v) ? 0 : 1;
+      for (double v : npt::to_double(tensor, npt::NonFinite::keep)) count += std::isfinite(v) ? 0U : 1U;
   return count;
 }
 

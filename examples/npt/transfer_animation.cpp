@@ -404,7 +404,7 @@ void animate(const Animations& all, const TransferArguments& arguments) {
   for (std::size_t i = 0; i < all.jobs.size(); ++i) {
     try {
       outcomes[i] = one(all.jobs[i]);
-      skipped += outcomes[i].status == Status::skipped ? 1 : 0;
+      skipped += outcomes[i].status == Status::skipped ? 1U : 0U;
     } catch (const npt::Error& error) {
       const std::string& place = all.jobs[i].place;
       outcomes[i].status = Status::failed;

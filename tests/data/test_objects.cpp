@@ -41,7 +41,7 @@ TEST_CASE("a box's points lie on its faces, by area, with the faces' normals") {
     const Vec3d size{1, 2, 3};
     CHECK(dot(p, n) == doctest::Approx(dot(size, Vec3d{std::abs(n.x), std::abs(n.y), std::abs(n.z)})));
     CHECK(std::abs(n.x) + std::abs(n.y) + std::abs(n.z) == doctest::Approx(1));
-    ends += std::abs(n.x) > 0.5 ? 1 : 0;
+    ends += std::abs(n.x) > 0.5 ? 1U : 0U;
   }
   CHECK(static_cast<double>(ends) / 4000 == doctest::Approx(48.0 / 88).epsilon(0.06));
 }
@@ -74,7 +74,7 @@ TEST_CASE("an ellipsoid's points lie on it, by area, with its gradient as normal
     const Vec3d p = d.points[i].as<double>(), gradient = normalised(Vec3d{p.x, p.y / 9, p.z});
     CHECK(p.x * p.x + p.y * p.y / 9 + p.z * p.z == doctest::Approx(1).epsilon(1e-4));
     CHECK(dot(gradient, d.normals[i].as<double>()) == doctest::Approx(1).epsilon(1e-4));
-    middle += std::abs(p.y) < 1.5 ? 1 : 0;
+    middle += std::abs(p.y) < 1.5 ? 1U : 0U;
   }
   // A prolate spheroid's area: 2 pi integral sqrt(1 - e^2 y^2 / 9) dy with e^2 = 8 / 9; from -1.5 to 1.5, and whole.
   const auto area = [](double y) {

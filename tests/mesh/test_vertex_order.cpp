@@ -81,7 +81,7 @@ TEST_CASE("coincident vertices share one representative, the same point in every
     CHECK(mesh.positions[representative[v]] == mesh.positions[v]);  // == takes -0 for 0
     CHECK(rank[representative[v]] <= rank[v]);
     CHECK(representative[representative[v]] == representative[v]);
-    groups += representative[v] == v ? 1 : 0;
+    groups += representative[v] == v ? 1U : 0U;
     for (std::uint32_t u = 0; u < v; ++u)
       CHECK((mesh.positions[u] == mesh.positions[v]) == (representative[u] == representative[v]));
   }

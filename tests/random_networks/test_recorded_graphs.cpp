@@ -156,8 +156,8 @@ TEST_CASE("graphs by the hundred: engine, tape and plain loops agree") {
   std::uint64_t engines = 0, tapes = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
     const RecordedNetwork recorded(composition_of(seed, 3));
-    engines += recorded.network().program != nullptr ? 1 : 0;
-    tapes += recorded.network().tape != nullptr ? 1 : 0;
+    engines += recorded.network().program != nullptr ? 1U : 0U;
+    tapes += recorded.network().tape != nullptr ? 1U : 0U;
     check(recorded.network(), seed);
   }
   MESSAGE(count, " graphs, ", engines, " run by the engine, ", tapes, " trained");

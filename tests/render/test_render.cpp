@@ -50,7 +50,7 @@ TEST_CASE("a sphere's silhouette is the disc that perspective makes of it") {
   options.backdrop = render::Backdrop::transparent;
   const Image image = draw(shapes::sphere(1), options);
   // It fills the panel as the fit says; its area is that of a circle.
-  const double radius = 0.5 * render::filled_share * 160, area = 3.14159265 * radius * radius;
+  const double radius = 0.5 * double{render::filled_share} * 160, area = 3.14159265 * radius * radius;
   CHECK(std::abs(covered(image) - area) < 0.01 * area);
   int left = 160, right = -1;
   for (int x = 0; x < 160; ++x)

@@ -250,7 +250,7 @@ std::vector<Token> tokens_of(const std::string& text) {
       std::size_t end = i + 1;
       if (line.compare(i, 2, "//") == 0) break;
       if (line[i] == '"' || (line[i] == '\'' && !in_word(i - 1))) {
-        while (end < line.size() && line[end] != line[i]) end += line[end] == '\\' ? 2 : 1;
+        while (end < line.size() && line[end] != line[i]) end += line[end] == '\\' ? 2U : 1U;
         i = end + 1;
         continue;
       }

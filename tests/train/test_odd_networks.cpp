@@ -130,7 +130,7 @@ struct Polynomial : npt::kernel::Pointwise {
   static constexpr void visit(auto& self, auto&& visitor) { visitor("coefficients", self.coefficients); }
   template <class T>
   struct Row {
-    npt::simd::Batch<T> a[Count];
+    npt::simd::Batch<T> a[std::size_t{Count}];
   };
   template <class T>
   static Row<T> row(const npt::kernel::PointwiseArgs<T>& args, int) {

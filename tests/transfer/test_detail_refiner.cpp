@@ -69,7 +69,7 @@ Floats with_noise(Floats xyz, double sigma, std::uint64_t seed) {
 
 double rms(const Floats& a, const Floats& b) {
   double sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += (double{a[i]} - b[i]) * (double{a[i]} - b[i]);
+  for (std::size_t i = 0; i < a.size(); ++i) sum += std::pow(double{a[i]} - double{b[i]}, 2);
   return std::sqrt(3 * sum / static_cast<double>(a.size()));
 }
 
@@ -218,7 +218,7 @@ TEST_CASE("pieces far apart go their own ways; pieces that lie on each other sta
   for (std::size_t i = half + 1; i < target.size(); i += 3) target[i] += 0.1F;
   const auto gap = [&](const Floats& xyz) {
     double sum = 0;
-    for (std::size_t v = 0; v < count; ++v) sum += xyz[half + 3 * v + 1] - xyz[3 * v + 1];
+    for (std::size_t v = 0; v < count; ++v) sum += double{xyz[half + 3 * v + 1]} - double{xyz[3 * v + 1]};
     return sum / count;
   };
   CHECK(gap(refined(DetailRefiner(both, faces, {.link_pieces = false}), target)) == doctest::Approx(0.1).epsilon(0.01));
@@ -304,6 +304,6 @@ TEST_CASE("all in one point, and meshes very small, very large and far away") {
       return xyz;
     };
     const Floats result = refined(DetailRefiner(scaled(tube.xyz), tube.triangles), scaled(rough));
-    CHECK(rms(result, scaled(expected)) < 1e-5 * scale);
+    CHECK(rms(result, scaled(expected)) < 1e-5 * double{scale});
   }
 }
