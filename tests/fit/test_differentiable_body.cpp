@@ -77,7 +77,7 @@ TEST_CASE("vertices are those of the body model") {
   npt::DifferentiableBody::State state;
   body.forward(x, state, points);
   for (std::size_t v = 0; v < points.size(); ++v) {
-    const Vec3d q = point_at(expected, v) + Vec3d{x[0], x[1], x[2]};
+    const Vec3d q = npt::point_at(expected, v) + Vec3d{x[0], x[1], x[2]};
     CHECK(length(points[v] - q) < 1e-5);
   }
 }
