@@ -20,6 +20,23 @@
 
 namespace random_networks {
 
+/// Values one after another, the last one outermost: a std::tuple that grows by std::tuple_cat takes g++ half of the unit's time.
+template <class Before, class Last>
+struct Values {
+  Before before;
+  Last last;
+};
+struct NoValues {};
+
+/// The value that stands `Back` before the last one.
+template <int Back, class Before, class Last>
+constexpr const auto& value_before(const Values<Before, Last>& values) {
+  if constexpr (Back == 0)
+    return values.last;
+  else
+    return value_before<Back - 1>(values.before);
+}
+
 template <std::uint64_t Seed>
 class TypedNetwork {
   static constexpr Composition composition = composition_of(Seed, hidden_condition);
@@ -66,24 +83,26 @@ class TypedNetwork {
     (std::make_index_sequence<static_cast<std::size_t>(composition.count)>{});
   }
 
-  constexpr auto operator()(auto pose, auto identity) const { return grow<0>(std::tuple{pose, identity}); }
+  constexpr auto operator()(auto pose, auto identity) const {
+    return grow<0>(Values{Values{NoValues{}, pose}, identity});
+  }
 
  private:
   template <int I>
   constexpr auto grow(auto values) const {
     if constexpr (I == composition.count) {
-      return std::get<static_cast<std::size_t>(I) + 1>(values);
+      return values.last;
     } else {
       constexpr Step step = composition[I];
-      const auto first = std::get<static_cast<std::size_t>(step.first)>(values);
+      const auto& first = value_before<I + 1 - step.first>(values);
       const auto& layer = std::get<static_cast<std::size_t>(I)>(layers_);
-      const auto with = [&](auto value) { return grow<I + 1>(std::tuple_cat(values, std::tuple{value})); };
+      const auto with = [&](auto value) { return grow<I + 1>(Values{values, value}); };
       if constexpr (step.kind == Kind::modulate)
-        return with(layer(first, std::get<static_cast<std::size_t>(step.second)>(values)));
+        return with(layer(first, value_before<I + 1 - step.second>(values)));
       else if constexpr (step.kind == Kind::sum)
-        return with(first + std::get<static_cast<std::size_t>(step.second)>(values));
+        return with(first + value_before<I + 1 - step.second>(values));
       else if constexpr (step.kind == Kind::cat)
-        return with(cat(first, std::get<static_cast<std::size_t>(step.second)>(values)));
+        return with(cat(first, value_before<I + 1 - step.second>(values)));
       else
         return with(first | layer);
     }

@@ -68,7 +68,7 @@ std::vector<float> train(npt::TrainerOptions options, int threads, std::uint64_t
 
 TEST_CASE("one pair is learned by heart: PMD below 1e-6 square metres") {
   using Net = npt::PoseTransferNet<64>;
-  const npt::Sample sample = sampler(300).draw(0, 0);
+  const npt::Sample sample = sampler(150).draw(0, 0);
   const OneSample source(sample);
   npt::TrainerOptions options;
   options.stages = {{.begin = 0, .batch = 1, .source = &source}};

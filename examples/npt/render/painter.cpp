@@ -213,7 +213,9 @@ class PanelPainter {
     const std::size_t floor_points = points.size();
     const Vec3f eye = camera_.eye();
     for (const Fragment& f : fragments_) points.push_back({f.position, f.normal, normalised(eye - f.position)});
-    const std::vector<Light> light = gather_light(figure_, lamps, points, options_.shadow_cells);
+    // A cell a pixel shows all that a thumbnail can.
+    const int cells = std::min(options_.shadow_cells, std::max(64, options_.panel_height));
+    const std::vector<Light> light = gather_light(figure_, lamps, points, cells);
     if (options_.floor_shadow) floor_.set_light(std::span(light).first(floor_points), lamps);
     for (std::size_t i = 0; i < fragments_.size(); ++i) {
       const Light& l = light[floor_points + i];

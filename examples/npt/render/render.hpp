@@ -48,7 +48,7 @@ struct FigureOptions {
   UpAxis up = UpAxis::y;
   int samples = 4;  ///< each pixel is samples x samples points
   bool floor_shadow = true;
-  /// Across a lamp's shadow map. A cell of 448 is 4 mm on a person of 1.8 m: less than any mesh's faces.
+  /// Across a lamp's shadow map; no more than the panel's height in pixels. A cell of 448 is 4 mm on a person of 1.8 m: less than any mesh's faces.
   int shadow_cells = 448;
   Backdrop backdrop = Backdrop::colour;
   Colour background{1, 1, 1};

@@ -176,6 +176,7 @@ class BasicBodyTransfer {
     BodyReading reading;
     reading.told = reader_.tells_people();
     reading.surface = surface_of(mesh, reading);
+    if (mesh.xyz.size() < 3 * fewest_vertices) return reading;
     const FitSurface& surface = *reading.surface;
     const auto samples = surface.samples().first(std::min(options_.read_points, surface.samples().size()));
     std::vector<Reading> readings = read_turns(samples, Matrix3::identity());
@@ -285,6 +286,8 @@ class BasicBodyTransfer {
   /// 0.98.
   static constexpr double sure_fit = 0.92;
 
+  /// A mesh of fewer vertices has no limbs that bend: no person, but a tetrahedron reads like one from some sides, and took 3 s.
+  static constexpr std::size_t fewest_vertices = 32;
   /// What is hardly like a person isn't worth a second look.
   static bool likely(const BodyReading& reading) {
     return reading.fit.trust() > 0.7 && reading.fit.reading_residual < 0.15;
