@@ -2,7 +2,8 @@
 """Pose transfer from Python through npt's C ABI, with nothing but the standard library: what a plug-in of a modelling tool
 does. Gives the mesh IDENTITY the pose of POSE; several poses are the frames of a sequence.
 
-usage: transfer.py [--pairings N] [--mirror] [--refine] [--seed N] LIBRARY WEIGHTS IDENTITY.obj POSE.obj ... OUT.obj
+usage: transfer.py [--method auto|body|network] [--pairings N] [--mirror] [--refine] [--seed N]
+                   LIBRARY WEIGHTS IDENTITY.obj POSE.obj ... OUT.obj
   LIBRARY   libnpt_c.so, which the build leaves in lib
   WEIGHTS   a .safetensors file, such as examples/weights/human.safetensors
   OUT.obj   the result; of several poses OUT_000.obj, OUT_001.obj ...
@@ -14,6 +15,9 @@ import ctypes
 import os
 import sys
 import time
+
+
+METHODS = ("auto", "body", "network")  # npt_method
 
 
 class Mesh(ctypes.Structure):
@@ -144,6 +148,7 @@ def write_obj(path, template, xyz):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--method", choices=METHODS, default="auto")
     parser.add_argument("--pairings", type=int, default=1)
     parser.add_argument("--mirror", action="store_true")
     parser.add_argument("--refine", action="store_true")
@@ -153,7 +158,8 @@ def main():
     parser.add_argument("pose", nargs="+")
     parser.add_argument("out")
     a = parser.parse_args()
-    with Transfer(a.library, a.weights, pairings=a.pairings, mirror=a.mirror, refine=a.refine, seed=a.seed) as transfer:
+    options = {"method": METHODS.index(a.method), "pairings": a.pairings, "mirror": a.mirror, "refine": a.refine, "seed": a.seed}
+    with Transfer(a.library, a.weights, **options) as transfer:
         print("network:", transfer.describe())
         identity = read_obj(a.identity)
         start = time.perf_counter()

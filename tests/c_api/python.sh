@@ -24,19 +24,23 @@ PYTHON
 "$npt" generate --out frames/0.obj --seed 8 --pose random
 "$npt" generate --out frames/1.obj --seed 9 --pose random
 for weights in "$project"/examples/weights/*.safetensors; do
-  "$npt" transfer --weights "$weights" --identity identity.obj --pose frames/0.obj --out expected.obj
-  transfer "$library" "$weights" identity.obj frames/0.obj found.obj
+  "$npt" transfer --method network --weights "$weights" --identity identity.obj --pose frames/0.obj --out expected.obj
+  transfer --method network "$library" "$weights" identity.obj frames/0.obj found.obj
   same found.obj expected.obj
 done
 weights=$project/examples/weights/human.safetensors
-"$npt" transfer --weights "$weights" --identity identity.obj --pose frames --out expected --pairings 2 --mirror --seed 4
-transfer --pairings 2 --mirror --seed 4 "$library" "$weights" identity.obj frames/0.obj frames/1.obj found.obj
+"$npt" transfer --weights "$weights" --identity identity.obj --pose frames --out expected
+transfer "$library" "$weights" identity.obj frames/0.obj frames/1.obj found.obj
 same found_000.obj expected/0.obj
 same found_001.obj expected/1.obj
-"$npt" transfer --weights "$weights" --identity identity.obj --pose frames/0.obj --out refined.obj --refine
-transfer --refine "$library" "$weights" identity.obj frames/0.obj found.obj
+network=(--method network --pairings 2 --mirror --seed 4)
+"$npt" transfer "${network[@]}" --weights "$weights" --identity identity.obj --pose frames/0.obj --out expected.obj
+transfer "${network[@]}" "$library" "$weights" identity.obj frames/0.obj found.obj
+same found.obj expected.obj
+"$npt" transfer --method network --weights "$weights" --identity identity.obj --pose frames/0.obj --out refined.obj --refine
+transfer --method network --refine "$library" "$weights" identity.obj frames/0.obj found.obj
 same found.obj refined.obj
-cmp -s refined.obj expected/0.obj && { echo "refining changes nothing" >&2; exit 1; }
+cmp -s refined.obj expected.obj && { echo "refining changes nothing" >&2; exit 1; }
 cmp -s found_000.obj found_001.obj && { echo "two frames are one" >&2; exit 1; }
 
 # Bad input is a message, and leaves no output.
