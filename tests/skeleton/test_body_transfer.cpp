@@ -145,6 +145,12 @@ TEST_CASE("what is no person isn't trusted") {
   const npt::Mesh ball = support::bumpy_sphere(20, 30, 0.2, true);
   const auto triangles = npt::triangulate(ball);
   CHECK(shipped_body_transfer().read({ball.coordinates(), triangles, "ball"}).trust() < 0.6);
+  // It reads like a person, with too few vertices to be one.
+  const std::vector<float> pyramid{0, 0, 0, 1, 0, 0, 0, 1.5F, 0, 0, 0, 1};
+  const std::vector<npt::Triangle> sides{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  const npt::BodyReading few = shipped_body_transfer().read({pyramid, sides, "pyramid"});
+  CHECK(few.trust() == 0);
+  CHECK_THROWS_WITH_AS(shipped_body_transfer().joints(few), doctest::Contains("no body can lie"), npt::Error);
 }
 
 TEST_CASE("a table that is taken for a person is said to have no person's proportions") {
