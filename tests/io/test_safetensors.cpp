@@ -87,6 +87,22 @@ TEST_CASE("copies of a file share its bytes and outlive it") {
   CHECK(npt::to_int64(copy.at("t")) == std::vector<std::int64_t>{'x', 'y', 'z'});
 }
 
+TEST_CASE("a part of a file is a file of its own: names without the prefix, the same memory, metadata too") {
+  const SafetensorsFile part = [] {
+    const SafetensorsFile file = SafetensorsFile::parse(
+        file_of(R"({"__metadata__":{"net":"a","b/net":"c"},"b/t":{"dtype":"U8","shape":[1],"data_offsets":[0,1]},)"
+                R"("t":{"dtype":"U8","shape":[1],"data_offsets":[1,2]}})",
+                "xy"),
+        "f");
+    CHECK(file.part("z/").tensors().empty());
+    return file.part("b/");
+  }();
+  REQUIRE(part.tensors().size() == 1);
+  CHECK(part.at("t").bytes[0] == std::byte{'x'});
+  CHECK(part.metadata() == std::map<std::string, std::string>{{"net", "c"}});
+  CHECK(part.name() == "f, b/");
+}
+
 TEST_CASE("golden files are read, and written again give the same tensors" * support::needs_shared("golden")) {
   const std::filesystem::path golden = NPT_SHARED "/golden";
   const scratch::Folder folder;

@@ -139,13 +139,14 @@ TEST_CASE("no triangle of the mannequin is degenerate") {
   }
 }
 
-TEST_CASE("the mannequin stands in T pose: metres, y up, facing +z, origin at the pelvis") {
+TEST_CASE("the mannequin stands in T pose: metres, y up, facing +z, origin between the hips") {
   const std::vector<npt::Vec3d> p = vertices();
   CHECK(std::abs(height(p) - 1.75) < 0.01);
   CHECK(std::abs(span_of_arms(p) - 1.78) < 0.04);
   const std::vector<npt::Vec3d> joints = npt::mannequin().joints({});
-  CHECK(length(joints[0]) < 1e-5);
   const auto at = [&](npt::SmplJoint j) { return joints[npt::joint_index(j)]; };
+  CHECK(length(at(npt::SmplJoint::left_hip) + at(npt::SmplJoint::right_hip)) < 0.1);
+  CHECK(length(at(npt::SmplJoint::pelvis) - npt::Vec3d{0, -0.027, -0.010}) < 1e-5);
   CHECK(at(npt::SmplJoint::left_wrist).x > 0.6);
   CHECK(std::abs(at(npt::SmplJoint::left_wrist).y - at(npt::SmplJoint::left_shoulder).y) < 0.02);
   CHECK(at(npt::SmplJoint::left_foot).z > at(npt::SmplJoint::left_ankle).z + 0.08);
@@ -252,7 +253,7 @@ TEST_CASE("the mannequin bends in Table 6's poses without tearing, turning insid
        " of the area; volume: ", least_volume, " .. ", most_volume);
   CHECK(longest < 4.5);
   CHECK(most_flipped < 0.005);
-  CHECK(least_volume > 0.95);
+  CHECK(least_volume > 0.93);  // human_6890 in 400 such poses: 0.927
   CHECK(most_volume < 1.06);
 }
 

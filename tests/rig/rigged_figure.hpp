@@ -1,6 +1,8 @@
 /// The mannequin as a rigged scene, bound in any pose, with clips: what the tests of rigs are about.
 #pragma once
 
+#include <npt/body/body_model.hpp>
+#include <npt/body/skeleton.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/scene/animate.hpp>
 #include <npt/scene/from_mesh.hpp>

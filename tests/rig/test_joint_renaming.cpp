@@ -13,11 +13,13 @@
 
 namespace {
 
-npt::Scene moving_figure() { return rigged::figure({}, {{{}, rigged::turned(npt::SmplJoint::left_knee, 0.9F, 0, 0)}}); }
+npt::Scene kneeling_figure() {
+  return rigged::figure({}, {{{}, rigged::turned(npt::SmplJoint::left_knee, 0.9F, 0, 0)}});
+}
 
 /// A figure whose joints have names that nobody knows.
 npt::Rig foreign(const std::string& file) {
-  npt::Rig rig = npt::make_rig(moving_figure(), file);
+  npt::Rig rig = npt::make_rig(kneeling_figure(), file);
   for (std::size_t j = 0; j < rig.joint_count(); ++j) rig.scene.nodes[rig.joints[j]].name = "os " + std::to_string(j);
   return rig;
 }
@@ -51,12 +53,12 @@ TEST_CASE("a person of foreign joint names is known by a list of names") {
   npt::Rig rig = foreign("knight.glb");
   CHECK_THROWS_AS(npt::humanoid_joints(rig), npt::Error);
   rename(rig, translation());
-  CHECK(npt::humanoid_joints(rig) == npt::humanoid_joints(npt::make_rig(moving_figure(), "knight.glb")));
+  CHECK(npt::humanoid_joints(rig) == npt::humanoid_joints(npt::make_rig(kneeling_figure(), "knight.glb")));
 }
 
 TEST_CASE("characters share poses by a list of names") {
   const auto character = [](const npt::Rig& rig) { return std::make_shared<const npt::RigCharacter>(rig); };
-  const npt::Rig own = npt::make_rig(moving_figure(), "knight.glb");
+  const npt::Rig own = npt::make_rig(kneeling_figure(), "knight.glb");
   npt::Rig other = foreign("other.glb");
   for (const bool renamed : {false, true}) {
     if (renamed) rename(other, "[other]\n" + translation());

@@ -79,6 +79,22 @@ class SafetensorsFile {
     return found == metadata_.end() ? nullptr : &found->second;
   }
 
+  /// The tensors and texts whose names begin with `prefix`, without it: a network that lies in a file beside another.
+  /// Of the same memory.
+  SafetensorsFile part(std::string_view prefix) const {
+    SafetensorsFile file;
+    file.name_ = name_ + ", " + std::string(prefix);
+    file.bytes_ = bytes_;
+    for (const auto& [key, text] : metadata_)
+      if (key.starts_with(prefix)) file.metadata_.emplace(key.substr(prefix.size()), text);
+    for (const FileTensor& tensor : tensors_) {
+      if (!tensor.name.starts_with(prefix)) continue;
+      file.tensors_.push_back(tensor);
+      file.tensors_.back().name.erase(0, prefix.size());
+    }
+    return file;
+  }
+
  private:
   SafetensorsFile() = default;
 

@@ -1,6 +1,6 @@
 /// A built-in human figure in SMPL's parameter layout, so that demos, tests and training need no download.
 ///   6890 vertices, 13776 triangles: one closed surface without holes, symmetric in x; 24 joints; 10 shape directions
-/// Shapes    as BodyModel; metres, y up, facing +z, rest pose T, origin at the pelvis joint, 1.75 m tall
+/// Shapes    as BodyModel; metres, y up, facing +z, rest pose T, origin between the hips, 1.75 m tall
 /// Numerics  made in 10 ms; every call gives the same bits, and so did g++ 12 and clang++ 14 at every level of
 ///           optimisation and instruction set tried
 /// Programs that link the library's prebuilt units (NPT_PREBUILT, config.hpp) only see the declarations.
@@ -27,7 +27,7 @@ namespace internal {
 
 inline BodyTables mannequin_tables() {
   const anatomy::Surface surface = anatomy::mannequin_surface();
-  const Vec3d origin = anatomy::rounded(anatomy::joint_places[0].position);
+  const Vec3d origin = anatomy::rounded(anatomy::origin);
   BodyTables body;
   for (const Vec3d p : surface.positions) {
     const Vec3f q = (p - origin).as<float>();

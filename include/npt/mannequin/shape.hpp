@@ -76,7 +76,6 @@ inline constexpr Bulge chest[] = {{{0.078, 1.280, 0.105}, {0.095, 0.110, 0.110},
 
 /// One vertex's ten displacements. q = (|x|, y, z) with outward normal n, as on the left half.
 inline std::array<Vec3d, mannequin_shape_count> shape_displacements(Vec3d q, Vec3d n) {
-  const Vec3d pelvis = joint_places[0].position;
   const double on_arm = ramp(q.x, 0.14, 0.21) * ramp(q.y, 1.15, 1.30);
   // An arm moves with the height of its own axis: its thickness stays.
   const double y = q.y + (1.405 - q.y) * on_arm;
@@ -93,10 +92,10 @@ inline std::array<Vec3d, mannequin_shape_count> shape_displacements(Vec3d q, Vec
                            (1.0 - ramp(q.y, 1.45, 1.50) * (1.0 - on_arm));
   const Mark hip_marks[] = {{0.05, 0.30}, {0.50, 0.45}, {0.80, 1.00}, {0.98, 1.00}, {1.14, 0.00}};
   const double hips = ramp(q.x, 0.0, 0.11) * between_marks(hip_marks, q.y) * (1.0 - on_arm);
-  const double legs = std::min(y - pelvis.y, 0.0), trunk = std::clamp(y - pelvis.y, 0.0, 1.46 - pelvis.y);
+  const double legs = std::min(y - origin.y, 0.0), trunk = std::clamp(y - origin.y, 0.0, 1.46 - origin.y);
   const double skull = ramp(q.y + 0.45 * q.z, 1.47, 1.56);
 
-  return {(q - pelvis) * 0.038,
+  return {(q - origin) * 0.038,
           n * (0.0105 * fat),
           n * (0.0075 * total(muscles, q)),
           Vec3d{0.010 * shoulders, 0, 0},

@@ -312,13 +312,17 @@ class RigCharacter {
       if (parents_[j] == no_item) continue;
       double least = loose(j, parents_[j]);
       if (least < 0.02) continue;
-      least /= 2;
-      std::size_t best = parents_[j];
+      // Of joints to which it is equally still, a stiff leg's hip and knee, the nearest.
+      constexpr double equal = 1e-3;
+      const double limit = least / 2;
+      double nearest = std::numeric_limits<double>::infinity();
+      least = limit;
       for (std::size_t k = 0; k < joints_.size(); ++k) {
         if (k == j || below(k, j)) continue;
-        if (const double own = loose(j, k); own < least) least = own, best = k;
+        const double own = loose(j, k), distance = length(joints_[j] - joints_[k]);
+        if (own >= limit || own > least + equal || (own > least - equal && distance > nearest)) continue;
+        least = std::min(least, own), nearest = distance, parents_[j] = k;
       }
-      parents_[j] = best;
     }
     std::vector<bool> placed(joints_.size());
     const auto place = [&](auto&& self, std::size_t j) -> void {

@@ -6,10 +6,13 @@
 #include <npt/transfer/body_method.hpp>
 
 #if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#include <npt/io/safetensors.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/parallel/default_executor.hpp>
 #include <npt/parallel/executor.hpp>
+#include <npt/reading/reader.hpp>
 #include <npt/skeleton/body_transfer.hpp>
+#include <npt/skeleton/second_opinion.hpp>
 #endif
 
 #include <filesystem>
@@ -42,7 +45,10 @@ class BoundBody final : public BodyBinding {
 
 class TransferByBodies final : public BodyMethod {
  public:
-  explicit TransferByBodies(Reader reader) : transfer_(std::move(reader)) {}
+  TransferByBodies(const SafetensorsFile& reader, int threads) : transfer_(Reader(reader, DefaultExecutor(threads))) {
+    const SafetensorsFile network = reader.part("second_opinion/");
+    if (!network.tensors().empty()) opinion_ = std::make_unique<const SecondOpinion>(network, DefaultExecutor(1));
+  }
 
   std::shared_ptr<const BodyRead> read(const MeshView& mesh) const override {
     return std::make_shared<const ReadBody>(transfer_.read(mesh));
@@ -54,8 +60,7 @@ class TransferByBodies final : public BodyMethod {
     return std::make_shared<const BoundBody>(transfer_.bind(identity, static_cast<const ReadBody&>(read).reading));
   }
   void pose(const BodyBinding& identity, const BodyRead& pose, std::span<float> result) const override {
-    transfer_.pose(static_cast<const BoundBody&>(identity).character, static_cast<const ReadBody&>(pose).reading,
-                   result);
+    transfer_.pose(static_cast<const BoundBody&>(identity).character, angles(identity, pose), result);
   }
   ReadJoints joints(const BodyRead& read) const override {
     return transfer_.joints(static_cast<const ReadBody&>(read).reading);
@@ -64,17 +69,26 @@ class TransferByBodies final : public BodyMethod {
     return transfer_.skeleton(static_cast<const BoundBody&>(identity).character);
   }
   std::vector<Affine> motions(const BodyBinding& identity, const BodyRead& pose) const override {
-    return transfer_.motions(static_cast<const BoundBody&>(identity).character,
-                             static_cast<const ReadBody&>(pose).reading);
+    return transfer_.motions(static_cast<const BoundBody&>(identity).character, angles(identity, pose));
   }
 
  private:
+  /// The joint angles that the identity takes.
+  std::vector<float> angles(const BodyBinding& identity, const BodyRead& pose) const {
+    const BodyReading& reading = static_cast<const ReadBody&>(pose).reading;
+    BodyTransfer::expect_body(reading, "pose");
+    return opinion_ == nullptr
+               ? reading.fit.body.axis_angles
+               : opinion_->angles(transfer_.body(), static_cast<const BoundBody&>(identity).character, reading);
+  }
+
   BodyTransfer transfer_;
+  std::unique_ptr<const SecondOpinion> opinion_;  ///< where the reader's file holds one
 };
 
 inline std::shared_ptr<const BodyMethod> open_body_method(const std::filesystem::path& reader, int threads) {
   if constexpr (std::is_same_v<DefaultExecutor, SerialExecutor>) threads = 1;
-  return std::make_shared<const TransferByBodies>(Reader::open(reader, threads));
+  return std::make_shared<const TransferByBodies>(SafetensorsFile::read(reader), threads);
 }
 
 }  // namespace skeleton::internal

@@ -254,8 +254,12 @@ class BasicBodyTransfer {
   /// [J] How the identity's joints move to the pose's angles, in its own unit and place.
   std::vector<Affine> motions(const BoundCharacter& identity, const BodyReading& pose) const {
     expect_body(pose, "pose");
+    return motions(identity, pose.fit.body.axis_angles);
+  }
+  /// [J] How the identity's joints move to joint angles [J, 3], in its own unit and place.
+  std::vector<Affine> motions(const BoundCharacter& identity, std::span<const float> axis_angles) const {
     std::vector<Affine> result;
-    for (const RigidMotion& m : skeleton_motions(body(), identity.reading.fit.body, pose.fit.body.axis_angles)) {
+    for (const RigidMotion& m : skeleton_motions(body(), identity.reading.fit.body, axis_angles)) {
       const Vec3d centre = identity.reading.centre;
       result.push_back({m.rotation, m.shift / identity.reading.metres + centre - m.rotation * centre});
     }
@@ -264,13 +268,16 @@ class BasicBodyTransfer {
 
   /// The identity's vertices with the pose's joint angles, in its own unit and place.
   void pose(const BoundCharacter& identity, const BodyReading& pose, std::span<float> result) const {
+    expect_body(pose, "pose");
+    this->pose(identity, pose.fit.body.axis_angles, result);
+  }
+  /// The identity's vertices with joint angles [J, 3], in its own unit and place.
+  void pose(const BoundCharacter& identity, std::span<const float> axis_angles, std::span<float> result) const {
     if (result.size() != 3 * identity.points.size())
       throw Error({.file = "result",
                    .found = std::to_string(result.size()) + " numbers",
                    .expected = "three for each of " + std::to_string(identity.points.size()) + " vertices"});
-    expect_body(pose, "pose");
-    const std::vector<RigidMotion> motions =
-        skeleton_motions(body(), identity.reading.fit.body, pose.fit.body.axis_angles);
+    const std::vector<RigidMotion> motions = skeleton_motions(body(), identity.reading.fit.body, axis_angles);
     const SparseMatrix& weights = identity.weights;
     for (std::size_t v = 0; v < identity.points.size(); ++v) {
       Vec3d sum;
@@ -281,12 +288,21 @@ class BasicBodyTransfer {
     }
   }
 
+  /// Errors    npt::Error where no body lies in a mesh
+  static void expect_body(const BodyReading& reading, std::string_view name) {
+    if (reading.fit.body.axis_angles.empty())
+      throw Error({.file = std::string(name),
+                   .found = "a mesh in which no body can lie",
+                   .expected = "a person, for the way through bodies"});
+  }
+
  private:
   /// A fit with a likeness from here on needs no second look from other sides: of people standing upright most end at
   /// 0.98.
   static constexpr double sure_fit = 0.92;
 
-  /// A mesh of fewer vertices has no limbs that bend: no person, but a tetrahedron reads like one from some sides, and took 3 s.
+  /// A mesh of fewer vertices has no limbs that bend: no person, but a tetrahedron reads like one from some sides, and
+  /// took 3 s.
   static constexpr std::size_t fewest_vertices = 32;
   /// What is hardly like a person isn't worth a second look.
   static bool likely(const BodyReading& reading) {
@@ -442,13 +458,6 @@ class BasicBodyTransfer {
       of_points.push_back(least);
     }
     return median(std::span(of_points));
-  }
-
-  static void expect_body(const BodyReading& reading, std::string_view name) {
-    if (reading.fit.body.axis_angles.empty())
-      throw Error({.file = std::string(name),
-                   .found = "a mesh in which no body can lie",
-                   .expected = "a person, for the way through bodies"});
   }
 
   static std::vector<Vec3d> points_at(const MeshView& mesh, const BodyReading& reading) {

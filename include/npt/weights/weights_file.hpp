@@ -107,7 +107,8 @@ std::vector<std::string> tensor_problems(const std::vector<NamedParameter>& para
       problems.push_back(name + " holds " + to_string(tensor->dtype) + " instead of floating point");
   }
   for (const FileTensor& tensor : file.tensors()) {
-    bool known = false;  // of tens of parameters
+    if (tensor.name.find('/') != std::string::npos) continue;  // SafetensorsFile::part: another network's
+    bool known = false;                                        // of tens of parameters
     for (const auto& [name, parameter] : parameters) known = known || (!parameter.attribute && name == tensor.name);
     if (!known) problems.push_back(tensor.name + " belongs to no layer");
   }

@@ -1,0 +1,122 @@
+#include <doctest/doctest.h>
+
+#include <npt/body/pose_sampler.hpp>
+#include <npt/io/safetensors.hpp>
+#include <npt/mannequin/mannequin.hpp>
+#include <npt/mesh/metrics.hpp>
+#include <npt/mesh/normalise.hpp>
+#include <npt/skeleton/body_transfer.hpp>
+#include <npt/skeleton/second_opinion.hpp>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace {
+
+npt::SafetensorsFile shipped_reader() {
+  return npt::SafetensorsFile::read(std::filesystem::path(NPT_SOURCE_DIR) /
+                                    "examples/weights/readers/human.safetensors");
+}
+
+const npt::BodyTransfer& bodies() {
+  static const npt::BodyTransfer transfer(npt::Reader(shipped_reader(), npt::DefaultExecutor(1)));
+  return transfer;
+}
+
+const npt::SecondOpinion& opinion() {
+  static const npt::SecondOpinion shipped(shipped_reader().part("second_opinion/"), npt::DefaultExecutor(1));
+  return shipped;
+}
+
+npt::Mesh mannequin_of(float build, std::span<const float> pose) {
+  return npt::to_mesh(npt::mannequin(), std::vector<float>{build, -build}, pose);
+}
+
+/// A pose of Table 6, which the network knows.
+std::array<float, 72> table6_pose(std::uint64_t seed) {
+  npt::Random random(seed);
+  return npt::sample_pose(random);
+}
+
+/// Two people in a pose of Table 6, read as if their meshes kept the distance of another body model's.
+struct Pair {
+  std::array<float, 72> pose;
+  npt::Mesh identity, posed, truth;
+  npt::BoundCharacter character;
+  npt::BodyReading reading;
+
+  explicit Pair(std::array<float, 72> of_pose, double distance = 0.006)
+      : pose(of_pose),
+        identity(mannequin_of(1.5F, std::array<float, 72>{})),
+        posed(mannequin_of(-1.5F, pose)),
+        truth(mannequin_of(1.5F, pose)),
+        character(bodies().bind(npt::MeshView{identity.coordinates(), npt::mannequin().triangles(), "identity"})),
+        reading(bodies().read(npt::MeshView{posed.coordinates(), npt::mannequin().triangles(), "pose"})) {
+    character.reading.fit.relative_distance = reading.fit.relative_distance = distance;
+  }
+  /// PMD of the transfer with joint angles, bounding boxes centred.
+  double error(std::span<const float> angles) const {
+    std::vector<float> result(truth.coordinates().size()), expected(result.size());
+    bodies().pose(character, angles, result);
+    const auto centre = [](std::span<const float> from, std::span<float> to) {
+      npt::normalising_transform(from, npt::Normalisation::centre, "points").apply(from, to);
+    };
+    centre(result, result);
+    centre(truth.coordinates(), expected);
+    return npt::pmd(result, expected);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("angles that are a little wrong come nearer to the truth, by at most the network's share") {
+  for (const std::uint64_t seed : {3U, 4U}) {
+    CAPTURE(seed);
+    Pair pair(table6_pose(seed));
+    std::vector<float>& angles = pair.reading.fit.body.axis_angles;
+    // As where a spine is misread: the body leans by 3 degrees, the trunk by 6.
+    for (const std::size_t j : {0U, 3U}) angles[3 * j] += 0.05F;
+    const double before = pair.error(angles);
+    const std::vector<float> corrected = opinion().angles(bodies().body(), pair.character, pair.reading);
+    REQUIRE(corrected.size() == angles.size());
+    CHECK(before > 8e-4);
+    CHECK(pair.error(corrected) < 0.75 * before);
+    CHECK(corrected == opinion().angles(bodies().body(), pair.character, pair.reading));
+  }
+}
+
+TEST_CASE("bodies of the fitted kind, strange ones, and one character's own poses are left as they are") {
+  const Pair near(table6_pose(5), 0.001), far(table6_pose(5), 0.012);
+  for (const Pair* pair : {&near, &far}) {
+    CHECK(npt::SecondOpinion::share(pair->character.reading, pair->reading) == 0);
+    CHECK(opinion().angles(bodies().body(), pair->character, pair->reading) == pair->reading.fit.body.axis_angles);
+  }
+  Pair own(table6_pose(5));
+  CHECK(npt::SecondOpinion::share(own.character.reading, own.reading) > 0.3);
+  own.character.reading.fit.body.betas = own.reading.fit.body.betas;
+  CHECK(npt::SecondOpinion::share(own.character.reading, own.reading) == 0);
+}
+
+TEST_CASE("a pose that the network doesn't know is left as it is") {
+  std::array<float, 72> lying{-1.5F};
+  for (const std::size_t hip : {1U, 2U}) lying[3 * hip] = -1.5F;
+  for (const std::size_t knee : {4U, 5U}) lying[3 * knee] = 1.5F;
+  const Pair pair(lying);
+  CHECK(npt::SecondOpinion::share(pair.character.reading, pair.reading) > 0.3);
+  CHECK(opinion().angles(bodies().body(), pair.character, pair.reading) == pair.reading.fit.body.axis_angles);
+}
+
+TEST_CASE("weights of another network are refused by name") {
+  const std::filesystem::path human = std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/human.safetensors";
+  try {
+    const npt::SecondOpinion wrong(npt::SafetensorsFile::read(human), npt::DefaultExecutor(1));
+    FAIL("opened");
+  } catch (const npt::Error& error) {
+    CHECK(
+        std::string(error.what()).find("human.safetensors: metadata feature: found 'per-vertex', expected 'pooled'") !=
+        std::string::npos);
+  }
+}
