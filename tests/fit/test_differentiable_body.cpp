@@ -5,6 +5,7 @@
 #include <npt/body/body_model.hpp>
 #include <npt/core/random.hpp>
 #include <npt/fit/differentiable_body.hpp>
+#include <npt/mesh/points.hpp>
 
 #include <algorithm>
 #include <cmath>

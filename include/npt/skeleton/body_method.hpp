@@ -12,6 +12,7 @@
 #include <npt/parallel/executor.hpp>
 #include <npt/reading/reader.hpp>
 #include <npt/skeleton/body_transfer.hpp>
+#include <npt/skeleton/rest_posture.hpp>
 #include <npt/skeleton/second_opinion.hpp>
 #endif
 
@@ -77,9 +78,10 @@ class TransferByBodies final : public BodyMethod {
   std::vector<float> angles(const BodyBinding& identity, const BodyRead& pose) const {
     const BodyReading& reading = static_cast<const ReadBody&>(pose).reading;
     BodyTransfer::expect_body(reading, "pose");
-    return opinion_ == nullptr
-               ? reading.fit.body.axis_angles
-               : opinion_->angles(transfer_.body(), static_cast<const BoundBody&>(identity).character, reading);
+    const BoundCharacter& character = static_cast<const BoundBody&>(identity).character;
+    return from_own_rest(character.reading, opinion_ == nullptr
+                                                ? reading.fit.body.axis_angles
+                                                : opinion_->angles(transfer_.body(), character, reading));
   }
 
   BodyTransfer transfer_;
