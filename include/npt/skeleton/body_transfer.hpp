@@ -354,7 +354,7 @@ class BasicBodyTransfer {
       for (const LimbPair pair : {LimbPair::legs, LimbPair::arms}) {
         if (!reading.doubtful(pair)) continue;
         if (read.empty()) read = read_angles(readings, reading);
-        const std::vector<BodyFit> starts = limbs_(surface, reading.fit.body, pair, reading.fit.facing, read, 4);
+        const std::vector<BodyFit> starts = limbs_(surface, reading.fit.body, pair, reading.fit.facing, read, 8);
         reading.fit = fitter_->nearest(surface, reading.fit, starts);
       }
       if (reading.fit.relative_distance > 0.97 * before) return;
