@@ -1,8 +1,8 @@
 /// Characters at rest that have no person's build: stylised figures in a T pose, as makers of games bind them.
 ///   std::vector<float> angles = npt::from_own_rest(identity.reading, pose.fit.body.axis_angles);    [24, 3]
-/// A body that is fitted to such a mesh bends where its proportions don't follow: a head that is set back tilts it, arms
-/// that leave the shoulders lower raise them. In a T pose that is no posture but the character's build, and its makers'
-/// skeleton calls it rest. The pose's angles are then taken from there:
+/// A body that is fitted to such a mesh bends where its proportions don't follow: a head that is set back tilts it,
+/// arms that leave the shoulders lower raise them. In a T pose that is no posture but the character's build, and its
+/// makers' skeleton calls it rest. The pose's angles are then taken from there:
 ///   R = R_pose exp(w log(R_person^-1 R_identity))
 /// R_person being how the body fits people at rest. w is 1 for characters that keep a distance from the body and stand
 /// in a T pose, and 0 for people, whose bend in a T pose is as much in the fit of their other poses.
