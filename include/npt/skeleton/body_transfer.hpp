@@ -115,10 +115,16 @@ struct BodyReading {
     return off > std::max(0.003, 1.7 * median(std::span<double>(all)));
   }
   /// The body's own vertical axis, from pelvis to chest, in the mesh's coordinates; unit.
-  Vec3d up() const {
+  Vec3d up() const { return fit.body.axis_angles.empty() ? Vec3d{0, 1, 0} : joint_rotation(0) * Vec3d{0, 1, 0}; }
+  /// Of a mesh in which a body lies: the rotation of a joint in its parent's frame.
+  Matrix3 joint_rotation(std::size_t j) const {
     const std::vector<float>& a = fit.body.axis_angles;
-    if (a.empty()) return {0, 1, 0};
-    return rotation_matrix(Vec3f{a[0], a[1], a[2]}.as<double>()) * Vec3d{0, 1, 0};
+    return rotation_matrix(Vec3f{a[3 * j], a[3 * j + 1], a[3 * j + 2]}.as<double>());
+  }
+  /// The turn about the vertical axis after which the body faces +z.
+  Matrix3 facing_front() const {
+    const Vec3d front = joint_rotation(0) * Vec3d{0, 0, 1};
+    return rotation_matrix({0, -std::atan2(front.x, front.z), 0});
   }
   static constexpr double odd_shape = 450;  ///< shape_oddity() from which on a user is told
   /// What a user should know of the mesh, or nothing.
@@ -146,6 +152,14 @@ struct BoundCharacter {
   BodyReading reading;
   std::vector<Vec3d> points;  ///< [V] in the body's coordinates
   SparseMatrix weights;       ///< [V, 24]
+
+  /// Where the joints' motions [J] bring a vertex, in the body's coordinates.
+  Vec3d moved(std::size_t v, std::span<const RigidMotion> motions) const {
+    Vec3d sum;
+    for (std::size_t i = weights.start[v]; i < weights.start[v + 1]; ++i)
+      sum += motions[weights.column[i]](points[v]) * static_cast<double>(weights.value[i]);
+    return sum;
+  }
 };
 
 struct BodyTransferOptions {
@@ -278,12 +292,8 @@ class BasicBodyTransfer {
                    .found = std::to_string(result.size()) + " numbers",
                    .expected = "three for each of " + std::to_string(identity.points.size()) + " vertices"});
     const std::vector<RigidMotion> motions = skeleton_motions(body(), identity.reading.fit.body, axis_angles);
-    const SparseMatrix& weights = identity.weights;
     for (std::size_t v = 0; v < identity.points.size(); ++v) {
-      Vec3d sum;
-      for (std::size_t i = weights.start[v]; i < weights.start[v + 1]; ++i)
-        sum += motions[weights.column[i]](identity.points[v]) * static_cast<double>(weights.value[i]);
-      const Vec3f p = (sum / identity.reading.metres + identity.reading.centre).as<float>();
+      const Vec3f p = (identity.moved(v, motions) / identity.reading.metres + identity.reading.centre).as<float>();
       result[3 * v] = p.x, result[3 * v + 1] = p.y, result[3 * v + 2] = p.z;
     }
   }

@@ -40,20 +40,11 @@ inline constexpr std::array<Vec3d, smpl_joint_count> people_at_rest{{
     {3.8, 4.3, -1.8}, {3.8, -4.3, 1.8}, {0.3, -3.0, -4.9},  {0.3, 3.0, 4.9}, {0.3, -0.1, -8.0},   {0.3, 0.1, 8.0},
 }};
 
-inline Matrix3 rotation_of_joint(std::span<const float> axis_angles, std::size_t joint) {
-  return rotation_matrix(
-      Vec3f{axis_angles[3 * joint], axis_angles[3 * joint + 1], axis_angles[3 * joint + 2]}.as<double>());
-}
-
 /// [24] How the joints are bent beyond people's at rest, as axis angles; the root without its direction.
-inline std::array<Vec3d, smpl_joint_count> bend_beyond_rest(std::span<const float> axis_angles) {
+inline std::array<Vec3d, smpl_joint_count> bend_beyond_rest(const BodyReading& reading) {
   std::array<Vec3d, smpl_joint_count> bend;
   for (std::size_t j = 0; j < smpl_joint_count; ++j) {
-    Matrix3 own = rotation_of_joint(axis_angles, j);
-    if (j == 0) {
-      const Vec3d front = own * Vec3d{0, 0, 1};
-      own = rotation_matrix({0, -std::atan2(front.x, front.z), 0}) * own;
-    }
+    const Matrix3 own = j == 0 ? reading.facing_front() * reading.joint_rotation(0) : reading.joint_rotation(j);
     const Matrix3 rest = rotation_matrix(people_at_rest[j] * (std::numbers::pi / 180));
     bend[j] = fit::internal::axis_angle_of(rest.transposed() * own);
   }
@@ -64,16 +55,16 @@ inline std::array<Vec3d, smpl_joint_count> bend_beyond_rest(std::span<const floa
 
 /// How far the mesh stands as a character of its own at rest, from 0 to 1: w above.
 inline double own_rest(const BodyReading& reading) {
-  if (reading.fit.body.axis_angles.empty()) return 0;
+  // People's distance is 0.006 to 0.008, dressed or not; a stylised man's 0.011.
+  const double strange = 1 - BodyReading::falling(reading.fit.relative_distance, 0.0085, 0.0105);
+  if (reading.fit.body.axis_angles.empty() || !(strange > 0)) return 0;
   // A stylised man in a T pose is bent by up to 14 degrees, people who stand with their arms down by 60.
   double most = 0;
-  const auto bend = skeleton::internal::bend_beyond_rest(reading.fit.body.axis_angles);
+  const auto bend = skeleton::internal::bend_beyond_rest(reading);
   for (std::size_t j = 0; j < smpl_joint_count; ++j)
     if (j != joint_index(SmplJoint::left_hand) && j != joint_index(SmplJoint::right_hand))
       most = std::max(most, length(bend[j]));
-  // People's distance is 0.006 to 0.008, dressed or not; a stylised man's 0.011.
-  return (1 - BodyReading::falling(reading.fit.relative_distance, 0.0085, 0.0105)) *
-         BodyReading::falling(most, 0.35, 0.5);
+  return strange * BodyReading::falling(most, 0.35, 0.5);
 }
 
 /// A pose's angles for an identity: the same, or from its own rest.
@@ -81,10 +72,11 @@ inline std::vector<float> from_own_rest(const BodyReading& identity, std::span<c
   std::vector<float> result(axis_angles.begin(), axis_angles.end());
   const double weight = own_rest(identity);
   if (!(weight > 0)) return result;
-  const auto bend = skeleton::internal::bend_beyond_rest(identity.fit.body.axis_angles);
+  const auto bend = skeleton::internal::bend_beyond_rest(identity);
   for (std::size_t j = 0; j < smpl_joint_count; ++j) {
-    const Matrix3 turn = skeleton::internal::rotation_of_joint(axis_angles, j) * rotation_matrix(bend[j] * weight);
-    const Vec3f local = fit::internal::axis_angle_of(turn).template as<float>();
+    const Matrix3 own =
+        rotation_matrix(Vec3f{axis_angles[3 * j], axis_angles[3 * j + 1], axis_angles[3 * j + 2]}.as<double>());
+    const Vec3f local = fit::internal::axis_angle_of(own * rotation_matrix(bend[j] * weight)).template as<float>();
     result[3 * j] = local.x, result[3 * j + 1] = local.y, result[3 * j + 2] = local.z;
   }
   return result;

@@ -124,26 +124,16 @@ class BasicSecondOpinion {
   static std::vector<Vec3d> posed(const BodyModel& body, const BoundCharacter& identity, const Points& points,
                                   std::span<const float> angles) {
     const std::vector<RigidMotion> motions = skeleton_motions(body, identity.reading.fit.body, angles);
-    const SparseMatrix& weights = identity.weights;
     std::vector<Vec3d> result;
-    for (const std::size_t v : points) {
-      Vec3d& sum = result.emplace_back();
-      for (std::size_t i = weights.start[v]; i < weights.start[v + 1]; ++i)
-        sum += motions[weights.column[i]](identity.points[v]) * static_cast<double>(weights.value[i]);
-    }
+    result.reserve(points.size());
+    for (const std::size_t v : points) result.push_back(identity.moved(v, motions));
     return result;
-  }
-
-  /// Turns a body about the vertical axis so that it faces +z, as the network's meshes do.
-  static Matrix3 facing_front(const BodyReading& reading) {
-    const std::vector<float>& a = reading.fit.body.axis_angles;
-    const Vec3d front = rotation_matrix(Vec3f{a[0], a[1], a[2]}.as<double>()) * Vec3d{0, 0, 1};
-    return rotation_matrix({0, -std::atan2(front.x, front.z), 0});
   }
 
   /// The mean of a transfer and of the mirror images', which costs a second one and takes a quarter of the error.
   std::vector<Vec3d> by_network(const BoundCharacter& identity, const Points& points, const BodyReading& pose) const {
-    const Matrix3 turn_identity = facing_front(identity.reading), turn_pose = facing_front(pose);
+    // The network's meshes face +z.
+    const Matrix3 turn_identity = identity.reading.facing_front(), turn_pose = pose.facing_front();
     std::array<std::vector<float>, 2> of_identity, of_pose, results;
     const auto add = [](std::vector<float>& to, Vec3d p) {
       const Vec3f q = p.as<float>();
