@@ -70,6 +70,10 @@ struct Pair {
   }
 };
 
+std::vector<float> asked(const Pair& pair) {
+  return opinion().angles(bodies().body(), pair.character, pair.reading, pair.reading.fit.body.axis_angles);
+}
+
 }  // namespace
 
 TEST_CASE("angles that are a little wrong come nearer to the truth, by at most the network's share") {
@@ -80,11 +84,11 @@ TEST_CASE("angles that are a little wrong come nearer to the truth, by at most t
     // As where a spine is misread: the body leans by 3 degrees, the trunk by 6.
     for (const std::size_t j : {0U, 3U}) angles[3 * j] += 0.05F;
     const double before = pair.error(angles);
-    const std::vector<float> corrected = opinion().angles(bodies().body(), pair.character, pair.reading);
+    const std::vector<float> corrected = asked(pair);
     REQUIRE(corrected.size() == angles.size());
     CHECK(before > 8e-4);
     CHECK(pair.error(corrected) < 0.75 * before);
-    CHECK(corrected == opinion().angles(bodies().body(), pair.character, pair.reading));
+    CHECK(corrected == asked(pair));
   }
 }
 
@@ -92,7 +96,7 @@ TEST_CASE("bodies of the fitted kind, strange ones, and one character's own pose
   const Pair near(table6_pose(5), 0.001), far(table6_pose(5), 0.012);
   for (const Pair* pair : {&near, &far}) {
     CHECK(npt::SecondOpinion::share(pair->character.reading, pair->reading) == 0);
-    CHECK(opinion().angles(bodies().body(), pair->character, pair->reading) == pair->reading.fit.body.axis_angles);
+    CHECK(asked(*pair) == pair->reading.fit.body.axis_angles);
   }
   Pair own(table6_pose(5));
   CHECK(npt::SecondOpinion::share(own.character.reading, own.reading) > 0.3);
@@ -106,7 +110,7 @@ TEST_CASE("a pose that the network doesn't know is left as it is") {
   for (const std::size_t knee : {4U, 5U}) lying[3 * knee] = 1.5F;
   const Pair pair(lying);
   CHECK(npt::SecondOpinion::share(pair.character.reading, pair.reading) > 0.3);
-  CHECK(opinion().angles(bodies().body(), pair.character, pair.reading) == pair.reading.fit.body.axis_angles);
+  CHECK(asked(pair) == pair.reading.fit.body.axis_angles);
 }
 
 TEST_CASE("weights of another network are refused by name") {

@@ -12,6 +12,7 @@
 #include <npt/parallel/executor.hpp>
 #include <npt/reading/reader.hpp>
 #include <npt/skeleton/body_transfer.hpp>
+#include <npt/skeleton/fit_bias.hpp>
 #include <npt/skeleton/rest_posture.hpp>
 #include <npt/skeleton/second_opinion.hpp>
 #endif
@@ -47,6 +48,8 @@ class BoundBody final : public BodyBinding {
 class TransferByBodies final : public BodyMethod {
  public:
   TransferByBodies(const SafetensorsFile& reader, int threads) : transfer_(Reader(reader, DefaultExecutor(threads))) {
+    if (const SafetensorsFile bias = reader.part("fit_bias/"); !bias.tensors().empty())
+      bias_ = std::make_unique<const FitBias>(bias);
     const SafetensorsFile network = reader.part("second_opinion/");
     if (!network.tensors().empty()) opinion_ = std::make_unique<const SecondOpinion>(network, DefaultExecutor(1));
   }
@@ -79,13 +82,15 @@ class TransferByBodies final : public BodyMethod {
     const BodyReading& reading = static_cast<const ReadBody&>(pose).reading;
     BodyTransfer::expect_body(reading, "pose");
     const BoundCharacter& character = static_cast<const BoundBody&>(identity).character;
-    return from_own_rest(character.reading, opinion_ == nullptr
-                                                ? reading.fit.body.axis_angles
-                                                : opinion_->angles(transfer_.body(), character, reading));
+    std::vector<float> result =
+        bias_ == nullptr ? reading.fit.body.axis_angles : bias_->angles(character.reading, reading);
+    if (opinion_ != nullptr) result = opinion_->angles(transfer_.body(), character, reading, std::move(result));
+    return from_own_rest(character.reading, result);
   }
 
   BodyTransfer transfer_;
-  std::unique_ptr<const SecondOpinion> opinion_;  ///< where the reader's file holds one
+  std::unique_ptr<const FitBias> bias_;  ///< these two where the reader's file holds them
+  std::unique_ptr<const SecondOpinion> opinion_;
 };
 
 inline std::shared_ptr<const BodyMethod> open_body_method(const std::filesystem::path& reader, int threads) {

@@ -2,7 +2,7 @@
 /// fitted body's own build, the body takes on its posture (a heavy person's lean, a spine under clothes), which the
 /// identity then gets; a network trained on pairs of different bodies errs elsewhere, and between both is the truth.
 ///   const npt::SecondOpinion opinion(file, npt::DefaultExecutor(0));
-///   std::vector<float> angles = opinion.angles(body, character, reading);    [24, 3]
+///   std::vector<float> angles = opinion.angles(body, character, reading, fitted);    [24, 3]
 /// Points of both meshes, facing the way the network was trained on, go through it; the identity's angles are then
 /// those that bring its points nearest to where body and network put them, by Gauss-Newton with the body's as a prior.
 /// It counts only where it can be of use:
@@ -68,9 +68,10 @@ class BasicSecondOpinion {
            rising(difference, 1, 4);
   }
 
-  /// [J, 3] the joint angles for the identity in the pose; the pose's own where the network doesn't count.
-  std::vector<float> angles(const BodyModel& body, const BoundCharacter& identity, const BodyReading& pose) const {
-    std::vector<float> angles = pose.fit.body.axis_angles;
+  /// [J, 3] the joint angles for the identity in the pose, from what the body says; as they are where the network
+  /// doesn't count.
+  std::vector<float> angles(const BodyModel& body, const BoundCharacter& identity, const BodyReading& pose,
+                            std::vector<float> angles) const {
     double share = BasicSecondOpinion::share(identity.reading, pose);
     if (!(share > 0)) return angles;
     const Points points = choose(identity);

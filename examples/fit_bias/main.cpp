@@ -1,0 +1,178 @@
+// Learns what fits of other people's bodies are off by, from body models whose joints are known, and puts it into a
+// reader's file, beside its weights: tensor fit_bias/joints. See npt/skeleton/fit_bias.hpp.
+//
+//   npt_fit_bias --body human_6890.safetensors --body human_13380.safetensors
+//     examples/weights/readers/human.safetensors result.safetensors
+//
+// Half of the poses are natural ones, three in ten the paper's, the others wide; each is fitted in a random shape and in
+// the mean one, and counts once more as its mirror image. Least squares, with a mean of its own that is thrown away:
+// what is the same in all poses is no fault of a transfer between them.
+#include <npt/body/body_file.hpp>
+#include <npt/body/pose_sampler.hpp>
+#include <npt/core/sort.hpp>
+#include <npt/io/safetensors.hpp>
+#include <npt/linear/dense_cholesky.hpp>
+#include <npt/skeleton/fit_bias.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <progress.hpp>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+constexpr std::size_t joints = npt::smpl_joint_count, columns = npt::FitBias::columns, rows = npt::FitBias::rows;
+
+struct Arguments {
+  std::filesystem::path reader, result;
+  std::vector<std::string> bodies;
+  std::size_t poses = 400;  // of each body
+  std::uint64_t seed = 1;
+  double ridge = 5;
+};
+
+/// A fit: its angles, and log(R_fit^-1 R_true) of all joints.
+struct Sample {
+  std::array<double, columns + 1> angles{};  // and a 1
+  std::array<double, rows> off{};
+
+  /// Left and right changed.
+  Sample mirrored() const {
+    constexpr std::array<std::size_t, joints> other{0,  2,  1,  3,  5,  4,  6,  8,  7,  9,  11, 10,
+                                                    12, 14, 13, 15, 17, 16, 19, 18, 21, 20, 23, 22};
+    constexpr std::array<double, 3> sign{1, -1, -1};
+    Sample result;
+    result.angles[columns] = 1;
+    for (std::size_t j = 0; j < joints; ++j)
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (j > 0) result.angles[3 * j - 3 + k] = sign[k] * angles[3 * other[j] - 3 + k];
+        result.off[3 * j + k] = sign[k] * off[3 * other[j] + k];
+      }
+    return result;
+  }
+};
+
+/// Adds a mesh's sample, unless it was misread.
+void add(const npt::BodyTransfer& transfer, const npt::BodyModel& body, std::span<const float> betas,
+         std::span<const float> pose, std::vector<Sample>& samples) {
+  constexpr double trusted = 0.85, misread = 0.7;  // radians
+  std::vector<float> xyz(3 * body.vertex_count());
+  body.posed(betas, pose, xyz);
+  const npt::BodyReading reading = transfer.read({.xyz = xyz, .triangles = body.triangles(), .name = "body"});
+  if (reading.trust() < trusted) return;
+  const npt::BodyFit& fit = reading.fit.body;
+  const auto fitted = transfer.body().bone_motions(fit.betas, fit.axis_angles), real = body.bone_motions(betas, pose);
+  Sample sample;
+  sample.angles[columns] = 1;
+  for (std::size_t i = 0; i < columns; ++i) sample.angles[i] = static_cast<double>(fit.axis_angles[3 + i]);
+  for (std::size_t j = 0; j < joints; ++j) {
+    const npt::Vec3d off = npt::fit::internal::axis_angle_of(fitted[j].rotation.transposed() * real[j].rotation);
+    if (length(off) > misread) return;
+    sample.off[3 * j] = off.x, sample.off[3 * j + 1] = off.y, sample.off[3 * j + 2] = off.z;
+  }
+  samples.push_back(sample);
+  samples.push_back(sample.mirrored());
+}
+
+std::vector<Sample> measure(const Arguments& arguments, const npt::BodyTransfer& transfer) {
+  std::vector<Sample> samples;
+  program::Progress progress("poses", arguments.poses * arguments.bodies.size());
+  for (const std::string& file : arguments.bodies) {
+    const npt::BodyModel body = npt::load_body(file);
+    npt::Random random(arguments.seed);
+    const std::vector<float> mean(body.shape_count());
+    for (std::size_t i = 0; i < arguments.poses; ++i, progress.advance()) {
+      const double kind = random.uniform();
+      const auto pose = npt::sample_pose(random, kind < 0.3   ? npt::PoseDistribution::paper
+                                                 : kind < 0.5 ? npt::PoseDistribution::wide
+                                                              : npt::PoseDistribution::natural);
+      add(transfer, body, npt::sample_shape(random, body.shape_count()), pose, samples);
+      add(transfer, body, mean, pose, samples);
+    }
+  }
+  return samples;
+}
+
+/// [rows][columns + 1] in least squares; samples that a first solution leaves far off count less.
+std::vector<std::array<double, columns + 1>> learn(const std::vector<Sample>& samples, double ridge) {
+  std::vector<std::array<double, columns + 1>> b(rows);
+  std::vector<double> weights(samples.size(), 1.0), squares(samples.size());
+  for (int round = 0; round < 3; ++round) {
+    constexpr std::size_t n = columns + 1;
+    std::vector<double> matrix(n * n);
+    for (std::size_t i = 0; i < columns; ++i) matrix[i * n + i] = ridge;
+    for (auto& row : b) row.fill(0);
+    for (std::size_t s = 0; s < samples.size(); ++s)
+      for (std::size_t i = 0; i < n; ++i) {
+        const double factor = weights[s] * samples[s].angles[i];
+        for (std::size_t k = 0; k <= i; ++k) matrix[i * n + k] += factor * samples[s].angles[k];
+        for (std::size_t r = 0; r < rows; ++r) b[r][i] += factor * samples[s].off[r];
+      }
+    const npt::DenseCholesky factor(n, std::move(matrix));
+    for (auto& row : b) {
+      factor.solve_lower(row);
+      factor.solve_upper(row);
+    }
+    for (std::size_t s = 0; s < samples.size(); ++s) {
+      squares[s] = 0;
+      for (std::size_t r = 0; r < rows; ++r) {
+        double left = samples[s].off[r];
+        for (std::size_t i = 0; i < n; ++i) left -= b[r][i] * samples[s].angles[i];
+        squares[s] += left * left;
+      }
+    }
+    std::vector<double> sorted = squares;
+    const double usual = 3 * npt::median(std::span(sorted));
+    for (std::size_t s = 0; s < samples.size(); ++s) weights[s] = usual / (usual + squares[s]);
+  }
+  return b;
+}
+
+void run(const Arguments& arguments) {
+  const npt::SafetensorsFile file = npt::SafetensorsFile::read(arguments.reader);
+  const npt::BodyTransfer transfer(npt::Reader(file, npt::DefaultExecutor(0)));
+  const std::vector<Sample> samples = measure(arguments, transfer);
+  if (samples.size() < 2)
+    throw npt::Error({.file = "bodies", .found = "no mesh that reads as a person", .expected = "at least one"});
+  const auto b = learn(samples, arguments.ridge);
+  std::vector<float> values;
+  for (const auto& row : b)
+    for (std::size_t i = 0; i < columns; ++i) values.push_back(static_cast<float>(row[i]));
+  const std::string name = std::string("fit_bias/") + npt::FitBias::tensor;
+  std::vector<npt::FileTensor> tensors;
+  for (const npt::FileTensor& tensor : file.tensors())
+    if (tensor.name != name) tensors.push_back(tensor);
+  tensors.push_back({.name = name, .shape = npt::FitBias::shape(), .bytes = std::as_bytes(std::span(values))});
+  npt::write_safetensors(arguments.result, tensors, file.metadata());
+  std::printf("%s: learned from %zu fits\n", arguments.result.string().c_str(), samples.size() / 2);
+}
+
+}  // namespace
+
+int main(int count, char** values) try {
+  Arguments arguments;
+  CLI::App app("Learns what fits of other people's bodies are off by, and puts it into a reader's file");
+  app.add_option("READER", arguments.reader, "A reader's weights (.safetensors)")->required();
+  app.add_option("RESULT", arguments.result, "The same with fit_bias/joints (.safetensors)")->required();
+  app.add_option("--body", arguments.bodies, "Body model in SMPL's layout (.safetensors; repeated)")->required();
+  app.add_option("--poses", arguments.poses, "Of each body")->capture_default_str()->check(CLI::Range(1, 1000000));
+  app.add_option("--seed", arguments.seed, "Of poses and shapes")->capture_default_str();
+  app.add_option("--ridge", arguments.ridge, "Square radians that hold each number at 0")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  CLI11_PARSE(app, count, values);
+  run(arguments);
+  return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "npt_fit_bias: error: %s\n", error.what());
+  return 1;
+}
