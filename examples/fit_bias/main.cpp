@@ -12,6 +12,7 @@
 #include <npt/core/sort.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/linear/dense_cholesky.hpp>
+#include <npt/mannequin/mannequin.hpp>
 #include <npt/skeleton/fit_bias.hpp>
 
 #include <CLI/CLI.hpp>
@@ -22,6 +23,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <memory>
 #include <progress.hpp>
 #include <span>
 #include <string>
@@ -75,7 +77,7 @@ void add(const npt::BodyTransfer& transfer, const npt::BodyModel& body, std::spa
   sample.angles[columns] = 1;
   for (std::size_t i = 0; i < columns; ++i) sample.angles[i] = static_cast<double>(fit.axis_angles[3 + i]);
   for (std::size_t j = 0; j < joints; ++j) {
-    const npt::Vec3d off = npt::fit::internal::axis_angle_of(fitted[j].rotation.transposed() * real[j].rotation);
+    const npt::Vec3d off = npt::axis_angle(fitted[j].rotation.transposed() * real[j].rotation);
     if (length(off) > misread) return;
     sample.off[3 * j] = off.x, sample.off[3 * j + 1] = off.y, sample.off[3 * j + 2] = off.z;
   }
@@ -87,16 +89,18 @@ std::vector<Sample> measure(const Arguments& arguments, const npt::BodyTransfer&
   std::vector<Sample> samples;
   program::Progress progress("poses", arguments.poses * arguments.bodies.size());
   for (const std::string& file : arguments.bodies) {
-    const npt::BodyModel body = npt::load_body(file);
+    const std::shared_ptr<const npt::BodyModel> body =
+        file == "mannequin" ? npt::borrowed(npt::mannequin())
+                            : std::make_shared<const npt::BodyModel>(npt::load_body(file));
     npt::Random random(arguments.seed);
-    const std::vector<float> mean(body.shape_count());
+    const std::vector<float> mean(body->shape_count());
     for (std::size_t i = 0; i < arguments.poses; ++i, progress.advance()) {
       const double kind = random.uniform();
       const auto pose = npt::sample_pose(random, kind < 0.3   ? npt::PoseDistribution::paper
                                                  : kind < 0.5 ? npt::PoseDistribution::wide
                                                               : npt::PoseDistribution::natural);
-      add(transfer, body, npt::sample_shape(random, body.shape_count()), pose, samples);
-      add(transfer, body, mean, pose, samples);
+      add(transfer, *body, npt::sample_shape(random, body->shape_count()), pose, samples);
+      add(transfer, *body, mean, pose, samples);
     }
   }
   return samples;
@@ -163,7 +167,9 @@ int main(int count, char** values) try {
   CLI::App app("Learns what fits of other people's bodies are off by, and puts it into a reader's file");
   app.add_option("READER", arguments.reader, "A reader's weights (.safetensors)")->required();
   app.add_option("RESULT", arguments.result, "The same with fit_bias/joints (.safetensors)")->required();
-  app.add_option("--body", arguments.bodies, "Body model in SMPL's layout (.safetensors; repeated)")->required();
+  app.add_option("--body", arguments.bodies,
+                 "Body model in SMPL's layout (.safetensors; repeated), or mannequin: for trying it out")
+      ->required();
   app.add_option("--poses", arguments.poses, "Of each body")->capture_default_str()->check(CLI::Range(1, 1000000));
   app.add_option("--seed", arguments.seed, "Of poses and shapes")->capture_default_str();
   app.add_option("--ridge", arguments.ridge, "Square radians that hold each number at 0")

@@ -1,9 +1,11 @@
 #include <doctest/doctest.h>
 
 #include <npt/body/kinematics.hpp>
+#include <npt/core/random.hpp>
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 using npt::Matrix3;
@@ -20,6 +22,24 @@ TEST_CASE("Rodrigues' formula turns about the axis by the angle") {
   const Vec3d across = normalised(cross(axis, {1, 0, 0}));
   CHECK(std::abs(dot(r * across, across) - std::cos(0.8)) < 1e-14);
   CHECK(std::abs(dot(r * across, cross(axis, across)) - std::sin(0.8)) < 1e-14);
+}
+
+TEST_CASE("the axis angle of a rotation gives the rotation back, half turns too") {
+  npt::Random random(1);
+  for (const double angle : {0.0, 1e-8, 0.5, 3.0, 3.14159, std::numbers::pi}) {
+    const Vec3d a = npt::normalised(Vec3d{random.normal(), random.normal(), random.normal()}) * angle;
+    const Matrix3 r = npt::rotation_matrix(a);
+    const Matrix3 again = npt::rotation_matrix(npt::axis_angle(r));
+    CHECK((r - again).squared_norm() < 1e-10);
+  }
+}
+
+TEST_CASE("a joint's rotation is put among axis angles and read again") {
+  std::array<float, 6> angles{};
+  const Matrix3 r = npt::rotation_matrix({0.3, -1.1, 0.7});
+  npt::set_joint_rotation(angles, 1, r);
+  CHECK(npt::joint_rotation(angles, 0) == Matrix3::identity());
+  CHECK((npt::joint_rotation(angles, 1) - r).squared_norm() < 1e-12);
 }
 
 TEST_CASE("rigid motions compose and invert") {

@@ -33,7 +33,7 @@ struct Posed {
 /// Turns the root by `yaw` about y, after its own rotation.
 inline void turn(std::span<float> pose, double yaw) {
   const npt::Matrix3 root = npt::rotation_matrix({pose[0], pose[1], pose[2]});
-  const Vec3d a = npt::fit::internal::axis_angle_of(npt::rotation_matrix({0, yaw, 0}) * root);
+  const Vec3d a = npt::axis_angle(npt::rotation_matrix({0, yaw, 0}) * root);
   pose[0] = static_cast<float>(a.x), pose[1] = static_cast<float>(a.y), pose[2] = static_cast<float>(a.z);
 }
 

@@ -148,9 +148,7 @@ class BodyModel {
                             "three for each of " + std::to_string(joint_count()) + " joints");
     body::internal::check_finite(axis_angles, "argument", "axis angles");
     std::vector<Matrix3> rotations(joint_count());
-    for (std::size_t j = 0; j < rotations.size(); ++j)
-      rotations[j] =
-          rotation_matrix(Vec3f{axis_angles[3 * j], axis_angles[3 * j + 1], axis_angles[3 * j + 2]}.as<double>());
+    for (std::size_t j = 0; j < rotations.size(); ++j) rotations[j] = joint_rotation(axis_angles, j);
     return rotations;
   }
   std::vector<RigidMotion> bone_motions(std::span<const float> betas, std::span<const Matrix3> rotations) const {

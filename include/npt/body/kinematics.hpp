@@ -8,8 +8,11 @@
 #include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -40,6 +43,29 @@ inline Matrix3 rotation_matrix(Vec3d axis_angle) {
   return {{{{c + a.x * a.x * k, a.x * a.y * k - a.z * s, a.x * a.z * k + a.y * s},
             {a.y * a.x * k + a.z * s, c + a.y * a.y * k, a.y * a.z * k - a.x * s},
             {a.z * a.x * k - a.y * s, a.z * a.y * k + a.x * s, c + a.z * a.z * k}}}};
+}
+
+/// The axis angle of a rotation, of at most half a turn.
+inline Vec3d axis_angle(const Matrix3& r) {
+  const Vec3d skew{r.rows[2].y - r.rows[1].z, r.rows[0].z - r.rows[2].x, r.rows[1].x - r.rows[0].y};
+  const double sine = length(skew) / 2, cosine = (r.rows[0].x + r.rows[1].y + r.rows[2].z - 1) / 2;
+  const double angle = std::atan2(sine, cosine);
+  if (sine > 1e-6) return skew * (angle / (2 * sine));
+  if (cosine > 0) return skew * 0.5;
+  // Half a turn: r + I = 2 a a^T.
+  const std::array<double, 3> d{r.rows[0].x, r.rows[1].y, r.rows[2].z};
+  const std::size_t k = static_cast<std::size_t>(std::ranges::max_element(d) - d.begin());
+  const Vec3d e{k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0};
+  return normalised(r.transposed() * e + e) * std::numbers::pi;
+}
+
+/// Joint j of axis angles [J, 3] as a rotation in its parent's frame.
+inline Matrix3 joint_rotation(std::span<const float> axis_angles, std::size_t j) {
+  return rotation_matrix(Vec3f{axis_angles[3 * j], axis_angles[3 * j + 1], axis_angles[3 * j + 2]}.as<double>());
+}
+inline void set_joint_rotation(std::span<float> axis_angles, std::size_t j, const Matrix3& rotation) {
+  const Vec3f a = axis_angle(rotation).as<float>();
+  axis_angles[3 * j] = a.x, axis_angles[3 * j + 1] = a.y, axis_angles[3 * j + 2] = a.z;
 }
 
 /// The motion of every bone from the rest pose; at rotations that are the identity it is the identity without any

@@ -21,7 +21,6 @@
 #include <npt/core/vec3.hpp>
 #include <npt/fit/body_fit.hpp>
 #include <npt/fit/fit_surface.hpp>
-#include <npt/fit/part_motion.hpp>
 #include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
@@ -190,8 +189,7 @@ class LimbSearch {
       const Limb& l = limbs[limb];
       for (std::size_t k = 0; k < l.count; ++k) {
         const std::size_t j = l.joints[k];
-        const Matrix3 r =
-            rotation_matrix(Vec3f{h.angles[3 * k], h.angles[3 * k + 1], h.angles[3 * k + 2]}.as<double>());
+        const Matrix3 r = joint_rotation(h.angles, k);
         const RigidMotion& parent =
             k == 0 ? posed.motions[static_cast<std::size_t>(smpl_parents[j])] : h.motions[k - 1];
         h.motions[k] = parent * RigidMotion{r, posed.joints[j] - r * posed.joints[j]};
@@ -271,8 +269,7 @@ class LimbSearch {
           rotation_matrix(normalised(axis) * std::atan2(length(axis), dot(a, b))) * h.motions[step].rotation;
       const Matrix3& parent = step == 0 ? judge.posed.motions[static_cast<std::size_t>(smpl_parents[j])].rotation
                                         : h.motions[step - 1].rotation;
-      const Vec3f local = fit::internal::axis_angle_of(parent.transposed() * turned).as<float>();
-      h.angles[3 * step] = local.x, h.angles[3 * step + 1] = local.y, h.angles[3 * step + 2] = local.z;
+      set_joint_rotation(h.angles, step, parent.transposed() * turned);
       judge.move(h);
     };
     turn(m - 1, h.middle, middle);

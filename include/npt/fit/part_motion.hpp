@@ -31,7 +31,6 @@
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
-#include <numbers>
 #include <span>
 #include <string>
 #include <vector>
@@ -125,20 +124,6 @@ struct PartMotion {
 };
 
 namespace fit::internal {
-
-/// The axis angle of a rotation, of at most half a turn.
-inline Vec3d axis_angle_of(const Matrix3& r) {
-  const Vec3d skew{r.rows[2].y - r.rows[1].z, r.rows[0].z - r.rows[2].x, r.rows[1].x - r.rows[0].y};
-  const double sine = length(skew) / 2, cosine = (r.rows[0].x + r.rows[1].y + r.rows[2].z - 1) / 2;
-  const double angle = std::atan2(sine, cosine);
-  if (sine > 1e-6) return skew * (angle / (2 * sine));
-  if (cosine > 0) return skew * 0.5;
-  // Half a turn: r + I = 2 a a^T.
-  const std::array<double, 3> d{r.rows[0].x, r.rows[1].y, r.rows[2].z};
-  const std::size_t k = static_cast<std::size_t>(std::ranges::max_element(d) - d.begin());
-  const Vec3d e{k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0};
-  return normalised(r.transposed() * e + e) * std::numbers::pi;
-}
 
 class PartMotionSolver {
  public:
@@ -392,7 +377,7 @@ class PartMotionSolver {
     for (std::size_t j = 0; j < smpl_joint_count; ++j) {
       Matrix3 relative = parts_[j].rotation;
       if (j > 0) relative = parts_[static_cast<std::size_t>(smpl_parents[j])].rotation.transposed() * relative;
-      const Vec3d a = axis_angle_of(relative);
+      const Vec3d a = axis_angle(relative);
       m.axis_angles[3 * j] = a.x, m.axis_angles[3 * j + 1] = a.y, m.axis_angles[3 * j + 2] = a.z;
     }
     m.translation = parts_[0](rest_.joints()[0]) - rest_.joints()[0];

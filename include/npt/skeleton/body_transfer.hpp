@@ -117,10 +117,7 @@ struct BodyReading {
   /// The body's own vertical axis, from pelvis to chest, in the mesh's coordinates; unit.
   Vec3d up() const { return fit.body.axis_angles.empty() ? Vec3d{0, 1, 0} : joint_rotation(0) * Vec3d{0, 1, 0}; }
   /// Of a mesh in which a body lies: the rotation of a joint in its parent's frame.
-  Matrix3 joint_rotation(std::size_t j) const {
-    const std::vector<float>& a = fit.body.axis_angles;
-    return rotation_matrix(Vec3f{a[3 * j], a[3 * j + 1], a[3 * j + 2]}.as<double>());
-  }
+  Matrix3 joint_rotation(std::size_t j) const { return npt::joint_rotation(fit.body.axis_angles, j); }
   /// The turn about the vertical axis after which the body faces +z.
   Matrix3 facing_front() const {
     const Vec3d front = joint_rotation(0) * Vec3d{0, 0, 1};
@@ -380,10 +377,7 @@ class BasicBodyTransfer {
       LimbSearch::Angles& angles = all.emplace_back(motion.axis_angles.begin(), motion.axis_angles.end());
       for (const std::size_t j : {1U, 2U, 13U, 14U}) {
         const auto parent = static_cast<std::size_t>(smpl_parents[j]);
-        const Vec3f local =
-            fit::internal::axis_angle_of(fitted[parent].rotation.transposed() * motion.parts[j].rotation)
-                .template as<float>();
-        angles[3 * j] = local.x, angles[3 * j + 1] = local.y, angles[3 * j + 2] = local.z;
+        set_joint_rotation(angles, j, fitted[parent].rotation.transposed() * motion.parts[j].rotation);
       }
     }
     return all;

@@ -20,7 +20,6 @@
 #include <npt/config.hpp>
 #include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/part_motion.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_values.hpp>
 #include <npt/skeleton/body_transfer.hpp>
@@ -83,11 +82,8 @@ class FitBias {
       const Matrix3 own = pose.joint_rotation(j);
       fitted[j] = parent < 0 ? own : fitted[static_cast<std::size_t>(parent)] * own;
       turned[j] = fitted[j] * of_pose[j] * of_identity[j].transposed();
-      const Vec3f local =
-          fit::internal::axis_angle_of(parent < 0 ? turned[j]
-                                                  : turned[static_cast<std::size_t>(parent)].transposed() * turned[j])
-              .as<float>();
-      result[3 * j] = local.x, result[3 * j + 1] = local.y, result[3 * j + 2] = local.z;
+      set_joint_rotation(result, j,
+                         parent < 0 ? turned[j] : turned[static_cast<std::size_t>(parent)].transposed() * turned[j]);
     }
     return result;
   }

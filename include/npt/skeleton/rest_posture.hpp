@@ -16,7 +16,6 @@
 #include <npt/config.hpp>
 #include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/part_motion.hpp>
 #include <npt/skeleton/body_transfer.hpp>
 
 #include <algorithm>
@@ -46,7 +45,7 @@ inline std::array<Vec3d, smpl_joint_count> bend_beyond_rest(const BodyReading& r
   for (std::size_t j = 0; j < smpl_joint_count; ++j) {
     const Matrix3 own = j == 0 ? reading.facing_front() * reading.joint_rotation(0) : reading.joint_rotation(j);
     const Matrix3 rest = rotation_matrix(people_at_rest[j] * (std::numbers::pi / 180));
-    bend[j] = fit::internal::axis_angle_of(rest.transposed() * own);
+    bend[j] = axis_angle(rest.transposed() * own);
   }
   return bend;
 }
@@ -74,10 +73,7 @@ inline std::vector<float> from_own_rest(const BodyReading& identity, std::span<c
   if (!(weight > 0)) return result;
   const auto bend = skeleton::internal::bend_beyond_rest(identity);
   for (std::size_t j = 0; j < smpl_joint_count; ++j) {
-    const Matrix3 own =
-        rotation_matrix(Vec3f{axis_angles[3 * j], axis_angles[3 * j + 1], axis_angles[3 * j + 2]}.as<double>());
-    const Vec3f local = fit::internal::axis_angle_of(own * rotation_matrix(bend[j] * weight)).template as<float>();
-    result[3 * j] = local.x, result[3 * j + 1] = local.y, result[3 * j + 2] = local.z;
+    set_joint_rotation(result, j, joint_rotation(axis_angles, j) * rotation_matrix(bend[j] * weight));
   }
   return result;
 }

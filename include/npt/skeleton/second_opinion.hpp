@@ -27,7 +27,6 @@
 #include <npt/core/vec3.hpp>
 #include <npt/engine/engine.hpp>
 #include <npt/engine/model.hpp>
-#include <npt/fit/part_motion.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/linear/normal_equations.hpp>
 #include <npt/mesh/normalise.hpp>
@@ -192,11 +191,8 @@ class BasicSecondOpinion {
         // A turn in space, of the joint and all that hangs on it, is one in the parent's frame.
         const Matrix3 parent =
             parents[j] < 0 ? Matrix3::identity() : bones[static_cast<std::size_t>(parents[j])].rotation;
-        const Matrix3 own = rotation_matrix(Vec3f{angles[3 * j], angles[3 * j + 1], angles[3 * j + 2]}.as<double>());
         const Matrix3 turn = rotation_matrix({turns[3 * j], turns[3 * j + 1], turns[3 * j + 2]});
-        const Vec3f local =
-            fit::internal::axis_angle_of(parent.transposed() * turn * parent * own).template as<float>();
-        angles[3 * j] = local.x, angles[3 * j + 1] = local.y, angles[3 * j + 2] = local.z;
+        set_joint_rotation(angles, j, parent.transposed() * turn * parent * joint_rotation(angles, j));
       }
     }
   }
