@@ -7,8 +7,8 @@
 ///   R = R_pose exp(B theta_pose) exp(B theta_identity)^-1
 /// so that between equal poses nothing changes. It counts where both keep a distance from the body as people of other
 /// models do, and not for the mannequin.
-/// Measured, PMD x 1e-4 without and with it: two people that no body model made, every pose in every other, 9.7 and
-/// 8.5; human_6890 in natural poses 4.8 and 4.4; a dressed man 6.4 and 4.4.
+/// Measured, PMD x 1e-4 without and with it: two people that no body model made, every pose in every other, 9.2 and
+/// 8.3; human_6890 in natural poses 5.0 and 4.9, in wide ones 5.5 and 5.1; a dressed man 4.8 and 3.7.
 /// Shapes    B: [24, 3, 23, 3], radians by radians; rotations by joint, in space
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Errors    npt::Error for a file without B, for another shape, and for numbers that aren't finite
