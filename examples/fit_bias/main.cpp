@@ -4,11 +4,12 @@
 //   npt_fit_bias --body human_6890.safetensors --body human_13380.safetensors
 //     examples/weights/readers/human.safetensors result.safetensors
 //
-// Half of the poses are natural ones, three in ten the paper's, the others wide; each is fitted in a random shape and in
-// the mean one, and counts once more as its mirror image. Least squares, with a mean of its own that is thrown away:
-// what is the same in all poses is no fault of a transfer between them.
+// Half of the poses are natural ones, three in ten the paper's, the others wide; each is fitted in a random shape and
+// in the mean one, and counts once more as its mirror image. Least squares, with a mean of its own that is thrown
+// away: what is the same in all poses is no fault of a transfer between them.
 #include <npt/body/body_file.hpp>
 #include <npt/body/pose_sampler.hpp>
+#include <npt/body/skeleton.hpp>
 #include <npt/core/sort.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/linear/dense_cholesky.hpp>
@@ -49,8 +50,7 @@ struct Sample {
 
   /// Left and right changed.
   Sample mirrored() const {
-    constexpr std::array<std::size_t, joints> other{0,  2,  1,  3,  5,  4,  6,  8,  7,  9,  11, 10,
-                                                    12, 14, 13, 15, 17, 16, 19, 18, 21, 20, 23, 22};
+    constexpr auto& other = npt::smpl_mirrored_joints;
     constexpr std::array<double, 3> sign{1, -1, -1};
     Sample result;
     result.angles[columns] = 1;
