@@ -38,7 +38,7 @@ void run(Options& options) {
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   command.add_option("--mesh", o->mesh, "Mesh of a person, in any pose (.ply, .obj, .glb, .fbx, ...)")->required();
-  command.add_option("-o,--out", o->out, "The mesh with a skeleton of 24 joints and skin weights (.glb)")->required();
+  command.add_option("-o,--out", o->out, "The mesh with a skeleton of 40 joints and skin weights (.glb)")->required();
   command.add_option("--pose", o->pose, "Also put on a clip: a folder of poses, or a .glb or .fbx with --clip");
   program::add_animation_options(command, o->animation);
   command.add_option("--view", o->page, "Also write a page to look at the clip in a browser (.html)");

@@ -52,7 +52,7 @@ class NPT_Settings(bpy.types.PropertyGroup):
     frame_step: IntProperty(name="Step", default=1, min=1, description="Every so many frames")
     rig: BoolProperty(
         name="Rig",
-        description="Give the result an armature of 24 bones that takes the poses, with names and weights for "
+        description="Give the result an armature of 40 bones that takes the poses, with names and weights for "
         "further animation, instead of moved vertices. For meshes that read as people",
     )
     weights: EnumProperty(name="Weights", items=weights_items, description="The network's weights")

@@ -11,6 +11,14 @@
 namespace npt::inline NPT_ABI {
 
 inline constexpr std::size_t smpl_joint_count = 24;
+/// With the finger joints that the way through bodies adds (mannequin/finger_joints.hpp): of the left hand, then of the
+/// right one, the middle and the end joint of index, middle, ring and little finger.
+inline constexpr std::size_t finger_count = 4;
+inline constexpr std::size_t fingered_joint_count = smpl_joint_count + 4 * finger_count;
+/// side: 0 left, 1 right. finger: from 0, the index finger, to 3. The end joint is the next one.
+constexpr std::size_t middle_finger_joint(std::size_t side, std::size_t finger) {
+  return smpl_joint_count + 2 * (finger_count * side + finger);
+}
 
 /// `left` is the body's own left, at x > 0 for a body that faces +z.
 enum class SmplJoint : std::size_t {

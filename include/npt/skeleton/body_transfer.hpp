@@ -20,9 +20,12 @@
 #include <npt/core/error.hpp>
 #include <npt/core/sort.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/fit/body_fit.hpp>
+#include <npt/fit/finger_fit.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/limb_search.hpp>
 #include <npt/fit/reading_fit.hpp>
+#include <npt/mannequin/finger_joints.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/reading/reader.hpp>
@@ -54,6 +57,7 @@ struct BodyReading {
   Vec3d centre;                               ///< of the surface, in the mesh's unit
   double metres = 1;                          ///< in a unit of the mesh, for a body of usual size
   ReadingFit fit;                             ///< without angles where no body has the mesh's size
+  std::array<HandBend, 2> hands;              ///< left and right, beyond the fit's angles
   std::shared_ptr<const FitSurface> surface;  ///< whose samples the next frame of a sequence moves
   bool told = false;                          ///< by a reader that tells people from other things
   /// Metres between what was read of a point in several turns about the vertical axis: the median distance from the
@@ -147,8 +151,20 @@ struct BodyReading {
 /// An identity bound to the body that was fitted to it.
 struct BoundCharacter {
   BodyReading reading;
+  BodyFit body;               ///< the reading's, with finger joints: 40
+  std::vector<Vec3d> joints;  ///< [40] where they are, in the body's coordinates
   std::vector<Vec3d> points;  ///< [V] in the body's coordinates
-  SparseMatrix weights;       ///< [V, 24]
+  SparseMatrix weights;       ///< [V, 40]
+
+  /// [40] How the joints move to joint angles [40, 3], in the body's coordinates. `fingered`: the body with finger joints
+  std::vector<RigidMotion> motions(const BodyModel& fingered, std::span<const float> axis_angles) const {
+    std::vector<RigidMotion> result = skeleton_motions(fingered, body, axis_angles);
+    for (std::size_t j = smpl_joint_count; j < result.size(); ++j) {
+      const auto parent = static_cast<std::size_t>(fingered.tables().parents[j]);
+      result[j].shift = result[parent](joints[j]) - result[j].rotation * joints[j];
+    }
+    return result;
+  }
 
   /// Where the joints' motions [J] bring a vertex, in the body's coordinates.
   Vec3d moved(std::size_t v, std::span<const RigidMotion> motions) const {
@@ -176,9 +192,13 @@ class BasicBodyTransfer {
         fitter_(std::make_unique<ReadingFitter>(
             std::make_shared<const BodyModel>(with_proportions(mannequin(), human_proportion_deviations)),
             options_.fit)),
+        fingers_(std::make_shared<const BodyModel>(with_finger_joints(fitter_->model()))),
         limbs_(fitter_->shared_model()) {}
 
+  /// SMPL's 24 joints: what is fitted.
   const BodyModel& body() const noexcept { return fitter_->model(); }
+  /// With finger joints, 40: what characters are bound to.
+  const BodyModel& fingered_body() const noexcept { return fingers_.model(); }
   const ReadingFitter& fitter() const noexcept { return *fitter_; }
   const BasicReader<Exec>& reader() const noexcept { return reader_; }
 
@@ -200,6 +220,7 @@ class BasicBodyTransfer {
     search_limbs(surface, readings, reading);
     if (likely(reading) && in_doubt(reading)) read_again(surface, samples, reading);
     if (reading.likeness() < sure_fit) read_turned(surface, samples, reading);
+    if (reading.trust() > 0) reading.hands = fingers_(surface, reading.fit.body, reading.fit.facing);
     return reading;
   }
 
@@ -215,7 +236,9 @@ class BasicBodyTransfer {
         last.surface->moved(std::span<const Vec3d>(points_at(mesh, reading)), mesh.triangles));
     reading.fit = fitter_->refit(*reading.surface, last.fit);
     // A jump, or a fit that lost its way: read anew.
-    return reading.likeness() < last.likeness() - 0.03 ? read(mesh) : reading;
+    if (reading.likeness() < last.likeness() - 0.03) return read(mesh);
+    reading.hands = fingers_(*reading.surface, reading.fit.body, reading.fit.facing, last.hands);
+    return reading;
   }
 
   /// Of a mesh in which a body lies.
@@ -236,24 +259,29 @@ class BasicBodyTransfer {
     character.reading = std::move(reading);
     const BodyReading& r = character.reading;
     expect_body(r, identity.name);
+    character.body = r.fit.body;
+    character.body.axis_angles = with_fingers(r.fit.body.axis_angles, r.hands);
     character.points = points_at(identity, r);
-    character.weights =
-        body_weights(body(), r.fit.body, character.points, identity.triangles, {.facing = r.fit.facing});
+    const auto closed = [&r](std::size_t side) { return std::ranges::max(r.hands[side].middle) > least_closed; };
+    std::array<skeleton::internal::HandMeasure, 2> measured;
+    character.weights = body_weights(fingered_body(), character.body, character.points, identity.triangles,
+                                     {.facing = r.fit.facing, .closed = {closed(0), closed(1)}}, &measured);
+    const std::vector<Vec3d> rest = fingered_body().joints(r.fit.body.betas);
+    const auto motions = fingered_body().bone_motions(r.fit.body.betas, character.body.axis_angles);
+    for (std::size_t j = 0; j < rest.size(); ++j)
+      character.joints.push_back(motions[j](rest[j]) + r.fit.body.translation);
+    character.body.axis_angles = with_fingers(r.fit.body.axis_angles, measured_hands(r, measured, character.joints));
     return character;
   }
 
   /// An identity's skeleton and skin weights, in its own unit, place and pose. Joints have their usual humanoid names.
   SkinnedSkeleton skeleton(const BoundCharacter& identity, JointNames names = JointNames::vrm) const {
-    const BodyFit& fit = identity.reading.fit.body;
-    const std::vector<RigidMotion> motions = body().bone_motions(fit.betas, fit.axis_angles);
-    const std::vector<Vec3d> rest = body().joints(fit.betas);
     SkinnedSkeleton skeleton;
-    for (std::size_t j = 0; j < rest.size(); ++j) {
-      const int parent = body().tables().parents[j];
+    for (std::size_t j = 0; j < identity.joints.size(); ++j) {
+      const int parent = fingered_body().tables().parents[j];
       skeleton.names.emplace_back(joint_name(j, names));
       skeleton.parents.push_back(parent < 0 ? SkinnedSkeleton::no_parent : static_cast<std::size_t>(parent));
-      skeleton.joints.push_back((motions[j](rest[j]) + fit.translation) / identity.reading.metres +
-                                identity.reading.centre);
+      skeleton.joints.push_back(identity.joints[j] / identity.reading.metres + identity.reading.centre);
     }
     const SparseMatrix& weights = identity.weights;
     skeleton.start.assign(weights.start.begin(), weights.start.end());
@@ -265,12 +293,12 @@ class BasicBodyTransfer {
   /// [J] How the identity's joints move to the pose's angles, in its own unit and place.
   std::vector<Affine> motions(const BoundCharacter& identity, const BodyReading& pose) const {
     expect_body(pose, "pose");
-    return motions(identity, pose.fit.body.axis_angles);
+    return motions(identity, with_fingers(pose.fit.body.axis_angles, pose.hands));
   }
-  /// [J] How the identity's joints move to joint angles [J, 3], in its own unit and place.
+  /// [J] How the identity's joints move to joint angles [40, 3], in its own unit and place.
   std::vector<Affine> motions(const BoundCharacter& identity, std::span<const float> axis_angles) const {
     std::vector<Affine> result;
-    for (const RigidMotion& m : skeleton_motions(body(), identity.reading.fit.body, axis_angles)) {
+    for (const RigidMotion& m : identity.motions(fingered_body(), axis_angles)) {
       const Vec3d centre = identity.reading.centre;
       result.push_back({m.rotation, m.shift / identity.reading.metres + centre - m.rotation * centre});
     }
@@ -280,15 +308,15 @@ class BasicBodyTransfer {
   /// The identity's vertices with the pose's joint angles, in its own unit and place.
   void pose(const BoundCharacter& identity, const BodyReading& pose, std::span<float> result) const {
     expect_body(pose, "pose");
-    this->pose(identity, pose.fit.body.axis_angles, result);
+    this->pose(identity, with_fingers(pose.fit.body.axis_angles, pose.hands), result);
   }
-  /// The identity's vertices with joint angles [J, 3], in its own unit and place.
+  /// The identity's vertices with joint angles [40, 3], in its own unit and place.
   void pose(const BoundCharacter& identity, std::span<const float> axis_angles, std::span<float> result) const {
     if (result.size() != 3 * identity.points.size())
       throw Error({.file = "result",
                    .found = std::to_string(result.size()) + " numbers",
                    .expected = "three for each of " + std::to_string(identity.points.size()) + " vertices"});
-    const std::vector<RigidMotion> motions = skeleton_motions(body(), identity.reading.fit.body, axis_angles);
+    const std::vector<RigidMotion> motions = identity.motions(fingered_body(), axis_angles);
     for (std::size_t v = 0; v < identity.points.size(); ++v) {
       const Vec3f p = (identity.moved(v, motions) / identity.reading.metres + identity.reading.centre).as<float>();
       result[3 * v] = p.x, result[3 * v + 1] = p.y, result[3 * v + 2] = p.z;
@@ -304,9 +332,33 @@ class BasicBodyTransfer {
   }
 
  private:
+  /// Radians of the middle joints beyond which fingers may touch the palm.
+  static constexpr double least_closed = 0.8;
+
   /// A fit with a likeness from here on needs no second look from other sides: of people standing upright most end at
   /// 0.98.
   static constexpr double sure_fit = 0.92;
+
+  /// How far the hands are closed after the fingers of closed ones were measured; their joints' places, too.
+  static std::array<HandBend, 2> measured_hands(const BodyReading& reading,
+                                                const std::array<skeleton::internal::HandMeasure, 2>& measured,
+                                                std::span<Vec3d> joints) {
+    // Radians that no finger bends: then it was measured wrongly.
+    constexpr double least = -0.4, most = 2.1;
+    std::array<HandBend, 2> hands = reading.hands;
+    for (std::size_t side = 0; side < 2; ++side)
+      for (std::size_t f = 0; f < finger_count; ++f) {
+        const skeleton::internal::FingerMeasure& finger = measured[side][f];
+        for (std::size_t k = 0; k < 2; ++k)
+          if (finger.joints[k]) joints[middle_finger_joint(side, f) + k] = *finger.joints[k];
+        const double middle = hands[side].middle[f] + finger.turns[0];
+        const double end = hands[side].middle[f] * 2 / 3 + finger.turns[1] - finger.turns[0];
+        if (std::min(middle, end) < least || std::max(middle, end) > most) continue;
+        hands[side].middle[f] = middle;
+        hands[side].end[f] = end - middle * 2 / 3;
+      }
+    return hands;
+  }
 
   /// A mesh of fewer vertices has no limbs that bend: no person, but a tetrahedron reads like one from some sides, and
   /// took 3 s.
@@ -494,6 +546,7 @@ class BasicBodyTransfer {
   BasicReader<Exec> reader_;
   BodyTransferOptions options_;
   std::unique_ptr<const ReadingFitter> fitter_;
+  FingerFitter fingers_;
   LimbSearch limbs_;
 };
 

@@ -1,7 +1,7 @@
 /// Skin weights of a mesh from the body that was fitted to it: each vertex takes those of the body's surface where it
 /// lies closest and faces the same way. Where limbs touch, some vertices are closest to the wrong one: patches that
 /// belong elsewhere on the body than all that surrounds them take their weights from around instead. Then weights are
-/// smoothed along the mesh.
+/// smoothed along the mesh, and those of closed hands found along the skin (hand_skin.hpp).
 /// Meshes    any number of pieces, open borders, edges of many faces, triangles without area and unused vertices.
 ///           Vertices in one place, as along seams, count as one
 /// Shapes    points: [V]; weights: [V, J], not negative, each row sums to 1; those below 1e-3 are left out
@@ -11,16 +11,20 @@
 #pragma once
 
 #include <npt/body/body_model.hpp>
+#include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
+#include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/fit/body_fit.hpp>
+#include <npt/mannequin/finger_joints.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/union_find.hpp>
 #include <npt/mesh/weld.hpp>
+#include <npt/skeleton/hand_skin.hpp>
 #include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
@@ -38,6 +42,8 @@ struct BodyWeightsOptions {
   double facing = 1;    ///< 1: the mesh's triangles turn outwards; -1: inwards; 0: that is not known
   int sweeps = 8;       ///< of smoothing
   double patch = 0.04;  ///< share of the mesh's area below which a patch that belongs elsewhere isn't believed
+  /// Whether the left and the right hand are closed (hand_skin.hpp); for a body with finger joints.
+  std::array<bool, 2> closed{};
 };
 
 namespace skeleton::internal {
@@ -47,12 +53,13 @@ class BodyWeights {
   BodyWeights(const BodyModel& model, const BodyFit& fit, std::vector<Vec3d> points, std::vector<Triangle> triangles,
               const BodyWeightsOptions& options)
       : model_(model),
+        fit_(fit),
         points_(std::move(points)),
         triangles_(std::move(triangles)),
         options_(options),
         joints_(model.joint_count()),
         stride_((joints_ + lanes - 1) / lanes * lanes) {
-    locate(fit);
+    locate();
     edges_ = unique_edges(triangles_);
     around_ = neighbours(edges_, points_.size());
     doubt_patches();
@@ -60,7 +67,11 @@ class BodyWeights {
     // A sweep reaches as far as an edge: on meshes finer than 1 cm there is nothing left to smooth.
     const double fineness = std::max(1.0, static_cast<double>(points_.size()) / 30000);
     for (int i = 0; i < options.sweeps / fineness; ++i) smooth();
+    for (std::size_t side = 0; side < 2; ++side)
+      if (options.closed[side]) assign_fingers(side);
   }
+
+  const std::array<HandMeasure, 2>& measured() const { return measured_; }
 
   /// [P, J]
   SparseMatrix weights() const {
@@ -90,17 +101,17 @@ class BodyWeights {
     }
   }
 
-  void locate(const BodyFit& fit) {
+  void locate() {
     std::vector<float> xyz(3 * model_.vertex_count());
-    model_.posed(fit.betas, fit.axis_angles, xyz);
-    std::vector<Vec3d> body(model_.vertex_count());
-    for (std::size_t v = 0; v < body.size(); ++v)
-      body[v] = Vec3f{xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]}.as<double>() + fit.translation;
+    model_.posed(fit_.betas, fit_.axis_angles, xyz);
+    body_.resize(model_.vertex_count());
+    for (std::size_t v = 0; v < body_.size(); ++v)
+      body_[v] = Vec3f{xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]}.as<double>() + fit_.translation;
     const std::span<const Triangle> faces = model_.triangles();
-    const TriangleTree tree(body, faces);
+    const TriangleTree tree(body_, faces);
     std::vector<Vec3d> normals(faces.size());
     for (std::size_t t = 0; t < faces.size(); ++t)
-      normals[t] = normalised(cross(body[faces[t][1]] - body[faces[t][0]], body[faces[t][2]] - body[faces[t][0]]));
+      normals[t] = normalised(cross(body_[faces[t][1]] - body_[faces[t][0]], body_[faces[t][2]] - body_[faces[t][0]]));
     const std::vector<Vec3d> outward = area_vectors(points_, triangles_);
     weights_.assign(points_.size() * stride_, 0.0F);
     places_.resize(points_.size());
@@ -203,7 +214,26 @@ class BodyWeights {
     weights_ = std::move(next);
   }
 
+  /// Of a closed hand.
+  void assign_fingers(std::size_t side) {
+    std::vector<float> skin(model_.vertex_count() * joints_);
+    const SparseMatrix& own = model_.tables().weights;
+    for (std::size_t v = 0; v < model_.vertex_count(); ++v)
+      for (std::size_t i = own.start[v]; i < own.start[v + 1]; ++i) skin[v * joints_ + own.column[i]] = own.value[i];
+    const Neighbours around = neighbours(unique_edges(model_.triangles()), model_.vertex_count());
+    const HandSkin of_body({body_, &around, skin, joints_}, side);
+    HandSkin hand({points_, &around_, weights_, stride_}, side);
+    if (!hand.like(of_body)) return;
+    const Matrix3 turn =
+        model_.bone_motions(fit_.betas, fit_.axis_angles)[joint_index(SmplJoint::left_hand) + side].rotation;
+    measured_[side] = hand.beside(of_body, turn * finger_hinge(side));
+    hand.take(of_body);
+  }
+
   const BodyModel& model_;
+  const BodyFit& fit_;
+  std::array<HandMeasure, 2> measured_{};
+  std::vector<Vec3d> body_;  ///< its vertices as fitted
   std::vector<Vec3d> points_;
   std::vector<Triangle> triangles_;
   BodyWeightsOptions options_;
@@ -217,9 +247,11 @@ class BodyWeights {
 
 }  // namespace skeleton::internal
 
+/// measured: the fingers of closed hands
 /// Requires  finite points, triangles of numbers below V, a fit of this model
 inline SparseMatrix body_weights(const BodyModel& model, const BodyFit& fit, std::span<const Vec3d> points,
-                                 std::span<const Triangle> triangles, const BodyWeightsOptions& options = {}) {
+                                 std::span<const Triangle> triangles, const BodyWeightsOptions& options = {},
+                                 std::array<skeleton::internal::HandMeasure, 2>* measured = nullptr) {
   std::vector<float> xyz;
   xyz.reserve(3 * points.size());
   for (const Vec3d p : points)
@@ -228,9 +260,9 @@ inline SparseMatrix body_weights(const BodyModel& model, const BodyFit& fit, std
   std::vector<Vec3d> welded;
   welded.reserve(welding.vertex_of.size());
   for (const std::uint32_t v : welding.vertex_of) welded.push_back(points[v]);
-  const SparseMatrix weights =
-      skeleton::internal::BodyWeights(model, fit, std::move(welded), welding.welded(triangles), options).weights();
-  return weights.gathered(welding.point_of);
+  const skeleton::internal::BodyWeights bound(model, fit, std::move(welded), welding.welded(triangles), options);
+  if (measured != nullptr) *measured = bound.measured();
+  return bound.weights().gathered(welding.point_of);
 }
 
 }  // namespace npt::inline NPT_ABI

@@ -28,8 +28,34 @@ inline constexpr std::array<std::string_view, smpl_joint_count> mixamo_joint_nam
     "mixamorig:LeftArm",   "mixamorig:RightArm",     "mixamorig:LeftForeArm",     "mixamorig:RightForeArm",
     "mixamorig:LeftHand",  "mixamorig:RightHand",    "mixamorig:LeftHandMiddle1", "mixamorig:RightHandMiddle1"};
 
-/// Of one of SMPL's 24 joints.
+/// The finger joints that follow (middle_finger_joint()). SMPL has none; its names are like those of its others.
+inline constexpr std::array<std::string_view, fingered_joint_count - smpl_joint_count> vrm_finger_names{
+    "leftIndexIntermediate",  "leftIndexDistal",  "leftMiddleIntermediate",  "leftMiddleDistal",
+    "leftRingIntermediate",   "leftRingDistal",   "leftLittleIntermediate",  "leftLittleDistal",
+    "rightIndexIntermediate", "rightIndexDistal", "rightMiddleIntermediate", "rightMiddleDistal",
+    "rightRingIntermediate",  "rightRingDistal",  "rightLittleIntermediate", "rightLittleDistal"};
+
+inline constexpr std::array<std::string_view, fingered_joint_count - smpl_joint_count> mixamo_finger_names{
+    "mixamorig:LeftHandIndex2",  "mixamorig:LeftHandIndex3",   "mixamorig:LeftHandMiddle2",
+    "mixamorig:LeftHandMiddle3", "mixamorig:LeftHandRing2",    "mixamorig:LeftHandRing3",
+    "mixamorig:LeftHandPinky2",  "mixamorig:LeftHandPinky3",   "mixamorig:RightHandIndex2",
+    "mixamorig:RightHandIndex3", "mixamorig:RightHandMiddle2", "mixamorig:RightHandMiddle3",
+    "mixamorig:RightHandRing2",  "mixamorig:RightHandRing3",   "mixamorig:RightHandPinky2",
+    "mixamorig:RightHandPinky3"};
+
+inline constexpr std::array<std::string_view, fingered_joint_count - smpl_joint_count> smpl_finger_names{
+    "l_index_middle",  "l_index_end",  "l_middle_middle", "l_middle_end", "l_ring_middle",   "l_ring_end",
+    "l_little_middle", "l_little_end", "r_index_middle",  "r_index_end",  "r_middle_middle", "r_middle_end",
+    "r_ring_middle",   "r_ring_end",   "r_little_middle", "r_little_end"};
+
+/// Of one of SMPL's 24 joints or the finger joints behind them.
 constexpr std::string_view joint_name(std::size_t joint, JointNames names) {
+  if (joint >= smpl_joint_count) {
+    const auto& fingers = names == JointNames::vrm      ? vrm_finger_names
+                          : names == JointNames::mixamo ? mixamo_finger_names
+                                                        : smpl_finger_names;
+    return fingers[joint - smpl_joint_count];
+  }
   const auto& all = names == JointNames::vrm      ? vrm_joint_names
                     : names == JointNames::mixamo ? mixamo_joint_names
                                                   : smpl_joint_names;

@@ -1,5 +1,5 @@
 /// Characters at rest that have no person's build: stylised figures in a T pose, as makers of games bind them.
-///   std::vector<float> angles = npt::from_own_rest(identity.reading, pose.fit.body.axis_angles);    [24, 3]
+///   std::vector<float> angles = npt::from_own_rest(identity.reading, axis_angles);
 /// A body that is fitted to such a mesh bends where its proportions don't follow: a head that is set back tilts it,
 /// arms that leave the shoulders lower raise them. In a T pose that is no posture but the character's build, and its
 /// makers' skeleton calls it rest. The pose's angles are then taken from there:
@@ -8,7 +8,7 @@
 /// in a T pose, and 0 for people, whose bend in a T pose is as much in the fit of their other poses.
 /// Measured, PMD x 1e-4: a stylised man in a T pose, Table 6's poses of two people: 52 without and 19 with it. For
 /// people with w = 1 a dressed man would have 21 instead of 6.6.
-/// Shapes    axis angles: [24, 3], radians, SMPL's order
+/// Shapes    axis angles: [24, 3], or [40, 3] with finger joints, which stay; radians, SMPL's order
 #pragma once
 
 #include <npt/body/kinematics.hpp>

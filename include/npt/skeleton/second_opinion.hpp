@@ -2,7 +2,7 @@
 /// fitted body's own build, the body takes on its posture (a heavy person's lean, a spine under clothes), which the
 /// identity then gets; a network trained on pairs of different bodies errs elsewhere, and between both is the truth.
 ///   const npt::SecondOpinion opinion(file, npt::DefaultExecutor(0));
-///   std::vector<float> angles = opinion.angles(body, character, reading, fitted);    [24, 3]
+///   std::vector<float> angles = opinion.angles(body, character, reading, fitted);    [40, 3], fingers as they were
 /// Points of both meshes, facing the way the network was trained on, go through it; the identity's angles are then
 /// those that bring its points nearest to where body and network put them, by Gauss-Newton with the body's as a prior.
 /// It counts only where it can be of use:
@@ -21,6 +21,7 @@
 
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/core/matrix3.hpp>
 #include <npt/core/random.hpp>
@@ -67,8 +68,8 @@ class BasicSecondOpinion {
            rising(difference, 1, 4);
   }
 
-  /// [J, 3] the joint angles for the identity in the pose, from what the body says; as they are where the network
-  /// doesn't count.
+  /// [40, 3] the joint angles for the identity in the pose, from what the body says; as they are where the network
+  /// doesn't count. body: with finger joints
   std::vector<float> angles(const BodyModel& body, const BoundCharacter& identity, const BodyReading& pose,
                             std::vector<float> angles) const {
     double share = BasicSecondOpinion::share(identity.reading, pose);
@@ -123,7 +124,7 @@ class BasicSecondOpinion {
 
   static std::vector<Vec3d> posed(const BodyModel& body, const BoundCharacter& identity, const Points& points,
                                   std::span<const float> angles) {
-    const std::vector<RigidMotion> motions = skeleton_motions(body, identity.reading.fit.body, angles);
+    const std::vector<RigidMotion> motions = identity.motions(body, angles);
     std::vector<Vec3d> result;
     result.reserve(points.size());
     for (const std::size_t v : points) result.push_back(identity.moved(v, motions));
@@ -168,15 +169,15 @@ class BasicSecondOpinion {
   /// Angles that bring the points nearest to `target`, both about their centres.
   static void fit(const BodyModel& body, const BoundCharacter& identity, const Points& points,
                   std::span<const Vec3d> target, std::vector<float>& angles) {
-    const BodyFit& fitted = identity.reading.fit.body;
+    const BodyFit& fitted = identity.body;
     const std::span<const int> parents = body.tables().parents;
-    const std::size_t joints = parents.size();
+    constexpr std::size_t joints = smpl_joint_count;  // no network knows fingers
     const std::vector<Vec3d> rest = body.joints(fitted.betas);
     std::vector<double> turned(3 * joints, 0.0);
     NormalEquations equations(3 * joints + 3);
     for (int step = 0; step < steps; ++step) {
       const std::vector<RigidMotion> bones = body.bone_motions(fitted.betas, angles);
-      const std::vector<RigidMotion> motions = skeleton_motions(body, fitted, angles);
+      const std::vector<RigidMotion> motions = identity.motions(body, angles);
       equations.clear();
       for (std::size_t i = 0; i < points.size(); ++i)
         add_point(identity, points[i], target[i], motions, bones, rest, parents, equations);
@@ -202,11 +203,11 @@ class BasicSecondOpinion {
                         std::span<const RigidMotion> motions, std::span<const RigidMotion> bones,
                         std::span<const Vec3d> rest, std::span<const int> parents, NormalEquations& equations) {
     const SparseMatrix& weights = identity.weights;
-    const Vec3d root = identity.reading.fit.body.translation;
+    const Vec3d root = identity.body.translation;
     std::array<std::vector<double>, 3> rows;
     for (std::size_t k = 0; k < 3; ++k) {
-      rows[k].assign(3 * parents.size() + 3, 0.0);
-      rows[k][3 * parents.size() + k] = 1;
+      rows[k].assign(3 * smpl_joint_count + 3, 0.0);
+      rows[k][3 * smpl_joint_count + k] = 1;
     }
     Vec3d place;
     for (std::size_t i = weights.start[vertex]; i < weights.start[vertex + 1]; ++i) {
@@ -215,11 +216,12 @@ class BasicSecondOpinion {
       place += moved * weight;
       for (int joint = static_cast<int>(weights.column[i]); joint >= 0;) {
         const auto j = static_cast<std::size_t>(joint);
+        joint = parents[j];
+        if (j >= smpl_joint_count) continue;
         const Vec3d arm = (moved - bones[j](rest[j]) - root) * weight;  // a turn w moves it by w x arm
         rows[0][3 * j + 1] += arm.z, rows[0][3 * j + 2] -= arm.y;
         rows[1][3 * j] -= arm.z, rows[1][3 * j + 2] += arm.x;
         rows[2][3 * j] += arm.y, rows[2][3 * j + 1] -= arm.x;
-        joint = parents[j];
       }
     }
     const Vec3d off = place - target;

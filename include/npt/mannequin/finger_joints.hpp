@@ -1,0 +1,150 @@
+/// SMPL's hand is a mitten: its one joint, at the knuckles, moves all fingers, and nothing makes a fist of it. This adds
+/// the fingers' middle and end joints to the mannequin; the thumb stays with the hand.
+///   const npt::BodyModel fingered = npt::with_finger_joints(npt::mannequin());
+///   angles = npt::with_fingers(axis_angles, {HandBend{.middle = {1, 1, 1, 1}}, HandBend{}});    [24, 3] -> [40, 3]
+/// Shapes    joints: SMPL's 24, then as middle_finger_joint() says
+/// Source    Rijpkema and Girard, "Computer animation of knowledge-based human grasping", SIGGRAPH 1991: the end joint
+///           bends by two thirds of the middle one
+#pragma once
+
+#include <npt/body/body_model.hpp>
+#include <npt/body/body_tables.hpp>
+#include <npt/body/kinematics.hpp>
+#include <npt/body/skeleton.hpp>
+#include <npt/body/sparse_matrix.hpp>
+#include <npt/config.hpp>
+#include <npt/core/error.hpp>
+#include <npt/core/vec3.hpp>
+#include <npt/mannequin/anatomy.hpp>
+#include <npt/mannequin/skin.hpp>
+#include <npt/mannequin/surface.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// How far a hand is closed beyond what its 24 joints say, in radians; positive towards the palm.
+struct HandBend {
+  double knuckles = 0;                        ///< about SMPL's hand joint
+  std::array<double, finger_count> middle{};  ///< about the middle joints; index finger first
+  std::array<double, finger_count> end{};     ///< about the end joints, beyond two thirds of the middle ones
+
+  friend bool operator==(const HandBend&, const HandBend&) = default;
+};
+
+namespace internal {
+
+/// Along a finger from where it leaves the hand, as a share of its length: where the phalanges meet.
+inline constexpr double middle_joint = 0.42, end_joint = 0.70;
+
+/// A finger (not the thumb) that a point of the resting hand (x >= 0, anatomy's coordinates) belongs to, and where
+/// along it the point lies.
+struct FingerPlace {
+  std::size_t finger = 0;
+  double along = 0;
+};
+inline FingerPlace finger_place(Vec3d q) {
+  FingerPlace best;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t d = 0; d + 1 < std::size(anatomy::digits); ++d) {
+    const anatomy::Digit& digit = anatomy::digits[d];
+    const Vec3d axis = normalised(digit.direction), from = q - digit.root;
+    const double t = dot(from, axis);
+    const double aside = length(from - axis * t);
+    if (aside < least) least = aside, best = {d, t / digit.length};
+  }
+  return best;
+}
+
+/// Direction of the hinge of the left middle joints: through those of index and little finger, and turning fingers
+/// towards the palm.
+inline Vec3d left_finger_hinge() {
+  const auto at = [](const anatomy::Digit& d) { return d.root + normalised(d.direction) * (middle_joint * d.length); };
+  Vec3d hinge = at(anatomy::digits[3]) - at(anatomy::digits[0]);
+  hinge.y = 0;
+  return normalised(hinge);
+}
+
+}  // namespace internal
+
+/// Of a hand's finger joints, in the body's coordinates at rest. side: 0 left, 1 right
+inline Vec3d finger_hinge(std::size_t side) {
+  const Vec3d left = internal::left_finger_hinge();
+  return side == 0 ? left : Vec3d{left.x, -left.y, -left.z};
+}
+
+/// The mannequin, with whatever shape directions, with 40 joints.
+/// Requires  the mannequin's vertices and SMPL's joints
+inline BodyModel with_finger_joints(const BodyModel& body) {
+  NPT_ASSERT(body.joint_count() == smpl_joint_count);
+  BodyTables tables = body.tables();
+  const Vec3d origin = anatomy::rounded(anatomy::origin);
+  const SparseMatrix skin = std::exchange(tables.weights, {});
+  tables.weights.columns = fingered_joint_count;
+  // The vertices around each new joint, which say where it is for a shape.
+  std::array<std::vector<std::uint32_t>, fingered_joint_count - smpl_joint_count> rings;
+  for (std::uint32_t v = 0; v < body.vertex_count(); ++v) {
+    const float* rest = &tables.v_template[3 * std::size_t{v}];
+    const Vec3d p = Vec3f{rest[0], rest[1], rest[2]}.as<double>() + origin;
+    const auto [finger, along] = internal::finger_place({std::abs(p.x), p.y, p.z});
+    const std::size_t side = p.x < 0 ? 1 : 0, joint = middle_finger_joint(side, finger);
+    float middle = 0, end = 0;
+    for (std::size_t i = skin.start[v]; i < skin.start[v + 1]; ++i) {
+      float w = skin.value[i];
+      if (skin.column[i] == joint_index(SmplJoint::left_hand) + side && w > 0.99F) {
+        const double bends = anatomy::ramp(along, internal::middle_joint - 0.1, internal::middle_joint + 0.1);
+        const double ends = anatomy::ramp(along, internal::end_joint - 0.08, internal::end_joint + 0.08);
+        middle = w * static_cast<float>(bends * (1 - ends)), end = w * static_cast<float>(bends * ends);
+        w -= middle + end;
+        if (std::abs(along - internal::middle_joint) < 0.1) rings[joint - smpl_joint_count].push_back(v);
+        if (std::abs(along - internal::end_joint) < 0.1) rings[joint + 1 - smpl_joint_count].push_back(v);
+      }
+      if (w > 0) tables.weights.append(skin.column[i], w);
+    }
+    if (middle > 0) tables.weights.append(static_cast<std::uint32_t>(joint), middle);
+    if (end > 0) tables.weights.append(static_cast<std::uint32_t>(joint + 1), end);
+    tables.weights.end_row();
+  }
+  for (std::size_t j = smpl_joint_count; j < fingered_joint_count; ++j) {
+    const std::vector<std::uint32_t>& ring = rings[j - smpl_joint_count];
+    NPT_ASSERT(!ring.empty());
+    for (const std::uint32_t v : ring) tables.J_regressor.append(v, 1.0F / static_cast<float>(ring.size()));
+    tables.J_regressor.end_row();
+    const std::size_t k = j - smpl_joint_count;
+    const std::size_t hand = joint_index(SmplJoint::left_hand) + k / (2 * finger_count);
+    tables.parents.push_back(static_cast<int>(k % 2 == 0 ? hand : j - 1));
+  }
+  tables.joint_names.clear();
+  return BodyModel(std::move(tables), "body with finger joints");
+}
+
+/// The angles of a body with finger joints, for left and right hand. axis_angles: [24, 3]; result: [40, 3]
+inline std::vector<float> with_fingers(std::span<const float> axis_angles, const std::array<HandBend, 2>& hands) {
+  NPT_ASSERT(axis_angles.size() == 3 * smpl_joint_count);
+  std::vector<float> result(axis_angles.begin(), axis_angles.end());
+  result.resize(3 * fingered_joint_count);
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Vec3d hinge = finger_hinge(side);
+    const std::size_t hand = joint_index(SmplJoint::left_hand) + side;
+    const HandBend& bend = hands[side];
+    if (bend.knuckles != 0)
+      set_joint_rotation(result, hand, joint_rotation(axis_angles, hand) * rotation_matrix(hinge * bend.knuckles));
+    for (std::size_t f = 0; f < finger_count; ++f) {
+      const std::size_t middle = middle_finger_joint(side, f);
+      set_joint_rotation(result, middle, rotation_matrix(hinge * bend.middle[f]));
+      set_joint_rotation(result, middle + 1, rotation_matrix(hinge * (bend.middle[f] * 2 / 3 + bend.end[f])));
+    }
+  }
+  return result;
+}
+
+}  // namespace npt::inline NPT_ABI

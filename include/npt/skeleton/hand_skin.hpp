@@ -1,0 +1,296 @@
+/// Skin weights of a closed hand, along its skin. Where fingers touch the palm, what lies nearest on a body tells
+/// little; where a point is on the way from the wrist to a fingertip is the same for a fist and an open hand.
+///   r = g / (g + h)
+/// g the distance from the wrist along edges, h that from the nearest fingertip: both are short on the inner side of a
+/// bend and long on the outer one. The weights are those that a body's hand has at the same r. Tips are where g has its
+/// greatest values around; the one whose finger parts from the others nearest to the wrist is the thumb, which stays
+/// with the palm.
+/// Meshes    fingers that are one piece bend as one; what doesn't hang on a wrist stays as it is
+/// Source    Dijkstra, "A note on two problems in connexion with graphs", 1959
+#pragma once
+
+#include <npt/body/skeleton.hpp>
+#include <npt/config.hpp>
+#include <npt/core/vec3.hpp>
+#include <npt/mesh/topology.hpp>
+#include <npt/mesh/union_find.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <queue>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+namespace skeleton::internal {
+
+/// Skin weights in rows, and the surface that they belong to.
+struct WeightRows {
+  std::span<const Vec3d> points;  ///< [P]
+  const Neighbours* around;       ///< of P points
+  std::span<float> weights;       ///< [P, stride]
+  std::size_t stride;
+
+  float* row(std::size_t p) const { return &weights[p * stride]; }
+};
+
+/// A finger of a mesh beside the one of the body in it. Middle joint first, then the end joint.
+struct FingerMeasure {
+  std::array<double, 2> turns{};               ///< by how much the phalanx behind is bent more, in radians
+  std::array<std::optional<Vec3d>, 2> joints;  ///< where the joint is, if that can be told
+};
+using HandMeasure = std::array<FingerMeasure, finger_count>;
+
+/// The skin of one hand, of a mesh or of a body.
+class HandSkin {
+ public:
+  /// side: 0 left, 1 right
+  HandSkin(const WeightRows& mesh, std::size_t side)
+      : mesh_(mesh),
+        forearm_(joint_index(SmplJoint::left_elbow) + side),
+        wrist_(joint_index(SmplJoint::left_wrist) + side),
+        side_(side) {
+    const auto forearm = [this](std::size_t p) { return static_cast<double>(mesh_.row(p)[forearm_]) > of_hand(p); };
+    std::vector<std::uint32_t> wrist;
+    for (std::uint32_t p = 0; p < mesh_.points.size(); ++p)
+      if (of_hand(p) > 0.3 && !forearm(p) && std::ranges::any_of(mesh_.around->of(p), forearm)) wrist.push_back(p);
+    std::vector<std::uint32_t> nearest;
+    const std::vector<double> from_wrist = distances(
+        wrist, [&](std::size_t p) { return !forearm(p); }, nearest);
+    find_tips(from_wrist);
+    place_.assign(mesh_.points.size(), outside);
+    if (tips_.empty()) return;
+    const std::vector<double> from_tips = distances(
+        tips_, [&](std::size_t p) { return from_wrist[p] < far; }, tip_of_);
+    for (const double d : from_wrist)
+      if (d < far) reach_ = std::max(reach_, d);
+    for (std::size_t p = 0; p < place_.size(); ++p)
+      if (from_wrist[p] < far && from_tips[p] < far) place_[p] = from_wrist[p] / (from_wrist[p] + from_tips[p] + 1e-12);
+    for (const std::uint32_t p : thumb_) place_[p] = 0;
+  }
+
+  /// Whether there is a hand here as there is on the body. What reaches half as far again is no hand but something that
+  /// has grown together with it.
+  bool like(const HandSkin& body) const {
+    return !tips_.empty() && !body.tips_.empty() && reach_ > 0 && reach_ < 1.5 * body.reach_;
+  }
+
+  /// Weights as in `body`'s hand.
+  /// Requires  like(body)
+  void take(const HandSkin& body) {
+    const Profile profile = body.profile();
+    const std::vector<std::size_t> fingers = fingers_as_in(body);
+    for (std::size_t p = 0; p < place_.size(); ++p) {
+      if (place_[p] < 0) continue;
+      const double at = place_[p] * (profile.size() - 1);
+      const std::size_t low = std::min(static_cast<std::size_t>(at), profile.size() - 2);
+      const double share = at - static_cast<double>(low);
+      float* row = mesh_.row(p);
+      const double all = 1 - static_cast<double>(row[forearm_]);
+      std::fill_n(row, forearm_, 0.0F);
+      std::fill_n(row + forearm_ + 1, mesh_.stride - forearm_ - 1, 0.0F);
+      const std::array<std::size_t, 4> joints = joints_of(fingers[tip_of_[p]]);
+      for (std::size_t k = 0; k < joints.size(); ++k)
+        row[joints[k]] = static_cast<float>(all * ((1 - share) * profile[low][k] + share * profile[low + 1][k]));
+    }
+  }
+
+  /// By the middles of the phalanges. hinge: what the body's fingers turn about, unit.
+  /// Requires  like(body)
+  HandMeasure beside(const HandSkin& body, Vec3d hinge) const {
+    HandMeasure result;
+    const Profile profile = body.profile();
+    const auto crossing = [&](const auto& share) {
+      std::size_t b = 0;
+      while (b + 1 < profile.size() && share(profile[b]) < 0.5) ++b;
+      return static_cast<double>(b) / (profile.size() - 1);
+    };
+    const std::array<double, 3> places{crossing([](const auto& s) { return s[2] + s[3]; }),
+                                       crossing([](const auto& s) { return s[3]; }), 1};
+    const std::vector<std::size_t> own = fingers_as_in(body), others = body.fingers_as_in(body);
+    for (std::size_t f = 0; f < finger_count; ++f)
+      for (std::size_t k = 0; k < 2; ++k) {
+        const double from = places[k], to = places[k + 1], reach = 0.4 * (to - from);
+        result[f].joints[k] = middle(own, f, from - 0.2 * reach, from + 0.2 * reach);
+        const auto a = middle(own, f, from, from + reach), b = middle(own, f, to - reach, to);
+        const auto c = body.middle(others, f, from, from + reach), d = body.middle(others, f, to - reach, to);
+        if (!a || !b || !c || !d) continue;
+        const Vec3d phalanx = *b - *a, of_body = *d - *c;
+        const Vec3d x = of_body - hinge * dot(of_body, hinge), y = phalanx - hinge * dot(phalanx, hinge);
+        result[f].turns[k] = std::atan2(dot(cross(x, y), hinge), dot(x, y));
+      }
+    return result;
+  }
+
+ private:
+  static constexpr double far = std::numeric_limits<double>::infinity(), outside = -1;
+  /// Shares of wrist, hand and finger joints, by r.
+  using Profile = std::array<std::array<double, 4>, 41>;
+
+  /// Those of wrist and hand, and of a finger.
+  std::array<std::size_t, 4> joints_of(std::size_t finger) const {
+    const std::size_t middle = middle_finger_joint(side_, finger);
+    return {wrist_, wrist_ + 2, middle, middle + 1};
+  }
+  /// Shares of wrist, hand, middle and end joints at a point.
+  std::array<double, 4> shares(std::size_t p) const {
+    const float* row = mesh_.row(p);
+    std::array<double, 4> sum{static_cast<double>(row[wrist_]), static_cast<double>(row[wrist_ + 2])};
+    for (std::size_t f = 0; f < finger_count; ++f)
+      for (std::size_t k = 2; k < 4; ++k) sum[k] += static_cast<double>(row[joints_of(f)[k]]);
+    return sum;
+  }
+  double of_hand(std::size_t p) const {
+    const std::array<double, 4> s = shares(p);
+    return s[0] + s[1] + s[2] + s[3];
+  }
+
+  /// [P] along edges between points that `inside` has; infinite elsewhere. nearest: [P] number of the nearest of `from`
+  template <class Inside>
+  std::vector<double> distances(std::span<const std::uint32_t> from, const Inside& inside,
+                                std::vector<std::uint32_t>& nearest) const {
+    using Reached = std::pair<double, std::uint32_t>;
+    std::vector<double> distance(mesh_.points.size(), far);
+    nearest.assign(mesh_.points.size(), 0);
+    std::priority_queue<Reached, std::vector<Reached>, std::greater<>> front;
+    for (std::uint32_t i = 0; i < from.size(); ++i) {
+      nearest[from[i]] = i;
+      front.emplace(distance[from[i]] = 0, from[i]);
+    }
+    while (!front.empty()) {
+      const auto [d, p] = front.top();
+      front.pop();
+      if (d > distance[p]) continue;
+      for (const std::uint32_t n : mesh_.around->of(p)) {
+        const double other = d + length(mesh_.points[n] - mesh_.points[p]);
+        if (!inside(n) || !(other < distance[n])) continue;
+        nearest[n] = nearest[p];
+        front.emplace(distance[n] = other, n);
+      }
+    }
+    return distance;
+  }
+
+  /// Of a finger's points between two places, if there are enough. fingers: as fingers_as_in() gives them
+  std::optional<Vec3d> middle(std::span<const std::size_t> fingers, std::size_t finger, double from, double to) const {
+    constexpr std::size_t fewest = 4;
+    Vec3d sum;
+    std::size_t count = 0;
+    for (std::size_t p = 0; p < place_.size(); ++p)
+      if (place_[p] >= from && place_[p] <= to && fingers[tip_of_[p]] == finger) sum += mesh_.points[p], ++count;
+    if (count < fewest) return std::nullopt;
+    return sum / static_cast<double>(count);
+  }
+
+  /// [tips] which of a body's fingers each of this mesh's is: four as they lie beside each other, others by the nearest
+  /// tip.
+  std::vector<std::size_t> fingers_as_in(const HandSkin& body) const {
+    std::vector<std::pair<std::size_t, Vec3d>> ends;  // the body's, by finger
+    for (std::size_t i = 0; i < body.tips_.size(); ++i) {
+      std::size_t finger = 0;
+      const float* row = body.mesh_.row(body.tips_[i]);
+      for (std::size_t f = 1; f < finger_count; ++f)
+        if (row[joints_of(f)[3]] > row[joints_of(finger)[3]]) finger = f;
+      ends.emplace_back(finger, body.mesh_.points[body.tips_[i]]);
+    }
+    std::ranges::sort(ends, {}, [](const auto& e) { return e.first; });
+    std::vector<std::size_t> result(tips_.size());
+    if (tips_.size() == finger_count && ends.size() == finger_count) {
+      const Vec3d across = ends.back().second - ends.front().second;
+      std::vector<std::size_t> order(tips_.size());
+      std::iota(order.begin(), order.end(), std::size_t{0});
+      std::ranges::stable_sort(order, {}, [&](std::size_t i) { return dot(mesh_.points[tips_[i]], across); });
+      for (std::size_t f = 0; f < finger_count; ++f) result[order[f]] = f;
+      return result;
+    }
+    for (std::size_t i = 0; i < tips_.size(); ++i)
+      result[i] =
+          std::ranges::min(ends, {}, [&](const auto& e) { return length(e.second - mesh_.points[tips_[i]]); }).first;
+    return result;
+  }
+
+  /// Fills tips_ and thumb_.
+  void find_tips(std::span<const double> from_wrist) {
+    struct Tip {
+      std::uint32_t point = 0;
+      double parts = 0;  ///< g where the finger parts from a longer one
+    };
+    std::vector<std::uint32_t> order;
+    for (std::uint32_t p = 0; p < from_wrist.size(); ++p)
+      if (from_wrist[p] < far) order.push_back(p);
+    if (order.empty()) return;
+    std::ranges::stable_sort(order, std::greater{}, [&](std::uint32_t p) { return from_wrist[p]; });
+    const double least = 0.12 * from_wrist[order.front()];  // a finger stands out by more
+    std::vector<Tip> found;
+    std::vector<bool> seen(from_wrist.size(), false);
+    std::vector<std::uint32_t> top(from_wrist.size());
+    UnionFind pieces(from_wrist.size());
+    for (const std::uint32_t p : order) {
+      seen[p] = true;
+      top[p] = p;
+      for (const std::uint32_t n : mesh_.around->of(p)) {
+        if (!seen[n] || pieces.find(n) == pieces.find(p)) continue;
+        std::uint32_t longer = top[pieces.find(p)], shorter = top[pieces.find(n)];
+        if (from_wrist[longer] < from_wrist[shorter]) std::swap(longer, shorter);
+        if (from_wrist[shorter] - from_wrist[p] > least) found.push_back({shorter, from_wrist[p]});
+        pieces.unite(p, n);
+        top[pieces.find(p)] = longer;
+      }
+    }
+    found.push_back({top[pieces.find(order.front())], 0});
+    for (const Tip& t : found) tips_.push_back(t.point);
+    if (found.size() < 2) return;
+    // The last one to be found parts nearest to the wrist; the longest stands behind it.
+    const Tip thumb = found[found.size() - 2];
+    tips_.erase(tips_.end() - 2);
+    const std::array<std::uint32_t, 1> from{thumb.point};
+    std::vector<std::uint32_t> nearest;
+    const std::vector<double> reached = distances(
+        from, [&](std::size_t p) { return from_wrist[p] < far && from_wrist[p] > thumb.parts; }, nearest);
+    for (std::uint32_t p = 0; p < reached.size(); ++p)
+      if (reached[p] < far) thumb_.push_back(p);
+  }
+
+  /// Means over the hand without its thumb.
+  Profile profile() const {
+    Profile sum{};
+    std::array<double, std::tuple_size_v<Profile>> count{};
+    for (std::size_t p = 0; p < place_.size(); ++p) {
+      const std::array<double, 4> own = shares(p);
+      const double all = own[0] + own[1] + own[2] + own[3];
+      if (!(place_[p] > 0) || !(all > 0)) continue;
+      const auto bin = static_cast<std::size_t>(place_[p] * (sum.size() - 1) + 0.5);
+      for (std::size_t k = 0; k < own.size(); ++k) sum[bin][k] += own[k] / all;
+      ++count[bin];
+    }
+    // Bins without a point are as the one before.
+    std::array<double, 4> last{1, 0, 0, 0};
+    for (std::size_t b = 0; b < sum.size(); ++b) {
+      if (count[b] > 0)
+        for (std::size_t k = 0; k < 4; ++k) last[k] = sum[b][k] / count[b];
+      sum[b] = last;
+    }
+    return sum;
+  }
+
+  WeightRows mesh_;
+  std::size_t forearm_, wrist_, side_;
+  std::vector<std::uint32_t> tips_, thumb_;  ///< the fingers' tips, without the thumb's; points of the thumb
+  std::vector<double> place_;                ///< [P] r; below 0 outside of the hand
+  std::vector<std::uint32_t> tip_of_;        ///< [P] number of the nearest tip
+  double reach_ = 0;                         ///< the greatest distance from the wrist
+};
+
+}  // namespace skeleton::internal
+
+}  // namespace npt::inline NPT_ABI
