@@ -220,7 +220,7 @@ class BasicBodyTransfer {
     search_limbs(surface, readings, reading);
     if (likely(reading) && in_doubt(reading)) read_again(surface, samples, reading);
     if (reading.likeness() < sure_fit) read_turned(surface, samples, reading);
-    if (reading.trust() > 0) reading.hands = fingers_(surface, reading.fit.body, reading.fit.facing);
+    if (reading.trust() > 0) reading.hands = fingers_(surface, reading.fit);
     return reading;
   }
 
@@ -237,7 +237,7 @@ class BasicBodyTransfer {
     reading.fit = fitter_->refit(*reading.surface, last.fit);
     // A jump, or a fit that lost its way: read anew.
     if (reading.likeness() < last.likeness() - 0.03) return read(mesh);
-    reading.hands = fingers_(*reading.surface, reading.fit.body, reading.fit.facing, last.hands);
+    reading.hands = fingers_(*reading.surface, reading.fit, last.hands);
     return reading;
   }
 
