@@ -95,7 +95,7 @@ TEST_CASE("fingers are measured against the body's: their bend beyond it, and wh
   const std::vector<npt::RigidMotion> motions = fingered_mannequin().bone_motions({}, angles);
   for (std::size_t side = 0; side < 2; ++side)
     for (std::size_t f = 0; f < npt::finger_count; ++f) {
-      const auto& finger = measured[side][f];
+      const auto& finger = measured[side].closed[f];
       // The body's middle joints lack 0.4, and the ends of its fingers two thirds of it more.
       CHECK(std::abs(finger.turns[0] + off) < 0.3);
       CHECK(std::abs(finger.turns[1] + off * 5 / 3) < 0.35);
@@ -107,14 +107,25 @@ TEST_CASE("fingers are measured against the body's: their bend beyond it, and wh
     }
 }
 
-TEST_CASE("a mesh without hands keeps its weights") {
-  std::vector<npt::Triangle> without_hands;
+TEST_CASE("hands without fingers, and what is no hand, bend with the hand's joint alone") {
   const std::vector<Vec3d> points = skin_points(npt::with_fingers(straight, {}));
-  for (const npt::Triangle& t : fingered_mannequin().triangles())
-    if (std::ranges::all_of(t, [&](std::uint32_t v) { return std::abs(points[v].x) < 0.6; }))
-      without_hands.push_back(t);
   npt::BodyFit fit;
   fit.axis_angles = npt::with_fingers(straight, {});
-  const auto with = npt::body_weights(fingered_mannequin(), fit, points, without_hands, {.closed = {true, true}});
-  CHECK(with == npt::body_weights(fingered_mannequin(), fit, points, without_hands));
+  const auto fingers_of = [&](std::span<const Vec3d> mesh, std::span<const npt::Triangle> triangles) {
+    std::array<npt::skeleton::internal::HandMeasure, 2> measured;
+    const npt::SparseMatrix weights = npt::body_weights(fingered_mannequin(), fit, mesh, triangles, {}, &measured);
+    const bool bend = std::ranges::any_of(weights.column, [](std::uint32_t j) { return j >= npt::smpl_joint_count; });
+    CHECK(bend == (measured[0].fingers || measured[1].fingers));
+    return std::array{measured[0].fingers, measured[1].fingers};
+  };
+  CHECK(fingers_of(points, fingered_mannequin().triangles()) == std::array{true, true});
+  // Cut off at the knuckles.
+  std::vector<npt::Triangle> cut;
+  for (const npt::Triangle& t : fingered_mannequin().triangles())
+    if (std::ranges::all_of(t, [&](std::uint32_t v) { return std::abs(points[v].x) < 0.8; })) cut.push_back(t);
+  CHECK(fingers_of(points, cut) == std::array{false, false});
+  std::vector<Vec3d> stick = points;  // a gun in the left hand
+  for (Vec3d& p : stick)
+    if (p.x > 0.83) p.x += 8 * (p.x - 0.83);
+  CHECK(fingers_of(stick, fingered_mannequin().triangles()) == std::array{false, true});
 }

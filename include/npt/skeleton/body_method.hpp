@@ -7,7 +7,6 @@
 
 #if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
 #include <npt/io/safetensors.hpp>
-#include <npt/mannequin/finger_joints.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/parallel/default_executor.hpp>
 #include <npt/parallel/executor.hpp>
@@ -85,7 +84,7 @@ class TransferByBodies final : public BodyMethod {
     const BoundCharacter& character = static_cast<const BoundBody&>(identity).character;
     std::vector<float> result =
         bias_ == nullptr ? reading.fit.body.axis_angles : bias_->angles(character.reading, reading);
-    result = with_fingers(result, reading.hands);
+    result = character.angles(result, reading);
     if (opinion_ != nullptr)
       result = opinion_->angles(transfer_.fingered_body(), character, reading, std::move(result));
     return from_own_rest(character.reading, result);

@@ -151,10 +151,17 @@ struct BodyReading {
 /// An identity bound to the body that was fitted to it.
 struct BoundCharacter {
   BodyReading reading;
-  BodyFit body;               ///< the reading's, with finger joints: 40
-  std::vector<Vec3d> joints;  ///< [40] where they are, in the body's coordinates
-  std::vector<Vec3d> points;  ///< [V] in the body's coordinates
-  SparseMatrix weights;       ///< [V, 40]
+  BodyFit body;                   ///< the reading's, with finger joints: 40
+  std::vector<Vec3d> joints;      ///< [40] where they are, in the body's coordinates
+  std::array<HandBend, 2> hands;  ///< as measured on the mesh itself
+  std::array<bool, 2> fingers{};  ///< whether the hands have any
+  std::vector<Vec3d> points;      ///< [V] in the body's coordinates
+  SparseMatrix weights;           ///< [V, 40]
+
+  /// [40, 3] the pose's joint angles [24, 3] with its hands, where this character has fingers to close.
+  std::vector<float> angles(std::span<const float> axis_angles, const BodyReading& pose) const {
+    return with_fingers(axis_angles, {fingers[0] ? pose.hands[0] : hands[0], fingers[1] ? pose.hands[1] : hands[1]});
+  }
 
   /// [40] How the joints move to joint angles [40, 3], in the body's coordinates. `fingered`: the body with finger joints
   std::vector<RigidMotion> motions(const BodyModel& fingered, std::span<const float> axis_angles) const {
@@ -270,7 +277,9 @@ class BasicBodyTransfer {
     const auto motions = fingered_body().bone_motions(r.fit.body.betas, character.body.axis_angles);
     for (std::size_t j = 0; j < rest.size(); ++j)
       character.joints.push_back(motions[j](rest[j]) + r.fit.body.translation);
-    character.body.axis_angles = with_fingers(r.fit.body.axis_angles, measured_hands(r, measured, character.joints));
+    character.hands = measured_hands(r, measured, character.joints);
+    character.fingers = {measured[0].fingers, measured[1].fingers};
+    character.body.axis_angles = with_fingers(r.fit.body.axis_angles, character.hands);
     return character;
   }
 
@@ -293,7 +302,7 @@ class BasicBodyTransfer {
   /// [J] How the identity's joints move to the pose's angles, in its own unit and place.
   std::vector<Affine> motions(const BoundCharacter& identity, const BodyReading& pose) const {
     expect_body(pose, "pose");
-    return motions(identity, with_fingers(pose.fit.body.axis_angles, pose.hands));
+    return motions(identity, identity.angles(pose.fit.body.axis_angles, pose));
   }
   /// [J] How the identity's joints move to joint angles [40, 3], in its own unit and place.
   std::vector<Affine> motions(const BoundCharacter& identity, std::span<const float> axis_angles) const {
@@ -308,7 +317,7 @@ class BasicBodyTransfer {
   /// The identity's vertices with the pose's joint angles, in its own unit and place.
   void pose(const BoundCharacter& identity, const BodyReading& pose, std::span<float> result) const {
     expect_body(pose, "pose");
-    this->pose(identity, with_fingers(pose.fit.body.axis_angles, pose.hands), result);
+    this->pose(identity, identity.angles(pose.fit.body.axis_angles, pose), result);
   }
   /// The identity's vertices with joint angles [40, 3], in its own unit and place.
   void pose(const BoundCharacter& identity, std::span<const float> axis_angles, std::span<float> result) const {
@@ -348,7 +357,7 @@ class BasicBodyTransfer {
     std::array<HandBend, 2> hands = reading.hands;
     for (std::size_t side = 0; side < 2; ++side)
       for (std::size_t f = 0; f < finger_count; ++f) {
-        const skeleton::internal::FingerMeasure& finger = measured[side][f];
+        const skeleton::internal::FingerMeasure& finger = measured[side].closed[f];
         for (std::size_t k = 0; k < 2; ++k)
           if (finger.joints[k]) joints[middle_finger_joint(side, f) + k] = *finger.joints[k];
         const double middle = hands[side].middle[f] + finger.turns[0];

@@ -1,7 +1,8 @@
 /// Skin weights of a mesh from the body that was fitted to it: each vertex takes those of the body's surface where it
 /// lies closest and faces the same way. Where limbs touch, some vertices are closest to the wrong one: patches that
 /// belong elsewhere on the body than all that surrounds them take their weights from around instead. Then weights are
-/// smoothed along the mesh, and those of closed hands found along the skin (hand_skin.hpp).
+/// smoothed along the mesh; those of closed hands are found along the skin, and hands without fingers stay stiff
+/// (hand_skin.hpp).
 /// Meshes    any number of pieces, open borders, edges of many faces, triangles without area and unused vertices.
 ///           Vertices in one place, as along seams, count as one
 /// Shapes    points: [V]; weights: [V, J], not negative, each row sums to 1; those below 1e-3 are left out
@@ -42,7 +43,7 @@ struct BodyWeightsOptions {
   double facing = 1;    ///< 1: the mesh's triangles turn outwards; -1: inwards; 0: that is not known
   int sweeps = 8;       ///< of smoothing
   double patch = 0.04;  ///< share of the mesh's area below which a patch that belongs elsewhere isn't believed
-  /// Whether the left and the right hand are closed (hand_skin.hpp); for a body with finger joints.
+  /// Whether the left and the right hand are closed; for a body with finger joints.
   std::array<bool, 2> closed{};
 };
 
@@ -67,8 +68,8 @@ class BodyWeights {
     // A sweep reaches as far as an edge: on meshes finer than 1 cm there is nothing left to smooth.
     const double fineness = std::max(1.0, static_cast<double>(points_.size()) / 30000);
     for (int i = 0; i < options.sweeps / fineness; ++i) smooth();
-    for (std::size_t side = 0; side < 2; ++side)
-      if (options.closed[side]) assign_fingers(side);
+    if (joints_ != fingered_joint_count) return;
+    for (std::size_t side = 0; side < 2; ++side) assign_fingers(side);
   }
 
   const std::array<HandMeasure, 2>& measured() const { return measured_; }
@@ -214,7 +215,6 @@ class BodyWeights {
     weights_ = std::move(next);
   }
 
-  /// Of a closed hand.
   void assign_fingers(std::size_t side) {
     std::vector<float> skin(model_.vertex_count() * joints_);
     const SparseMatrix& own = model_.tables().weights;
@@ -223,11 +223,15 @@ class BodyWeights {
     const Neighbours around = neighbours(unique_edges(model_.triangles()), model_.vertex_count());
     const HandSkin of_body({body_, &around, skin, joints_}, side);
     HandSkin hand({points_, &around_, weights_, stride_}, side);
-    if (!hand.like(of_body)) return;
-    const Matrix3 turn =
-        model_.bone_motions(fit_.betas, fit_.axis_angles)[joint_index(SmplJoint::left_hand) + side].rotation;
-    measured_[side] = hand.beside(of_body, turn * finger_hinge(side));
-    hand.take(of_body);
+    measured_[side].fingers = hand.like(of_body);
+    if (!measured_[side].fingers) {
+      hand.stiffen();
+    } else if (options_.closed[side]) {
+      const Matrix3 turn =
+          model_.bone_motions(fit_.betas, fit_.axis_angles)[joint_index(SmplJoint::left_hand) + side].rotation;
+      measured_[side].closed = hand.beside(of_body, turn * finger_hinge(side));
+      hand.take(of_body);
+    }
   }
 
   const BodyModel& model_;
@@ -247,7 +251,7 @@ class BodyWeights {
 
 }  // namespace skeleton::internal
 
-/// measured: the fingers of closed hands
+/// measured: the fingers, for a body with finger joints
 /// Requires  finite points, triangles of numbers below V, a fit of this model
 inline SparseMatrix body_weights(const BodyModel& model, const BodyFit& fit, std::span<const Vec3d> points,
                                  std::span<const Triangle> triangles, const BodyWeightsOptions& options = {},

@@ -1,11 +1,12 @@
-/// Skin weights of a closed hand, along its skin. Where fingers touch the palm, what lies nearest on a body tells
+/// The skin of a hand: whether it has fingers, where their joints are, and a closed one's weights. Where fingers touch the
+/// palm, what lies nearest on a body tells
 /// little; where a point is on the way from the wrist to a fingertip is the same for a fist and an open hand.
 ///   r = g / (g + h)
 /// g the distance from the wrist along edges, h that from the nearest fingertip: both are short on the inner side of a
 /// bend and long on the outer one. The weights are those that a body's hand has at the same r. Tips are where g has its
 /// greatest values around; the one whose finger parts from the others nearest to the wrist is the thumb, which stays
 /// with the palm.
-/// Meshes    fingers that are one piece bend as one; what doesn't hang on a wrist stays as it is
+/// Meshes    a hand that doesn't hang on a forearm counts as one without fingers
 /// Source    Dijkstra, "A note on two problems in connexion with graphs", 1959
 #pragma once
 
@@ -49,7 +50,10 @@ struct FingerMeasure {
   std::array<double, 2> turns{};               ///< by how much the phalanx behind is bent more, in radians
   std::array<std::optional<Vec3d>, 2> joints;  ///< where the joint is, if that can be told
 };
-using HandMeasure = std::array<FingerMeasure, finger_count>;
+struct HandMeasure {
+  bool fingers = false;  ///< whether there are four beside a thumb, as of a body: no mitten, and nothing held
+  std::array<FingerMeasure, finger_count> closed;  ///< of a closed hand with fingers
+};
 
 /// The skin of one hand, of a mesh or of a body.
 class HandSkin {
@@ -79,17 +83,17 @@ class HandSkin {
     for (const std::uint32_t p : thumb_) place_[p] = 0;
   }
 
-  /// Whether there is a hand here as there is on the body. What reaches half as far again is no hand but something that
-  /// has grown together with it.
+  /// Whether there are four fingers beside a thumb here as there are on the body. What reaches half as far again is no
+  /// hand but something that has grown together with it.
   bool like(const HandSkin& body) const {
-    return !tips_.empty() && !body.tips_.empty() && reach_ > 0 && reach_ < 1.5 * body.reach_;
+    return tips_.size() == finger_count && body.tips_.size() == finger_count && reach_ < 1.5 * body.reach_;
   }
 
   /// Weights as in `body`'s hand.
   /// Requires  like(body)
   void take(const HandSkin& body) {
     const Profile profile = body.profile();
-    const std::vector<std::size_t> fingers = fingers_as_in(body);
+    const auto fingers = fingers_as_in(body);
     for (std::size_t p = 0; p < place_.size(); ++p) {
       if (place_[p] < 0) continue;
       const double at = place_[p] * (profile.size() - 1);
@@ -105,10 +109,19 @@ class HandSkin {
     }
   }
 
+  /// Fingers that bend with the hand alone.
+  void stiffen() {
+    for (std::size_t p = 0; p < mesh_.points.size(); ++p) {
+      float* row = mesh_.row(p);
+      for (std::size_t f = 0; f < finger_count; ++f)
+        for (const std::size_t k : {2U, 3U}) row[wrist_ + 2] += std::exchange(row[joints_of(f)[k]], 0.0F);
+    }
+  }
+
   /// By the middles of the phalanges. hinge: what the body's fingers turn about, unit.
   /// Requires  like(body)
-  HandMeasure beside(const HandSkin& body, Vec3d hinge) const {
-    HandMeasure result;
+  std::array<FingerMeasure, finger_count> beside(const HandSkin& body, Vec3d hinge) const {
+    std::array<FingerMeasure, finger_count> result;
     const Profile profile = body.profile();
     const auto crossing = [&](const auto& share) {
       std::size_t b = 0;
@@ -117,7 +130,7 @@ class HandSkin {
     };
     const std::array<double, 3> places{crossing([](const auto& s) { return s[2] + s[3]; }),
                                        crossing([](const auto& s) { return s[3]; }), 1};
-    const std::vector<std::size_t> own = fingers_as_in(body), others = body.fingers_as_in(body);
+    const auto own = fingers_as_in(body), others = body.fingers_as_in(body);
     for (std::size_t f = 0; f < finger_count; ++f)
       for (std::size_t k = 0; k < 2; ++k) {
         const double from = places[k], to = places[k + 1], reach = 0.4 * (to - from);
@@ -192,30 +205,22 @@ class HandSkin {
     return sum / static_cast<double>(count);
   }
 
-  /// [tips] which of a body's fingers each of this mesh's is: four as they lie beside each other, others by the nearest
-  /// tip.
-  std::vector<std::size_t> fingers_as_in(const HandSkin& body) const {
-    std::vector<std::pair<std::size_t, Vec3d>> ends;  // the body's, by finger
-    for (std::size_t i = 0; i < body.tips_.size(); ++i) {
+  /// [tips] which of a body's fingers each of this mesh's is, as they lie beside each other.
+  /// Requires  four here and there
+  std::array<std::size_t, finger_count> fingers_as_in(const HandSkin& body) const {
+    std::array<Vec3d, finger_count> ends;  // the body's, by finger
+    for (const std::uint32_t tip : body.tips_) {
+      const float* row = body.mesh_.row(tip);
       std::size_t finger = 0;
-      const float* row = body.mesh_.row(body.tips_[i]);
       for (std::size_t f = 1; f < finger_count; ++f)
         if (row[joints_of(f)[3]] > row[joints_of(finger)[3]]) finger = f;
-      ends.emplace_back(finger, body.mesh_.points[body.tips_[i]]);
+      ends[finger] = body.mesh_.points[tip];
     }
-    std::ranges::sort(ends, {}, [](const auto& e) { return e.first; });
-    std::vector<std::size_t> result(tips_.size());
-    if (tips_.size() == finger_count && ends.size() == finger_count) {
-      const Vec3d across = ends.back().second - ends.front().second;
-      std::vector<std::size_t> order(tips_.size());
-      std::iota(order.begin(), order.end(), std::size_t{0});
-      std::ranges::stable_sort(order, {}, [&](std::size_t i) { return dot(mesh_.points[tips_[i]], across); });
-      for (std::size_t f = 0; f < finger_count; ++f) result[order[f]] = f;
-      return result;
-    }
-    for (std::size_t i = 0; i < tips_.size(); ++i)
-      result[i] =
-          std::ranges::min(ends, {}, [&](const auto& e) { return length(e.second - mesh_.points[tips_[i]]); }).first;
+    std::array<std::size_t, finger_count> order{}, result{};
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {},
+                             [&](std::size_t i) { return dot(mesh_.points[tips_[i]], ends.back() - ends.front()); });
+    for (std::size_t f = 0; f < finger_count; ++f) result[order[f]] = f;
     return result;
   }
 
