@@ -274,7 +274,7 @@ class HandSkin {
       const std::array<double, 4> own = shares(p);
       const double all = own[0] + own[1] + own[2] + own[3];
       if (!(place_[p] > 0) || !(all > 0)) continue;
-      const auto bin = static_cast<std::size_t>(place_[p] * (sum.size() - 1) + 0.5);
+      const auto bin = static_cast<std::size_t>(std::lround(place_[p] * (sum.size() - 1)));
       for (std::size_t k = 0; k < own.size(); ++k) sum[bin][k] += own[k] / all;
       ++count[bin];
     }
