@@ -1,6 +1,7 @@
 /// The C ABI of npt_c.h over PoseTransfer.
 #include "npt_c.h"
 
+#include <npt/body/skeleton.hpp>
 #include <npt/npt.hpp>
 #include <npt/transfer/notes.hpp>
 #include <npt/transfer/pose_sequence.hpp>
@@ -190,6 +191,7 @@ struct OwnedSkeleton : npt_skeleton {
   std::vector<const char*> name_pointers;
   std::vector<std::int32_t> parent_numbers;
 };
+static_assert(NPT_JOINTS == npt::fingered_joint_count);
 static_assert(sizeof(npt_influence) == sizeof(npt::SkinnedSkeleton::Influence));
 static_assert(offsetof(npt_influence, weight) == offsetof(npt::SkinnedSkeleton::Influence, weight));
 static_assert(sizeof(npt::Vec3d) == 3 * sizeof(double));

@@ -312,7 +312,7 @@ class Sequences(Addon):
         made = self.transferred()
         armature = made.parent
         self.assertEqual(
-            (armature.type, len(armature.data.bones), made.modifiers[0].object), ("ARMATURE", 24, armature)
+            (armature.type, len(armature.data.bones), made.modifiers[0].object), ("ARMATURE", 40, armature)
         )
         self.assertEqual(armature.data.bones["leftLowerLeg"].parent.name, "leftUpperLeg")
         self.plays(made, range(1, 5))

@@ -97,7 +97,7 @@ static void explained(const npt_transfer* transfer, const npt_identity* own, con
   const npt_skeleton* skeleton = NULL;
   npt_sequence* sequence = NULL;
   npt_report report;
-  double motions[24 * 12];
+  double motions[NPT_JOINTS * 12];
   CHECK(npt_explain(transfer, own, posed, &report) == NPT_OK);
   CHECK(report.method == NPT_NETWORK && report.identity_trust < 0 && report.pose_trust < 0);
   CHECK(strcmp(npt_last_notes(), "") == 0);

@@ -205,7 +205,7 @@ class Prepared(Figures):
         transfer = npt.PoseTransfer()
         identity, pose = transfer.prepare(self.identity, self.pose)
         rig = transfer.rig(identity)
-        self.assertEqual((rig.names[0], len(rig.names), int(rig.parents[0])), ("hips", 24, -1))
+        self.assertEqual((rig.names[0], len(rig.names), int(rig.parents[0])), ("hips", 40, -1))
         weights = rig.weight_matrix()
         self.assertTrue(np.allclose(weights.sum(axis=1), 1, atol=1e-5))
         motions = transfer.motions(identity, pose)
@@ -216,7 +216,7 @@ class Prepared(Figures):
         self.fails("no frame was run yet", frames.explain)
         frames(self.pose)
         self.assertEqual(frames.explain().method, "body")
-        self.assertEqual(frames.motions().shape, (24, 3, 4))
+        self.assertEqual(frames.motions().shape, (40, 3, 4))
         self.fails("results are refined", npt.PoseTransfer(refine=True).rig, self.identity)
         self.fails("knot.obj doesn't read as a person", transfer.rig, npt.Mesh(*self.knot, name="knot.obj"))
 

@@ -19,7 +19,7 @@ from ._meshes import Borrowed, MeshLike, result_for
 
 METHODS = {"automatic": 0, "body": 1, "network": 2}
 UNITS = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254, "foot": 0.3048}
-JOINTS = 24  # SMPL's
+JOINTS = 40  # SMPL's 24 and those of the fingers
 INFLUENCE = np.dtype({"names": ["joint", "weight"], "formats": ["u2", "f4"], "offsets": [0, 4], "itemsize": 8})
 
 
