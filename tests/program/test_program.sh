@@ -653,7 +653,7 @@ test_clips() {
     awk -v a="$1" -v b="$2" 'BEGIN { n = split(a, x, " "); split(b, y, " "); for (i = 1; i <= n; ++i) if ((x[i] - y[i])^2 > 225) exit 1 }' ||
       fail "went '$1', expected '$2'"
   }
-  expect 0 --out "2 frames of way on a skeleton of 24 joints" -- rig --mesh a.obj --pose way --fps 1 --out clip.glb
+  expect 0 --out "2 frames of way on a skeleton of 40 joints" -- rig --mesh a.obj --pose way --fps 1 --out clip.glb
   local low
   low=$(awk '$1 == "v" && (low == "" || $3 < low) { low = $3 } END { printf "%d", 1000 * low + 0.5 }' a.obj)
   expect 0 -- transfer --identity a.obj --pose clip.glb --clip way --fps 1 --out along
