@@ -155,7 +155,7 @@ typedef struct npt_influence {
 } npt_influence;
 #define NPT_JOINTS 40 /* of every skeleton: SMPL's 24, then two for each finger but the thumbs */
 typedef struct npt_skeleton {
-  size_t joints; /* NPT_JOINTS */
+  size_t joints;            /* NPT_JOINTS */
   const char* const* names; /* [joints] as VRM calls them: "hips", "leftUpperLeg" ... */
   const int32_t* parents;   /* [joints] a joint's number, before its own; -1: the root */
   const double* places;     /* [joints][3] */
@@ -169,8 +169,8 @@ NPT_C_API npt_status npt_open_skeleton(const npt_transfer* transfer, const npt_i
                                        const npt_skeleton** skeleton);
 NPT_C_API void npt_close_skeleton(const npt_skeleton* skeleton);
 
-/* How the skeleton moves to a pose: [NPT_JOINTS][3][4], rows of a rotation and a shift for each joint. Vertices that go by
- * these and the skin weights are npt_run_prepared's result. NPT_BAD_INPUT: the pair doesn't go through bodies. */
+/* How the skeleton moves to a pose: [NPT_JOINTS][3][4], rows of a rotation and a shift for each joint. Vertices that go
+ * by these and the skin weights are npt_run_prepared's result. NPT_BAD_INPUT: the pair doesn't go through bodies. */
 NPT_C_API npt_status npt_move_joints(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
                                      double* motions);
 /* The same of a sequence's last frame. */

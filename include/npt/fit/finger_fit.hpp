@@ -17,16 +17,17 @@
 #include <npt/fit/body_fit.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/reading_fit.hpp>
+#include <npt/fit/robust_distance.hpp>
 #include <npt/mannequin/finger_joints.hpp>
+#include <npt/mesh/mesh.hpp>
+#include <npt/mesh/normals.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <span>
 #include <utility>
@@ -55,8 +56,8 @@ class FingerSearch {
     for (std::size_t v = hand_.fingers; v < points_.size(); ++v) nearest(v, least_);
   }
 
-  /// The bend with the least E: of all fingers alike, looked for from a few closed hands and from `start`, then of each;
-  /// shrunk where it gains little.
+  /// The bend with the least E: of all fingers alike, looked for from a few closed hands and from `start`, then of
+  /// each; shrunk where it gains little.
   HandBend best(const HandBend& start) {
     constexpr std::size_t fewest_samples = 20;  // of 5000 a person's hand has 80 and more
     if (samples_.size() < fewest_samples) return {};
@@ -97,6 +98,7 @@ class FingerSearch {
 
  private:
   static constexpr double none = 1e9;
+  static constexpr double scale = 0.02;  ///< s above, in metres
   static constexpr double worth_a_look = 0.03;
   /// Shares of E: a bend that takes less counts not at all, one that takes more counts as found.
   static constexpr double no_gain = 0.10, sure_gain = 0.18;
@@ -113,11 +115,6 @@ class FingerSearch {
     least_value_ = e;
     best_ = bend;
     return true;
-  }
-
-  static double rho(double squared) {
-    constexpr double scale = 0.02;
-    return squared * scale * scale / (squared + scale * scale);
   }
 
   void choose_samples(const FitSurface& surface) {
@@ -138,12 +135,11 @@ class FingerSearch {
     std::vector<std::uint32_t> compared(hand_.vertices);
     for (std::uint32_t v = 0; v < model_.vertex_count(); v += 4)
       if (!own[v]) compared.push_back(v);
-    std::vector<float> xyz(3 * compared.size());
-    model_.posed(fit_.betas, angles, compared, xyz);
+    const std::vector<Vec3d> points = posed({}, compared);
     std::vector<double> least(near.size(), none);
     std::vector<bool> ours(near.size());
     for (std::size_t i = 0; i < compared.size(); ++i) {
-      const Vec3d p = Vec3f{xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]}.as<double>() + fit_.translation;
+      const Vec3d p = points[i];
       if (length(p - knuckles) > 2 * reach) continue;
       for (std::size_t k = 0; k < near.size(); ++k) {
         const Vec3d o = p - near[k].point;
@@ -155,20 +151,23 @@ class FingerSearch {
       if (ours[k]) samples_.push_back(near[k]);
   }
 
-  /// Where the hand is with its fingers bent.
-  void place(const HandBend& bend) {
+  /// Where vertices of the body are.
+  std::vector<Vec3d> posed(const HandBend& bend, std::span<const std::uint32_t> vertices) const {
     std::array<HandBend, 2> both;
     both[side_] = bend;
-    xyz_.resize(3 * hand_.vertices.size());
-    model_.posed(fit_.betas, with_fingers(fit_.axis_angles, both), hand_.vertices, xyz_);
-    points_.resize(hand_.vertices.size());
-    for (std::size_t v = 0; v < points_.size(); ++v)
-      points_[v] = Vec3f{xyz_[3 * v], xyz_[3 * v + 1], xyz_[3 * v + 2]}.as<double>() + fit_.translation;
-    normals_.assign(points_.size(), {});
-    for (const Triangle& t : hand_.triangles) {
-      const Vec3d n = cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]]);
-      for (const std::uint32_t v : t) normals_[v] += n;
-    }
+    std::vector<float> xyz(3 * vertices.size());
+    model_.posed(fit_.betas, with_fingers(fit_.axis_angles, both), vertices, xyz);
+    std::vector<Vec3d> points;
+    points.reserve(vertices.size());
+    for (std::size_t i = 0; i < xyz.size(); i += 3)
+      points.push_back(Vec3f{xyz[i], xyz[i + 1], xyz[i + 2]}.as<double>() + fit_.translation);
+    return points;
+  }
+
+  /// Where the hand is with its fingers bent.
+  void place(const HandBend& bend) {
+    points_ = posed(bend, hand_.vertices);
+    normals_ = area_vectors(points_, hand_.triangles);
     for (Vec3d& n : normals_) n = normalised(n);
   }
 
@@ -192,8 +191,8 @@ class FingerSearch {
     double body = 0, mesh = 0, mean = 0, apart = 0;
     for (const double middle : bend.middle) mean += middle / finger_count;
     for (const double middle : bend.middle) apart += (middle - mean) * (middle - mean);
-    for (std::size_t v = 0; v < hand_.fingers; ++v) body += rho(nearest(v, of_samples_));
-    for (const double squared : of_samples_) mesh += rho(squared);
+    for (std::size_t v = 0; v < hand_.fingers; ++v) body += robust_squared(nearest(v, of_samples_), scale);
+    for (const double squared : of_samples_) mesh += robust_squared(squared, scale);
     return body / static_cast<double>(hand_.fingers) + mesh / static_cast<double>(samples_.size()) + together * apart;
   }
 
@@ -204,7 +203,6 @@ class FingerSearch {
   double facing_;
   std::vector<FitSurface::Sample> samples_;
   std::vector<double> least_;  ///< [samples] squared distance from the palm
-  std::vector<float> xyz_;
   std::vector<Vec3d> points_, normals_;
   std::vector<double> of_samples_;
   HandBend best_;

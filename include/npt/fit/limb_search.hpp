@@ -21,6 +21,7 @@
 #include <npt/core/vec3.hpp>
 #include <npt/fit/body_fit.hpp>
 #include <npt/fit/fit_surface.hpp>
+#include <npt/fit/robust_distance.hpp>
 #include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
@@ -122,8 +123,6 @@ class LimbSearch {
     std::vector<float> reach;  ///< squared distance of each point that the rest leaves alone
   };
 
-  static double rho(double squared) { return squared * scale * scale / (squared + scale * scale); }
-
   Posed pose(const BodyFit& fit) const {
     Posed posed;
     posed.joints = model_->joints(fit.betas);
@@ -214,7 +213,7 @@ class LimbSearch {
             },
             hint, 9 * scale * scale);
         hint = c.triangle;
-        h.distance += c.triangle == no_index ? scale * scale : rho(c.squared_distance);
+        h.distance += c.triangle == no_index ? scale * scale : robust_squared(c.squared_distance, scale);
       }
       h.distance /= static_cast<double>(count);
     }
@@ -318,7 +317,7 @@ class LimbSearch {
         const Hypothesis &l = best[0][a], &r = best[1][b];
         double value = 0;
         for (std::size_t u = 0; u < left_alone; ++u)
-          value += rho(static_cast<double>(std::min(l.reach[u], r.reach[u])));
+          value += robust_squared(static_cast<double>(std::min(l.reach[u], r.reach[u])), scale);
         // A share of the surface counts like the same share of the limbs.
         const double points = static_cast<double>(left_alone);
         pairs.push_back({a, b, (left_alone > 0 ? value / points : 0) + (l.distance + r.distance) / 2});

@@ -32,6 +32,7 @@
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/part_motion.hpp>
 #include <npt/fit/pose_prior.hpp>
+#include <npt/fit/robust_distance.hpp>
 #include <npt/linear/normal_equations.hpp>
 #include <npt/surface/closest_point.hpp>
 
@@ -110,7 +111,7 @@ class ReadingProblem {
     double scale = 0.1;
 
     /// Its squared distance, cut off at the scale; all of that where nothing is near.
-    double robust() const { return squared < 0 ? scale * scale : rho(squared, scale); }
+    double robust() const { return squared < 0 ? scale * scale : robust_squared(squared, scale); }
   };
 
   ReadingProblem(const BodyModel& model, const PosePrior& prior, std::span<const double> deviations,
@@ -215,8 +216,6 @@ class ReadingProblem {
 
   double place_weight() const { return place_share_ * stage_->place_weight; }
 
-  static double rho(double squared, double scale) { return squared * scale * scale / (squared + scale * scale); }
-
   /// Directions beyond half a turn are written the other way round.
   void wrap(std::vector<double>& x) const {
     for (std::size_t j = 0; j < model_.joint_count(); ++j) {
@@ -243,7 +242,7 @@ class ReadingProblem {
     const std::size_t surface_matches = matches.size();
     if (place_weight() > 0) from_places(matches);
     for (std::size_t i = surface_matches; i < matches.size(); ++i)
-      value += matches[i].weight * rho(matches[i].squared, matches[i].scale);
+      value += matches[i].weight * robust_squared(matches[i].squared, matches[i].scale);
     return value + prior_value(x);
   }
 
@@ -347,7 +346,7 @@ class ReadingProblem {
     }
     for (std::size_t b = 0; b < model_.shape_count(); ++b) {
       const double off = x[3 + angles + b] / deviation(b);
-      value += prior_share_ * stage_->shape_prior * rho(off * off, unusual_shape);
+      value += prior_share_ * stage_->shape_prior * robust_squared(off * off, unusual_shape);
     }
     return value;
   }

@@ -1,5 +1,5 @@
-/// SMPL's hand is a mitten: its one joint, at the knuckles, moves all fingers, and nothing makes a fist of it. This adds
-/// the fingers' middle and end joints to the mannequin; the thumb stays with the hand.
+/// SMPL's hand is a mitten: its one joint, at the knuckles, moves all fingers, and nothing makes a fist of it. This
+/// adds the fingers' middle and end joints to the mannequin; the thumb stays with the hand.
 ///   const npt::BodyModel fingered = npt::with_finger_joints(npt::mannequin());
 ///   angles = npt::with_fingers(axis_angles, {HandBend{.middle = {1, 1, 1, 1}}, HandBend{}});    [24, 3] -> [40, 3]
 /// Shapes    joints: SMPL's 24, then as middle_finger_joint() says
@@ -13,20 +13,17 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/mannequin/anatomy.hpp>
 #include <npt/mannequin/skin.hpp>
 #include <npt/mannequin/surface.hpp>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 

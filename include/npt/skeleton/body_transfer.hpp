@@ -163,7 +163,8 @@ struct BoundCharacter {
     return with_fingers(axis_angles, {fingers[0] ? pose.hands[0] : hands[0], fingers[1] ? pose.hands[1] : hands[1]});
   }
 
-  /// [40] How the joints move to joint angles [40, 3], in the body's coordinates. `fingered`: the body with finger joints
+  /// [40] How the joints move to joint angles [40, 3], in the body's coordinates. `fingered`: the body with finger
+  /// joints
   std::vector<RigidMotion> motions(const BodyModel& fingered, std::span<const float> axis_angles) const {
     std::vector<RigidMotion> result = skeleton_motions(fingered, body, axis_angles);
     for (std::size_t j = smpl_joint_count; j < result.size(); ++j) {

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <npt/body/body_model.hpp>
+#include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
@@ -68,8 +69,7 @@ class BodyWeights {
     // A sweep reaches as far as an edge: on meshes finer than 1 cm there is nothing left to smooth.
     const double fineness = std::max(1.0, static_cast<double>(points_.size()) / 30000);
     for (int i = 0; i < options.sweeps / fineness; ++i) smooth();
-    if (joints_ != fingered_joint_count) return;
-    for (std::size_t side = 0; side < 2; ++side) assign_fingers(side);
+    if (joints_ == fingered_joint_count) measure_hands();
   }
 
   const std::array<HandMeasure, 2>& measured() const { return measured_; }
@@ -215,22 +215,21 @@ class BodyWeights {
     weights_ = std::move(next);
   }
 
-  void assign_fingers(std::size_t side) {
-    std::vector<float> skin(model_.vertex_count() * joints_);
-    const SparseMatrix& own = model_.tables().weights;
-    for (std::size_t v = 0; v < model_.vertex_count(); ++v)
-      for (std::size_t i = own.start[v]; i < own.start[v + 1]; ++i) skin[v * joints_ + own.column[i]] = own.value[i];
+  void measure_hands() {
+    std::vector<float> skin = model_.tables().weights.to_dense();
     const Neighbours around = neighbours(unique_edges(model_.triangles()), model_.vertex_count());
-    const HandSkin of_body({body_, &around, skin, joints_}, side);
-    HandSkin hand({points_, &around_, weights_, stride_}, side);
-    measured_[side].fingers = hand.like(of_body);
-    if (!measured_[side].fingers) {
-      hand.stiffen();
-    } else if (options_.closed[side]) {
-      const Matrix3 turn =
-          model_.bone_motions(fit_.betas, fit_.axis_angles)[joint_index(SmplJoint::left_hand) + side].rotation;
-      measured_[side].closed = hand.beside(of_body, turn * finger_hinge(side));
-      hand.take(of_body);
+    const std::vector<RigidMotion> motions = model_.bone_motions(fit_.betas, fit_.axis_angles);
+    for (std::size_t side = 0; side < 2; ++side) {
+      const HandSkin of_body({body_, &around, skin, joints_}, side);
+      HandSkin hand({points_, &around_, weights_, stride_}, side);
+      measured_[side].fingers = hand.like(of_body);
+      if (!measured_[side].fingers) {
+        hand.stiffen();
+      } else if (options_.closed[side]) {
+        const Matrix3& turn = motions[joint_index(SmplJoint::left_hand) + side].rotation;
+        measured_[side].closed = hand.beside(of_body, turn * finger_hinge(side));
+        hand.take(of_body);
+      }
     }
   }
 

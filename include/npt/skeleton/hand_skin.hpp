@@ -1,6 +1,6 @@
-/// The skin of a hand: whether it has fingers, where their joints are, and a closed one's weights. Where fingers touch the
-/// palm, what lies nearest on a body tells
-/// little; where a point is on the way from the wrist to a fingertip is the same for a fist and an open hand.
+/// The skin of a hand: whether it has fingers, where their joints are, and a closed one's weights. Where fingers touch
+/// the palm, what lies nearest on a body tells little; where a point is on the way from the wrist to a fingertip is the
+/// same for a fist and an open hand.
 ///   r = g / (g + h)
 /// g the distance from the wrist along edges, h that from the nearest fingertip: both are short on the inner side of a
 /// bend and long on the outer one. The weights are those that a body's hand has at the same r. Tips are where g has its

@@ -50,16 +50,12 @@ inline constexpr std::array<std::string_view, fingered_joint_count - smpl_joint_
 
 /// Of one of SMPL's 24 joints or the finger joints behind them.
 constexpr std::string_view joint_name(std::size_t joint, JointNames names) {
-  if (joint >= smpl_joint_count) {
-    const auto& fingers = names == JointNames::vrm      ? vrm_finger_names
-                          : names == JointNames::mixamo ? mixamo_finger_names
-                                                        : smpl_finger_names;
-    return fingers[joint - smpl_joint_count];
-  }
-  const auto& all = names == JointNames::vrm      ? vrm_joint_names
-                    : names == JointNames::mixamo ? mixamo_joint_names
-                                                  : smpl_joint_names;
-  return all[joint];
+  const auto pick = [names](const auto& vrm, const auto& mixamo, const auto& smpl) -> const auto& {
+    return names == JointNames::vrm ? vrm : names == JointNames::mixamo ? mixamo : smpl;
+  };
+  if (joint >= smpl_joint_count)
+    return pick(vrm_finger_names, mixamo_finger_names, smpl_finger_names)[joint - smpl_joint_count];
+  return pick(vrm_joint_names, mixamo_joint_names, smpl_joint_names)[joint];
 }
 
 }  // namespace npt::inline NPT_ABI

@@ -1,0 +1,15 @@
+/// A squared distance of which a kernel takes the less, the greater it is: at most the square of the kernel's scale.
+///   rho(d^2) = d^2 s^2 / (d^2 + s^2)
+/// Source    Geman and McClure, "Statistical methods for tomographic image reconstruction", 1987
+#pragma once
+
+#include <npt/config.hpp>
+
+namespace npt::inline NPT_ABI {
+
+/// squared: d^2; scale: s, in the same unit as d
+constexpr double robust_squared(double squared, double scale) {
+  return squared * scale * scale / (squared + scale * scale);
+}
+
+}  // namespace npt::inline NPT_ABI
