@@ -60,7 +60,7 @@ build threads '-sPTHREAD_POOL_SIZE=Module["pool"]' -pthread -DNPT_DEFAULT_THREAD
 
 cp "$here"/package/* "$root/LICENSE" "$out/package/"
 cp "$out"/objects/*/npt-*.{js,wasm} "$out/package/"
-for weights in human human-pooled human-wide quadruped readers/human; do
+for weights in human human-pooled quadruped readers/human; do
   file=$out/package/weights/$weights.safetensors
   [ "$file" -nt "$root/examples/weights/$weights.safetensors" ] && [ "$file" -nt "$here/halve.mjs" ] ||
     node "$here/halve.mjs" "$root/examples/weights/$weights.safetensors" "$file"

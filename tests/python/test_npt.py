@@ -403,7 +403,7 @@ class BadInput(Figures):
         self.fails("unit: found 'yard', expected one of metre", npt.PoseTransfer, unit="yard")
         self.fails("refine_radius: found 0", npt.PoseTransfer, refine_radius=0)
         self.fails(
-            "weights: found 'horse', expected one of human, human-pooled, human-wide, quadruped",
+            "weights: found 'horse', expected one of human, human-pooled, quadruped",
             npt.PoseTransfer,
             "horse",
         )

@@ -96,7 +96,7 @@ def weights_folders() -> "list[Path]":
 
 
 def shipped_weights() -> "list[str]":
-    """The names that PoseTransfer knows: human, human-pooled, human-wide, quadruped."""
+    """The names that PoseTransfer knows: human, human-pooled, quadruped."""
     return sorted({file.stem for folder in weights_folders() for file in folder.glob("*.safetensors")})
 
 
