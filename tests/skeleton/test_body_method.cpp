@@ -50,6 +50,15 @@ TEST_CASE("people go through bodies, things to the network, and the report says 
   CHECK(report.identity_trust > 0.85);
 }
 
+TEST_CASE("what doesn't read as a person and comes out torn is refused, unless it is asked for") {
+  const npt::Mesh ball = support::bumpy_sphere(20, 30, 0.2, true), person = posed_person(1.0F);
+  CHECK_THROWS_WITH_AS((void)open_with(npt::Method::automatic)(ball, person), doctest::Contains("tore apart"),
+                       npt::Error);
+  CHECK_NOTHROW((void)open_with(npt::Method::network)(ball, person));
+  CHECK_NOTHROW((void)npt::PoseTransfer::open(weights_folder / "human.safetensors",
+                                              {.body = npt::body_method, .keep_torn = true}, 1)(ball, person));
+}
+
 TEST_CASE("prepared meshes, a sequence's first frame and one call give the same bits, with any number of threads") {
   const npt::PoseTransfer transfer = open_with(npt::Method::automatic);
   const auto two = npt::PoseTransfer::open(weights_folder / "human.safetensors", {.body = npt::body_method}, 2);

@@ -7,8 +7,10 @@
 #include <npt/skeleton/skeleton_pose.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace {
@@ -76,6 +78,63 @@ TEST_CASE("limbs that touch others keep their own weights") {
   for (std::size_t v = 0; v < points.size(); ++v) points[v] += npt::normalised(normals[v]) * 0.01;
   const npt::SparseMatrix weights = npt::body_weights(npt::mannequin(), fit, points, npt::mannequin().triangles());
   CHECK(error(fit, weights, random_fit(3).axis_angles) < 0.03);
+}
+
+TEST_CASE("a tail goes with what it hangs on, not with the legs that it hangs beside; a loose piece goes as a whole") {
+  npt::BodyFit fit = random_fit(1);
+  std::fill(fit.axis_angles.begin(), fit.axis_angles.end(), 0.0F);
+  std::vector<Vec3d> points = points_of(fit);
+  std::vector<npt::Triangle> triangles(npt::mannequin().triangles().begin(), npt::mannequin().triangles().end());
+  const std::vector<Vec3d> joints = npt::mannequin().joints(fit.betas);
+  const Vec3d pelvis = joints[0] + fit.translation;
+  // The triangle farthest back near the pelvis' height carries the tail, a tube of three sides.
+  std::size_t root = 0;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const Vec3d own = points[triangles[t][0]], best = points[triangles[root][0]];
+    const auto back = [&](Vec3d p) { return p.z + 10 * std::abs(p.y - pelvis.y + 0.05) + std::abs(p.x - pelvis.x); };
+    if (back(own) < back(best)) root = t;
+  }
+  npt::Triangle ring = triangles[root];
+  const std::size_t first = points.size();
+  // 35 cm back, down along the legs, and forward to the left calf.
+  const Vec3d calf = (joints[4] + joints[7]) * 0.5 + fit.translation - points[ring[0]];
+  const std::array<Vec3d, 4> path{{{0, 0, 0}, {0, 0, -0.35}, {calf.x, calf.y, -0.3}, {calf.x, calf.y, calf.z - 0.07}}};
+  for (std::size_t leg = 0; leg + 1 < path.size(); ++leg)
+    for (int k = 1; k <= 12; ++k) {
+      npt::Triangle next{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        next[i] = static_cast<std::uint32_t>(points.size());
+        const double along = k / 12.0;
+        points.push_back(points[triangles[root][i]] + path[leg] * (1 - along) + path[leg + 1] * along);
+      }
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t j = (i + 1) % 3;
+        triangles.push_back({ring[i], ring[j], next[j]});
+        triangles.push_back({ring[i], next[j], next[i]});
+      }
+      ring = next;
+    }
+  // A blade that nothing holds, from beside the left hand outwards.
+  const auto blade = static_cast<std::uint32_t>(points.size());
+  const Vec3d hand = joints[22] + fit.translation;
+  points.insert(points.end(), {hand + Vec3d{0, 0.11, 0}, hand + Vec3d{0.5, 0.3, 0}, hand + Vec3d{-0.4, 0.4, 0}});
+  triangles.push_back({blade, blade + 1, blade + 2});
+
+  const npt::SparseMatrix weights = npt::body_weights(npt::mannequin(), fit, points, triangles);
+  const auto weight = [&weights](std::size_t v, auto... columns) {
+    double sum = 0;
+    for (std::size_t i = weights.start[v]; i < weights.start[v + 1]; ++i)
+      if (((weights.column[i] == columns) || ...)) sum += static_cast<double>(weights.value[i]);
+    return sum;
+  };
+  double below_knee = 0, trunk = 1;
+  for (std::size_t v = first; v < blade; ++v) {
+    below_knee = std::max(below_knee, weight(v, 4U, 5U, 7U, 8U));
+    if (v >= first + 36) trunk = std::min(trunk, weight(v, 0U, 3U));
+  }
+  CHECK(below_knee == 0);
+  CHECK(trunk > 0.5);
+  for (std::uint32_t v = blade; v < blade + 3; ++v) CHECK(weight(v, 20U, 22U) > 0.9);
 }
 
 TEST_CASE("a mesh whose triangles turn inwards, seams and unused vertices") {

@@ -123,18 +123,11 @@ class NaturalPoses {
     Features result{};
     result[0] = f[0], result[1] = -f[1];
     for (std::size_t j = 1; j < smpl_joint_count; ++j) {
-      const double* from = &f[3 * mirrored_joint(j) - 1];
+      const double* from = &f[3 * smpl_mirrored_joints[j] - 1];
       double* to = &result[3 * j - 1];
       to[0] = from[0], to[1] = -from[1], to[2] = -from[2];
     }
     return result;
-  }
-  static constexpr std::size_t mirrored_joint(std::size_t joint) {
-    for (const std::size_t left : {1U, 4U, 7U, 10U, 13U, 16U, 18U, 20U, 22U}) {
-      if (joint == left) return left + 1;
-      if (joint == left + 1) return left;
-    }
-    return joint;
   }
 
   /// The axis angle of a turn about y after a tilt about the horizontal axis (x, 0, z).

@@ -1,7 +1,8 @@
 /// Skin weights of a mesh from the body that was fitted to it: each vertex takes those of the body's surface where it
 /// lies closest and faces the same way. Where limbs touch, some vertices are closest to the wrong one: patches that
-/// belong elsewhere on the body than all that surrounds them take their weights from around instead. Then weights are
-/// smoothed along the mesh; those of closed hands are found along the skin, and hands without fingers stay stiff
+/// belong elsewhere on the body than all that surrounds them take their weights from around instead, and so does what
+/// stands off the body (tails, wings, horns, brims, blades): from where it hangs. Then weights are smoothed along the
+/// mesh; those of closed hands are found along the skin, and hands without fingers stay stiff
 /// (hand_skin.hpp).
 /// Meshes    any number of pieces, open borders, edges of many faces, triangles without area and unused vertices.
 ///           Vertices in one place, as along seams, count as one
@@ -44,6 +45,9 @@ struct BodyWeightsOptions {
   double facing = 1;    ///< 1: the mesh's triangles turn outwards; -1: inwards; 0: that is not known
   int sweeps = 8;       ///< of smoothing
   double patch = 0.04;  ///< share of the mesh's area below which a patch that belongs elsewhere isn't believed
+  /// Distance from the body, in metres, from which on a vertex hangs on the mesh and not on the nearest limb, and that
+  /// down to which what is connected to it does. Clothes keep up to 0.1; tails, wings and blades end 0.2 to 0.4 away.
+  double far = 0.1, off = 0.04;
   /// Whether the left and the right hand are closed; for a body with finger joints.
   std::array<bool, 2> closed{};
 };
@@ -65,7 +69,9 @@ class BodyWeights {
     edges_ = unique_edges(triangles_);
     around_ = neighbours(edges_, points_.size());
     doubt_patches();
+    doubt_far();
     fill();
+    stiffen_loose();
     // A sweep reaches as far as an edge: on meshes finer than 1 cm there is nothing left to smooth.
     const double fineness = std::max(1.0, static_cast<double>(points_.size()) / 30000);
     for (int i = 0; i < options.sweeps / fineness; ++i) smooth();
@@ -91,6 +97,7 @@ class BodyWeights {
 
  private:
   static constexpr float least_kept = 1e-3F;
+  static constexpr double tip = 0.01;  ///< share of the area: half a hand's
   static constexpr std::size_t lanes = 8;
 
   /// Adds a row to another, in blocks that a compiler takes to registers at -O2.
@@ -116,6 +123,7 @@ class BodyWeights {
     const std::vector<Vec3d> outward = area_vectors(points_, triangles_);
     weights_.assign(points_.size() * stride_, 0.0F);
     places_.resize(points_.size());
+    distances_.resize(points_.size());
     firm_.assign(points_.size(), true);
     std::uint32_t hint = no_index;
     for (std::size_t p = 0; p < points_.size(); ++p) {
@@ -129,6 +137,7 @@ class BodyWeights {
           hint);
       if (c.triangle == no_index) c = tree.closest(points_[p]);
       hint = c.triangle;
+      distances_[p] = std::sqrt(c.squared_distance);
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t v = faces[c.triangle][k];
         const float* rest = &model_.tables().v_template[3 * std::size_t{v}];
@@ -164,6 +173,32 @@ class BodyWeights {
       if (doubted[patches.find(p)]) firm_[p] = false;
   }
 
+  /// What is far from the body, with what is off it in between; and the tips of those that come near another limb,
+  /// small islands in what is left: a tail's along a calf.
+  void doubt_far() {
+    const std::size_t count = points_.size();
+    UnionFind regions(count);
+    for (const Edge& e : edges_)
+      if ((distances_[e[0]] > options_.off) == (distances_[e[1]] > options_.off)) regions.unite(e[0], e[1]);
+    std::vector<double> area(count);
+    double total = 0;
+    for (const Triangle& t : triangles_) {
+      const double third = length(cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]])) / 6;
+      for (const std::uint32_t v : t) area[regions.find(v)] += third, total += third;
+    }
+    std::vector<bool> far(count, false), island(count, false);
+    for (std::uint32_t p = 0; p < count; ++p)
+      if (distances_[p] > options_.far) far[regions.find(p)] = true;
+    for (const Edge& e : edges_) {
+      const std::uint32_t a = regions.find(e[0]), b = regions.find(e[1]);
+      if (a == b) continue;
+      if (far[a] && area[b] < tip * total) island[b] = true;
+      if (far[b] && area[a] < tip * total) island[a] = true;
+    }
+    for (std::uint32_t p = 0; p < count; ++p)
+      if (const std::uint32_t r = regions.find(p); far[r] || island[r]) firm_[p] = false;
+  }
+
   /// What isn't believed takes the mean of the neighbours that have weights already, from its border inwards.
   void fill() {
     std::vector<bool> known = firm_;
@@ -181,6 +216,23 @@ class BodyWeights {
       next.erase(std::unique(next.begin(), next.end()), next.end());
       front = std::move(next);
     }
+  }
+
+  /// A piece that hangs on nothing goes as a whole with the limb that it comes nearest to.
+  void stiffen_loose() {
+    UnionFind pieces(points_.size());
+    for (const Edge& e : edges_) pieces.unite(e[0], e[1]);
+    std::vector<std::uint32_t> nearest(points_.size(), no_index);
+    for (std::uint32_t p = 0; p < points_.size(); ++p) {
+      std::uint32_t& n = nearest[pieces.find(p)];
+      if (n == no_index || distances_[p] < distances_[n]) n = p;
+    }
+    std::vector<bool> loose(points_.size(), true);
+    for (std::uint32_t p = 0; p < points_.size(); ++p)
+      if (firm_[p]) loose[pieces.find(p)] = false;
+    for (std::uint32_t p = 0; p < points_.size(); ++p)
+      if (const std::uint32_t piece = pieces.find(p); loose[piece] && nearest[piece] != p)
+        std::copy_n(&weights_[nearest[piece] * stride_], stride_, &weights_[p * stride_]);
   }
 
   bool touches(std::uint32_t p, const std::vector<bool>& known) const {
@@ -243,9 +295,10 @@ class BodyWeights {
   std::size_t joints_, stride_;
   std::vector<Edge> edges_;
   Neighbours around_;
-  std::vector<float> weights_;  ///< [P, stride], rows in whole registers
-  std::vector<Vec3d> places_;   ///< [P] on the resting body
-  std::vector<bool> firm_;      ///< [P] whether a point's look-up is believed
+  std::vector<float> weights_;     ///< [P, stride], rows in whole registers
+  std::vector<Vec3d> places_;      ///< [P] on the resting body
+  std::vector<double> distances_;  ///< [P] from the body
+  std::vector<bool> firm_;         ///< [P] whether a point's look-up is believed
 };
 
 }  // namespace skeleton::internal

@@ -26,6 +26,9 @@ struct TransferOptions {
   /// `reader` does.
   MakeBodyMethod body = nullptr;
   Method method = Method::automatic;
+  /// Whether a pair that doesn't read as people keeps what the network makes of it where that is torn apart (for
+  /// measuring). Else it is an Error.
+  bool keep_torn = false;
   /// Weights of the reader; empty: those that the weights' file names.
   std::filesystem::path reader{};
   Pairing pairing = Pairing::random;

@@ -54,6 +54,9 @@ class PreparedIdentity {
   std::shared_ptr<const BodyRead> body_;
   std::shared_ptr<const BodyBinding> binding_;  ///< where it may be taken
   std::exception_ptr not_for_network_;          ///< why the network can't have it, where it can't
+  /// The mesh as it came, where a result is held against it.
+  std::vector<float> xyz_;
+  std::vector<Triangle> triangles_;
 };
 
 /// The choice of points for the frames of a sequence: made on its first frame, and kept, so that nothing flickers. Made
