@@ -69,6 +69,7 @@ class SafetensorsFile {
     return nullptr;
   }
   /// The tensor of that name; throws npt::Error where there is none.
+  template <class = void>
   const FileTensor& at(std::string_view tensor) const {
     if (const FileTensor* found = find(tensor)) return *found;
     throw Error({.file = name_, .found = "no tensor " + in_quotes(tensor), .expected = "one of that name"});
@@ -81,6 +82,7 @@ class SafetensorsFile {
 
   /// The tensors and texts whose names begin with `prefix`, without it: a network that lies in a file beside another.
   /// Of the same memory.
+  template <class = void>
   SafetensorsFile part(std::string_view prefix) const {
     SafetensorsFile file;
     file.name_ = name_ + ", " + std::string(prefix);

@@ -57,7 +57,8 @@ inline std::vector<Vec3f> vertex_normals(const Mesh& mesh) {
 namespace internal {
 
 /// Replaces `normal` by the direction of `sum` where it has one.
-inline void set_direction(Vec3f& normal, Vec3d sum) {
+template <class = void>
+void set_direction(Vec3f& normal, Vec3d sum) {
   const Vec3d direction = normalised(sum);
   if (direction != Vec3d{}) normal = direction.as<float>();
 }
@@ -66,7 +67,8 @@ inline void set_direction(Vec3f& normal, Vec3d sum) {
 /// it: their normal becomes the area-weighted mean of their faces', so hard edges stay hard. Exporters also let distant
 /// vertices share a stored normal because the two happened to be equal in the old pose. A shared normal therefore stays
 /// shared as long as its vertices agree, and a vertex that now has another direction gets a new entry at the end.
-inline void recompute_corner_normals(Mesh& mesh) {
+template <class = void>
+void recompute_corner_normals(Mesh& mesh) {
   struct Use {
     Vec3d sum;
     std::uint32_t index = no_index;
@@ -108,7 +110,8 @@ inline void recompute_corner_normals(Mesh& mesh) {
 
 /// Normals one a vertex. Formats that have no index for each kind of number split vertices along the seams of texture:
 /// vertices in one place whose stored normals are equal lie on one smooth piece, and take the mean of all their faces.
-inline void recompute_vertex_normals(Mesh& mesh) {
+template <class = void>
+void recompute_vertex_normals(Mesh& mesh) {
   std::vector<Vec3d> sums(mesh.vertex_count());
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const Vec3d area = face_area_vector(mesh, f);
@@ -145,7 +148,8 @@ inline void recompute_vertex_normals(Mesh& mesh) {
 /// each becomes the area-weighted mean of the faces around its point that had this normal. An index at each corner: so
 /// does the normal of each smooth piece around a vertex, so that hard edges stay hard. What no face determines (points,
 /// faces without area, normals that nothing refers to) keeps its value.
-inline void recompute_normals(Mesh& mesh) {
+template <class = void>
+void recompute_normals(Mesh& mesh) {
   if (mesh.normals.empty()) return;
   if (!mesh.corner_normal.empty()) {
     internal::recompute_corner_normals(mesh);

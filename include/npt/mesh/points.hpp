@@ -26,7 +26,8 @@ inline void move_points(std::span<float> xyz, Vec3d step) {
 }
 
 /// Throws npt::Error, which calls them `name`, unless xyz holds whole points, at least one.
-inline void expect_points(std::span<const float> xyz, std::string_view name) {
+template <class = void>
+void expect_points(std::span<const float> xyz, std::string_view name) {
   if (xyz.empty()) throw Error({.file = std::string(name), .found = "no vertices", .expected = "at least one vertex"});
   if (xyz.size() % 3 != 0)
     throw Error({.file = std::string(name),

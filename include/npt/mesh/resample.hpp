@@ -42,7 +42,8 @@ inline Vec3f position_of(const SurfacePoint& point, std::span<const float> xyz) 
 }
 
 /// Where the vertices `xyz` put the points. [points]
-inline std::vector<Vec3f> positions_of(std::span<const SurfacePoint> points, std::span<const float> xyz) {
+template <class = void>
+std::vector<Vec3f> positions_of(std::span<const SurfacePoint> points, std::span<const float> xyz) {
   std::vector<Vec3f> positions(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) positions[i] = position_of(points[i], xyz);
   return positions;
@@ -51,8 +52,9 @@ inline std::vector<Vec3f> positions_of(std::span<const SurfacePoint> points, std
 namespace internal {
 
 /// points.size() of the vertices: without repeats while they last, then all of them and random repeats.
-inline void draw_vertices(std::uint32_t vertices, Random& random, std::vector<std::uint32_t>& chosen,
-                          std::span<SurfacePoint> points) {
+template <class = void>
+void draw_vertices(std::uint32_t vertices, Random& random, std::vector<std::uint32_t>& chosen,
+                   std::span<SurfacePoint> points) {
   random_permutation(vertices, random, chosen);
   if (points.size() > vertices)
     for (std::uint32_t v = 0; v < vertices; ++v) chosen[v] = v;
@@ -61,8 +63,8 @@ inline void draw_vertices(std::uint32_t vertices, Random& random, std::vector<st
 }
 
 /// sums[t]: the area (times two) of triangles 0 .. t.
-inline void cumulative_areas(std::span<const float> xyz, std::span<const Triangle> triangles,
-                             std::vector<double>& sums) {
+template <class = void>
+void cumulative_areas(std::span<const float> xyz, std::span<const Triangle> triangles, std::vector<double>& sums) {
   sums.resize(triangles.size());
   double sum = 0;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -84,8 +86,9 @@ struct DrawScratch {
 /// their number. Points instead of a surface (no triangles, or none with an area): vertices, without repeats when count
 /// is less than their number, otherwise all and random repeats.
 /// Errors    npt::Error for no vertices
-inline void draw_points(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
-                        Random random, DrawScratch& scratch, std::vector<SurfacePoint>& points) {
+template <class = void>
+void draw_points(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count, Random random,
+                 DrawScratch& scratch, std::vector<SurfacePoint>& points) {
   expect_points(xyz, "mesh to resample");
   const auto vertices = static_cast<std::uint32_t>(xyz.size() / 3);
   points.resize(count);
@@ -113,8 +116,9 @@ inline void draw_points(std::span<const float> xyz, std::span<const Triangle> tr
 }
 
 /// `count` points on the triangles, as the overload that is given its memory draws them.
-inline std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::span<const Triangle> triangles,
-                                             std::size_t count, Random random) {
+template <class = void>
+std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::span<const Triangle> triangles,
+                                      std::size_t count, Random random) {
   DrawScratch scratch;
   std::vector<SurfacePoint> points;
   draw_points(xyz, triangles, count, random, scratch, points);
@@ -122,12 +126,14 @@ inline std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::sp
 }
 
 /// The positions of points that are drawn with a seed. [count]
-inline std::vector<Vec3f> resample(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
-                                   std::uint64_t seed) {
+template <class = void>
+std::vector<Vec3f> resample(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
+                            std::uint64_t seed) {
   return positions_of(as_span(draw_points(xyz, triangles, count, Random(seed))), xyz);
 }
 
-inline std::vector<Vec3f> resample(const Mesh& mesh, std::size_t count, std::uint64_t seed) {
+template <class = void>
+std::vector<Vec3f> resample(const Mesh& mesh, std::size_t count, std::uint64_t seed) {
   return resample(mesh.coordinates(), as_span(triangulate(mesh)), count, seed);
 }
 

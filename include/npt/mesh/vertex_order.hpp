@@ -22,7 +22,8 @@ namespace npt::inline NPT_ABI {
 
 /// The order that undoes `order`: inverse[old vertex] = new position. Throws npt::Error unless `order` holds each of
 /// 0 .. V - 1 once.
-inline std::vector<std::uint32_t> inverse_order(std::span<const std::uint32_t> order) {
+template <class = void>
+std::vector<std::uint32_t> inverse_order(std::span<const std::uint32_t> order) {
   std::vector<std::uint32_t> inverse(order.size(), no_index);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const std::uint32_t old = order[i];
@@ -51,7 +52,8 @@ inline std::array<std::uint32_t, 3> value_key(std::span<const float> xyz, std::s
 
 /// Sorts `vertices`, keys whose second half is a vertex, by criterion number `level` and those behind it: x, y and z by
 /// value, then by their bits (-0 stands before 0), then the vertex.
-inline void sort_by_place(std::span<const float> xyz, std::span<std::uint64_t> vertices, std::size_t level) {
+template <class = void>
+void sort_by_place(std::span<const float> xyz, std::span<std::uint64_t> vertices, std::size_t level) {
   for (std::uint64_t& key : vertices) {
     const std::uint32_t v = second_of_key(key);
     const float x = xyz[3 * std::size_t{v} + level % 3];
@@ -68,8 +70,8 @@ inline void sort_by_place(std::span<const float> xyz, std::span<std::uint64_t> v
 }  // namespace internal
 
 /// The vertices in lexicographic order of (x, y, z), -0 equal to 0, into memory that is used again. `keys`: scratch.
-inline void canonical_order(std::span<const float> xyz, std::vector<std::uint64_t>& keys,
-                            std::vector<std::uint32_t>& order) {
+template <class = void>
+void canonical_order(std::span<const float> xyz, std::vector<std::uint64_t>& keys, std::vector<std::uint32_t>& order) {
   keys.resize(xyz.size() / 3);
   for (std::size_t v = 0; v < keys.size(); ++v) keys[v] = v;
   internal::sort_by_place(xyz, as_span(keys), 0);
@@ -79,7 +81,8 @@ inline void canonical_order(std::span<const float> xyz, std::vector<std::uint64_
 
 /// The vertices in lexicographic order of (x, y, z), -0 equal to 0. A permutation of the vertices changes only which of
 /// bitwise equal points comes first: the sequence of coordinates stays the same bit for bit.
-inline std::vector<std::uint32_t> canonical_order(std::span<const float> xyz) {
+template <class = void>
+std::vector<std::uint32_t> canonical_order(std::span<const float> xyz) {
   std::vector<std::uint64_t> keys;
   std::vector<std::uint32_t> order;
   canonical_order(xyz, keys, order);
@@ -88,8 +91,9 @@ inline std::vector<std::uint32_t> canonical_order(std::span<const float> xyz) {
 
 /// representative[v]: the vertex that comes first in canonical_order among those at the same point as v (v itself where
 /// it is alone), into memory that is used again.
-inline void coincident_representatives(std::span<const float> xyz, std::span<const std::uint32_t> canonical,
-                                       std::vector<std::uint32_t>& representative) {
+template <class = void>
+void coincident_representatives(std::span<const float> xyz, std::span<const std::uint32_t> canonical,
+                                std::vector<std::uint32_t>& representative) {
   representative.resize(canonical.size());
   for (std::size_t i = 0; i < canonical.size(); ++i) {
     const std::uint32_t v = canonical[i];
@@ -101,14 +105,16 @@ inline void coincident_representatives(std::span<const float> xyz, std::span<con
 /// representative[v]: the vertex that comes first in canonical_order among those at the same point as v (v itself where
 /// it is alone). Coincident vertices can't be told apart by their coordinates: giving each the result of its
 /// representative makes a result independent of the vertex order.
-inline std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz,
-                                                             std::span<const std::uint32_t> canonical) {
+template <class = void>
+std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz,
+                                                      std::span<const std::uint32_t> canonical) {
   std::vector<std::uint32_t> representative;
   coincident_representatives(xyz, canonical, representative);
   return representative;
 }
 
-inline std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz) {
+template <class = void>
+std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz) {
   return coincident_representatives(xyz, as_span(canonical_order(xyz)));
 }
 

@@ -10,6 +10,7 @@
 #include <npt/scene/affine.hpp>
 #include <npt/scene/clip.hpp>
 #include <npt/scene/from_mesh.hpp>
+#include <npt/scene/largest_influences.hpp>
 #include <npt/scene/scene.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
 

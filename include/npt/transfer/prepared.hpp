@@ -102,7 +102,8 @@ namespace internal {
 /// Everything about a mesh that a transfer can't take.
 /// Errors    npt::Error for no vertices, all vertices in one point (NaN counts as different), and triangles of other
 ///           vertices
-inline void expect_transferable(const MeshView& mesh) {
+template <class = void>
+void expect_transferable(const MeshView& mesh) {
   const std::string_view name = mesh.name;
   expect_points(mesh.xyz, name);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -118,7 +119,8 @@ inline void expect_transferable(const MeshView& mesh) {
 }
 
 /// x to -x.
-inline void mirror(std::span<const float> xyz, std::vector<float>& mirrored) {
+template <class = void>
+void mirror(std::span<const float> xyz, std::vector<float>& mirrored) {
   mirrored.resize(xyz.size());
   for (std::size_t i = 0; i < xyz.size(); ++i) mirrored[i] = i % 3 == 0 ? -xyz[i] : xyz[i];
 }

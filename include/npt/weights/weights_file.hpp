@@ -42,7 +42,8 @@ Metadata variant_metadata() {
 }
 
 /// The shortest text that reads back as the same number.
-inline std::string number_text(double value) {
+template <class = void>
+std::string number_text(double value) {
   std::string text;
   append_number(text, value);
   return text;
@@ -50,7 +51,8 @@ inline std::string number_text(double value) {
 
 /// The finite number that a file's metadata gives as `text` for `key`; npt::Error that names file and key for other
 /// text.
-inline double metadata_number(const std::string& text, const std::string& file, const std::string& key) {
+template <class = void>
+double metadata_number(const std::string& text, const std::string& file, const std::string& key) {
   const std::optional<double> value = parse_number<double>(text);
   if (!value || !std::isfinite(*value))
     throw Error({.file = file, .place = "metadata " + key, .found = in_quotes(text), .expected = "a finite number"});
@@ -58,7 +60,8 @@ inline double metadata_number(const std::string& text, const std::string& file, 
 }
 
 /// The shape that a parameter has in a weights file.
-inline TensorShape tensor_shape(const Parameter& p) {
+template <class = void>
+TensorShape tensor_shape(const Parameter& p) {
   TensorShape shape;
   for (int i = 0; i < p.rank; ++i) shape.push_back(static_cast<std::uint64_t>(p.dims[i]));
   return shape;
