@@ -101,18 +101,6 @@ TEST_CASE("texture coordinates count from the top in a scene") {
   CHECK(made.scene.meshes[0].blocks[0].texcoords[0][0][1] == 1 - mesh.texcoords[mesh.corner_texcoord[corner]].y);
 }
 
-TEST_CASE("the four largest influences, with weights that sum to 1") {
-  const std::vector<npt::SkinnedSkeleton::Influence> five{{7, 0.1F}, {3, 0.3F}, {1, 0.25F}, {9, 0.05F}, {4, 0.3F}};
-  const auto four = npt::largest_influences(five);
-  CHECK(four[0].joint == 3);
-  CHECK(four[1].joint == 4);
-  CHECK(four[3].joint == 7);
-  double sum = 0;
-  for (const auto& influence : four) sum += static_cast<double>(influence.weight);
-  CHECK(std::abs(sum - 1) < 1e-7);
-  CHECK(npt::largest_influences({})[0].weight == 1);
-}
-
 TEST_CASE("a skeleton's clip moves a mesh as the blended motions do") {
   const npt::Mesh mesh = zoo::cube();
   npt::SkinnedSkeleton skeleton{.names = {"a", "b"},
