@@ -137,7 +137,9 @@ class BodyWeights {
           hint);
       if (c.triangle == no_index) c = tree.closest(points_[p]);
       hint = c.triangle;
+      // To the surface as such: what faces another way, as a coat's lining, is no farther for that.
       distances_[p] = std::sqrt(c.squared_distance);
+      if (distances_[p] > options_.off) distances_[p] = std::sqrt(tree.closest(points_[p]).squared_distance);
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t v = faces[c.triangle][k];
         const float* rest = &model_.tables().v_template[3 * std::size_t{v}];
@@ -147,6 +149,18 @@ class BodyWeights {
           weights_[p * stride_ + skin.column[i]] += static_cast<float>(c.weights[k]) * skin.value[i];
       }
     }
+  }
+
+  /// [P] at the first point of each part, its share of the mesh's area.
+  std::vector<double> shares_of_area(UnionFind& parts) const {
+    std::vector<double> share(points_.size());
+    double total = 0;
+    for (const Triangle& t : triangles_) {
+      const double third = length(cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]])) / 6;
+      for (const std::uint32_t v : t) share[parts.find(v)] += third, total += third;
+    }
+    for (double& s : share) s /= total;
+    return share;
   }
 
   /// Parts of the mesh on which places are continuous; small ones with others around are not believed.
@@ -159,16 +173,11 @@ class BodyWeights {
       else
         patches.unite(e[0], e[1]);
     }
-    std::vector<double> area(points_.size());
-    double total = 0;
-    for (const Triangle& t : triangles_) {
-      const double third = length(cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]])) / 6;
-      for (const std::uint32_t v : t) area[patches.find(v)] += third, total += third;
-    }
+    const std::vector<double> share = shares_of_area(patches);
     std::vector<bool> doubted(points_.size(), false);
     for (const Edge& e : broken)
       for (const std::uint32_t v : e)
-        if (area[patches.find(v)] < options_.patch * total) doubted[patches.find(v)] = true;
+        if (share[patches.find(v)] < options_.patch) doubted[patches.find(v)] = true;
     for (std::uint32_t p = 0; p < points_.size(); ++p)
       if (doubted[patches.find(p)]) firm_[p] = false;
   }
@@ -180,20 +189,15 @@ class BodyWeights {
     UnionFind regions(count);
     for (const Edge& e : edges_)
       if ((distances_[e[0]] > options_.off) == (distances_[e[1]] > options_.off)) regions.unite(e[0], e[1]);
-    std::vector<double> area(count);
-    double total = 0;
-    for (const Triangle& t : triangles_) {
-      const double third = length(cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]])) / 6;
-      for (const std::uint32_t v : t) area[regions.find(v)] += third, total += third;
-    }
+    const std::vector<double> share = shares_of_area(regions);
     std::vector<bool> far(count, false), island(count, false);
     for (std::uint32_t p = 0; p < count; ++p)
       if (distances_[p] > options_.far) far[regions.find(p)] = true;
     for (const Edge& e : edges_) {
       const std::uint32_t a = regions.find(e[0]), b = regions.find(e[1]);
       if (a == b) continue;
-      if (far[a] && area[b] < tip * total) island[b] = true;
-      if (far[b] && area[a] < tip * total) island[a] = true;
+      if (far[a] && share[b] < tip) island[b] = true;
+      if (far[b] && share[a] < tip) island[a] = true;
     }
     for (std::uint32_t p = 0; p < count; ++p)
       if (const std::uint32_t r = regions.find(p); far[r] || island[r]) firm_[p] = false;
