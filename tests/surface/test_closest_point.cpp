@@ -181,3 +181,25 @@ TEST_CASE("segments cross what a look at every triangle finds") {
   CHECK(crossings > 30);
   CHECK(!npt::TriangleTree({}, {}).crosses({0, 0, 0}, {1, 1, 1}, [](std::uint32_t) { return true; }));
 }
+
+TEST_CASE("a tree of points finds what a tree of triangles without extent finds") {
+  npt::Random random(11);
+  std::vector<npt::Vec3d> points(300);
+  std::vector<npt::Triangle> triangles;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    points[i] = i % 7 == 6 ? points[i - 1] : npt::Vec3d{random.normal(), random.normal(), random.normal()};
+    triangles.push_back({i, i, i});
+  }
+  const npt::PointTree tree(points);
+  const npt::TriangleTree of_triangles(points, triangles);
+  for (int i = 0; i < 200; ++i) {
+    const npt::Vec3d p{random.normal(), random.normal(), random.normal()};
+    const auto even = [](std::uint32_t k) { return k % 2 == 0; };
+    const npt::ClosestPoint a = tree.closest(p, even), b = of_triangles.closest(p, even);
+    CHECK(a.triangle == b.triangle);
+    CHECK(a.point == points[a.triangle]);
+    CHECK(a.squared_distance == doctest::Approx(b.squared_distance).epsilon(1e-12));
+    CHECK(tree.closest(p, even, npt::no_index, 0.5 * a.squared_distance).triangle == npt::no_index);
+  }
+  CHECK(npt::PointTree(std::span<const npt::Vec3d>()).closest({0, 0, 0}).triangle == npt::no_index);
+}

@@ -42,13 +42,11 @@ class Centroids {
     for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
       const auto [a, b, c] = surface.corners(t, positions);
       if (surface.flat[t] != 0) continue;
-      const auto i = static_cast<std::uint32_t>(number_.size());
       number_.push_back(t);
       centre_.push_back((a + b + c) / 3.0);
       normal_.push_back(cross(b - a, c - a));
-      points_.push_back({i, i, i});
     }
-    tree_ = TriangleTree(centre_, points_);
+    tree_ = PointTree(centre_);
   }
 
   std::size_t size() const { return number_.size(); }
@@ -64,8 +62,7 @@ class Centroids {
  private:
   std::vector<std::uint32_t> number_;  ///< of the triangle
   std::vector<Vec3d> centre_, normal_;
-  std::vector<Triangle> points_;
-  TriangleTree tree_{{}, {}};
+  PointTree tree_{std::span<const Vec3d>()};
 };
 
 }  // namespace deformation

@@ -55,19 +55,16 @@ class TriangleSources {
 
   static void complete(const Surface& target, std::vector<std::vector<std::uint32_t>>& lists) {
     std::vector<Vec3d> centres;
-    std::vector<Triangle> points;
     std::vector<std::uint32_t> number;
     for (std::uint32_t t = 0; t < lists.size(); ++t) {
       if (lists[t].empty()) continue;
-      const auto i = static_cast<std::uint32_t>(centres.size());
       centres.push_back(target.centroid(t));
-      points.push_back({i, i, i});
       number.push_back(t);
     }
     if (number.empty())
       throw Error({.file = "triangle pairs", .found = "none", .expected = "a pair whose source triangle has an area"});
     if (number.size() == lists.size()) return;
-    const TriangleTree tree(centres, points);
+    const PointTree tree(centres);
     for (std::uint32_t t = 0; t < lists.size(); ++t)
       if (lists[t].empty()) lists[t] = lists[number[tree.closest(target.centroid(t)).triangle]];
   }

@@ -59,8 +59,8 @@ class FitSurface {
 
   /// In random order: the first n of them are spread over the area as all are.
   std::span<const Sample> samples() const noexcept { return samples_; }
-  /// Triangle i of the tree is the point of sample i.
-  const TriangleTree& tree() const noexcept { return tree_; }
+  /// Of the samples' points.
+  const PointTree& tree() const noexcept { return tree_; }
   /// The surface's centre of mass, and its area.
   Vec3d centroid() const noexcept { return centroid_; }
   double area() const noexcept { return area_; }
@@ -141,21 +141,18 @@ class FitSurface {
     return picked(point, triangles);
   }
 
-  static TriangleTree tree_of(std::span<const Sample> samples) {
+  static PointTree tree_of(std::span<const Sample> samples) {
     std::vector<Vec3d> points;
-    std::vector<Triangle> single;
-    for (std::uint32_t i = 0; i < samples.size(); ++i) {
-      points.push_back(samples[i].point);
-      single.push_back({i, i, i});
-    }
-    return TriangleTree(points, single);
+    points.reserve(samples.size());
+    for (const Sample& s : samples) points.push_back(s.point);
+    return PointTree(points);
   }
 
   Vec3d centroid_;
   double area_ = 0;
   std::vector<Pick> picks_;
   std::vector<Sample> samples_;
-  TriangleTree tree_;
+  PointTree tree_;
 };
 
 }  // namespace npt::inline NPT_ABI

@@ -1,7 +1,9 @@
-/// The point of a surface that is closest to a given one: a tree of boxes over triangles, built once, asked often.
+/// The point of a surface, or of many points, that is closest to a given one: a tree of boxes over triangles or points,
+/// built once, asked often.
 ///   closest(p)          over all triangles
 ///   closest(p, accept)  over triangles t with accept(t): normals that face the right way, one component, ...
-/// Triangles without area count as the segment or point they are; points are triangles {i, i, i}.
+/// Triangles without area count as the segment or point they are. Of a tree of points, a point is a triangle of weights
+/// {1, 0, 0}.
 /// Numerics  double; of triangles at the same distance the one with the least number, so that the answer depends on the
 ///           triangles only. Some 20 box and triangle tests for a query close to the surface
 /// Threads   queries may run side by side
@@ -70,14 +72,21 @@ inline std::array<double, 3> closest_on_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3
   return best;
 }
 
-class TriangleTree {
+/// Corners: 3, of triangles; 1, of points, which take a fifth of a triangle's work.
+template <std::size_t Corners>
+class BoxTree {
  public:
   /// Requires  finite points and triangles of indices below their number. Both are copied.
-  TriangleTree(std::span<const Vec3d> points, std::span<const Triangle> triangles) : order_(triangles.size()) {
+  BoxTree(std::span<const Vec3d> points, std::span<const Triangle> triangles) requires(Corners == 3) {
     corners_.reserve(triangles.size());
     for (const Triangle& t : triangles) corners_.push_back({points[t[0]], points[t[1]], points[t[2]]});
-    std::iota(order_.begin(), order_.end(), 0U);
-    if (!triangles.empty()) build(0, static_cast<std::uint32_t>(order_.size()));
+    build();
+  }
+  /// Requires  finite points. They are copied.
+  explicit BoxTree(std::span<const Vec3d> points) requires(Corners == 1) {
+    corners_.reserve(points.size());
+    for (const Vec3d p : points) corners_.push_back({p});
+    build();
   }
 
   std::size_t triangle_count() const noexcept { return corners_.size(); }
@@ -124,7 +133,7 @@ class TriangleTree {
 
   /// Moves the points; triangles are those of the construction. Some 20 times faster than a new tree, and as good for
   /// queries while what is close together stays so.
-  void move(std::span<const Vec3d> points, std::span<const Triangle> triangles) {
+  void move(std::span<const Vec3d> points, std::span<const Triangle> triangles) requires(Corners == 3) {
     NPT_ASSERT(triangles.size() == corners_.size());
     for (std::size_t t = 0; t < triangles.size(); ++t)
       corners_[t] = {points[triangles[t][0]], points[triangles[t][1]], points[triangles[t][2]]};
@@ -148,7 +157,7 @@ class TriangleTree {
 
   /// Whether some triangle that `accept(triangle)` takes meets the open segment ab.
   template <class Accept>
-  bool crosses(Vec3d a, Vec3d b, const Accept& accept) const {
+  bool crosses(Vec3d a, Vec3d b, const Accept& accept) const requires(Corners == 3) {
     if (nodes_.empty()) return false;
     std::array<std::uint32_t, 64> open{};
     std::size_t count = 0;
@@ -172,7 +181,7 @@ class TriangleTree {
   static Vec3d minimum(Vec3d a, Vec3d b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
   static Vec3d maximum(Vec3d a, Vec3d b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 
-  static constexpr std::uint32_t leaf_size = 4;
+  static constexpr std::uint32_t leaf_size = Corners == 1 ? 8 : 4;
 
   /// A leaf has triangles order_[first .. first + count - 1]; another node has its left child behind it and its right
   /// one at `first`.
@@ -219,21 +228,34 @@ class TriangleTree {
 
   template <class Accept>
   void visit(std::uint32_t triangle, Vec3d p, const Accept& accept, ClosestPoint& best) const {
-    const auto& [a, b, c] = corners_[triangle];
-    const std::array<double, 3> weights = closest_on_triangle(p, a, b, c);
-    const Vec3d point = a * weights[0] + b * weights[1] + c * weights[2];
+    Vec3d point = corners_[triangle][0];
+    std::array<double, 3> weights{1, 0, 0};
+    if constexpr (Corners == 3) {
+      const auto& [a, b, c] = corners_[triangle];
+      weights = closest_on_triangle(p, a, b, c);
+      point = a * weights[0] + b * weights[1] + c * weights[2];
+    }
     const double squared = dot(point - p, point - p);
     if (squared > best.squared_distance || (squared == best.squared_distance && triangle > best.triangle)) return;
     if (accept(triangle)) best = {triangle, weights, point, squared};
   }
 
+  void build() {
+    order_.resize(corners_.size());
+    std::iota(order_.begin(), order_.end(), 0U);
+    if (!order_.empty()) build(0, static_cast<std::uint32_t>(order_.size()));
+  }
   void build(std::uint32_t first, std::uint32_t last) {
     const std::size_t n = nodes_.size();
     nodes_.emplace_back();
     constexpr double inf = std::numeric_limits<double>::infinity();
     Node node{{inf, inf, inf}, {-inf, -inf, -inf}, first, last - first};
-    const auto sum = [this](std::uint32_t t) { return corners_[t][0] + corners_[t][1] + corners_[t][2]; };
-    Vec3d low = node.low, high = node.high;  // of the centroids, times three
+    const auto sum = [this](std::uint32_t t) {
+      Vec3d all = corners_[t][0];
+      for (std::size_t k = 1; k < Corners; ++k) all += corners_[t][k];
+      return all;
+    };
+    Vec3d low = node.low, high = node.high;  // of the sums of corners
     const auto extend = [](Vec3d& least, Vec3d& most, Vec3d p) {
       least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
       most = {std::max(most.x, p.x), std::max(most.y, p.y), std::max(most.z, p.z)};
@@ -261,9 +283,12 @@ class TriangleTree {
     nodes_[n] = node;
   }
 
-  std::vector<std::array<Vec3d, 3>> corners_;
+  std::vector<std::array<Vec3d, Corners>> corners_;
   std::vector<std::uint32_t> order_;
   std::vector<Node> nodes_;
 };
+
+using TriangleTree = BoxTree<3>;
+using PointTree = BoxTree<1>;
 
 }  // namespace npt::inline NPT_ABI
