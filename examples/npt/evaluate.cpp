@@ -238,7 +238,6 @@ std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArgumen
   for (const npt::EvaluationSet& set : data.sets) pairs += set.count;
   const npt::DefaultExecutor executor(side_by_side(arguments.threads, pairs));
   if (executor.slots() > 1) arguments.threads = 1;
-  arguments.options.keep_torn = true;
   const program::PoseTransfer& transfer = opened.emplace(program::open_transfer(arguments));
   program::catch_interrupts();
   program::Progress progress("pairs", pairs);
@@ -263,7 +262,6 @@ std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArgumen
 void run_sequences(Options o) {
   const npt::SequenceSet set = npt::body_sequences(body_of(o), o.sequences, o.frames, o.transfer.options.seed,
                                                    distribution_of(o), program::pose_distribution(o.poses));
-  o.transfer.options.keep_torn = true;
   const program::PoseTransfer transfer = program::open_transfer(o.transfer);
   program::catch_interrupts();
   program::Progress progress("frames", set.count * set.frames);
@@ -333,6 +331,7 @@ void run(Options o) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
+  o->transfer.options.keep_torn = true;  // what is measured is what comes out
   program::add_transfer_options(command, o->transfer);
   CLI::Option* body =
       command.add_option("--body", o->body, "Body in SMPL's layout (.safetensors); without: the built-in mannequin");

@@ -185,6 +185,7 @@ class BodyWeights {
   /// What is far from the body, with what is off it in between; and the tips of those that come near another limb,
   /// small islands in what is left: a tail's along a calf.
   void doubt_far() {
+    if (std::ranges::none_of(distances_, [this](double d) { return d > options_.far; })) return;
     const std::size_t count = points_.size();
     UnionFind regions(count);
     for (const Edge& e : edges_)
@@ -224,6 +225,7 @@ class BodyWeights {
 
   /// A piece that hangs on nothing goes as a whole with the limb that it comes nearest to.
   void stiffen_loose() {
+    if (std::ranges::find(firm_, false) == firm_.end()) return;
     UnionFind pieces(points_.size());
     for (const Edge& e : edges_) pieces.unite(e[0], e[1]);
     std::vector<std::uint32_t> nearest(points_.size(), no_index);

@@ -12,7 +12,6 @@
 #include <npt/core/aligned.hpp>
 #include <npt/core/as_span.hpp>
 #include <npt/core/error.hpp>
-#include <npt/core/number_text.hpp>
 #include <npt/core/pool.hpp>
 #include <npt/core/tensor_adapter.hpp>
 #include <npt/engine/core.hpp>
@@ -415,13 +414,13 @@ class BasicPoseTransfer {
   }
   /// Errors    npt::Error for what the network tore apart; NaN comes through
   static void expect_whole(const PreparedIdentity& identity, std::span<const float> result) {
-    // Transfers that came out well have 0.12 to 0.35, a robed figure in three poses that it can't be read in 0.6 to 1.8.
+    // Transfers that came out well have 0.12 to 0.35, a robed figure, in three poses that can't be read, 0.6 to 1.8.
     constexpr double torn = 0.5;
     const double change = edge_change(identity.xyz_, result, identity.triangles_);
     if (change > torn)
       throw Error({.file = "result",
                    .found = "a mesh that the network tore apart, its edges changed by " +
-                            number_text(std::round(100 * change)) + " %",
+                            std::to_string(std::lround(100 * change)) + " %",
                    .expected = "at most 50 %, as of meshes and poses that the network knows; Method::network (--method "
                                "network) gives the result all the same, Method::body (--method body) what a body makes "
                                "of the pair"});
