@@ -1,42 +1,27 @@
 #include <doctest/doctest.h>
 
-#include <npt/body/natural_poses.hpp>
 #include <npt/mannequin/finger_joints.hpp>
 #include <npt/mannequin/mannequin.hpp>
-#include <npt/mesh/metrics.hpp>
 #include <npt/skeleton/body_transfer.hpp>
+#include <npt/skeleton/bound_character.hpp>
 #include <npt/skeleton/joint_names.hpp>
 
+#include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstdint>
-#include <filesystem>
-#include <numbers>
+#include <cstddef>
+#include <span>
 #include <vector>
 
-#include "support/bumpy_sphere.hpp"
+#include "skeleton/people.hpp"
+
+using people::Person;
 
 namespace {
 
 const npt::BodyTransfer& shipped_body_transfer() {
-  static const npt::BodyTransfer transfer(
-      npt::Reader::open(std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/readers/human.safetensors", 1));
+  static const npt::BodyTransfer transfer(people::shipped_reader());
   return transfer;
 }
-
-struct Person {
-  std::vector<float> betas;
-  std::array<float, 72> pose{};
-  npt::Mesh mesh;
-
-  explicit Person(std::uint64_t seed) {
-    npt::Random random(811, seed);
-    pose = npt::natural_poses().sample(random);
-    betas = npt::sample_shape(random, npt::mannequin().shape_count());
-    mesh = npt::to_mesh(npt::mannequin(), betas, pose);
-  }
-  npt::MeshView view() const { return {mesh.coordinates(), npt::mannequin().triangles(), "person"}; }
-};
 
 /// Mean squared distance, both centred by their means.
 double error_of(std::span<const float> a, std::span<const float> b) {
@@ -52,33 +37,6 @@ double error_of(std::span<const float> a, std::span<const float> b) {
     sum += dot(d, d) / static_cast<double>(n);
   }
   return sum;
-}
-
-/// A table as it is read: a body can be flattened to lie in it.
-npt::BodyReading read_new_table() {
-  std::vector<float> xyz;
-  std::vector<npt::Triangle> faces;
-  const auto add_box = [&](npt::Vec3f centre, npt::Vec3f half) {
-    const auto first = static_cast<std::uint32_t>(xyz.size() / 3);
-    for (int k = 0; k < 8; ++k)
-      xyz.insert(xyz.end(), {centre.x + ((k & 4) != 0 ? half.x : -half.x), centre.y + ((k & 2) != 0 ? half.y : -half.y),
-                             centre.z + ((k & 1) != 0 ? half.z : -half.z)});
-    for (const auto& [a, b, c, d] :
-         {std::array{0U, 1U, 3U, 2U}, std::array{4U, 6U, 7U, 5U}, std::array{0U, 4U, 5U, 1U},
-          std::array{2U, 3U, 7U, 6U}, std::array{0U, 2U, 6U, 4U}, std::array{1U, 5U, 7U, 3U}}) {
-      faces.push_back({first + a, first + b, first + c});
-      faces.push_back({first + a, first + c, first + d});
-    }
-  };
-  add_box({0, 0.72F, 0}, {0.6F, 0.03F, 0.4F});
-  for (const float x : {-0.5F, 0.5F})
-    for (const float z : {-0.3F, 0.3F}) add_box({x, 0.35F, z}, {0.04F, 0.35F, 0.04F});
-  return shipped_body_transfer().read({xyz, faces, "table"});
-}
-
-const npt::BodyReading& read_table() {
-  static const npt::BodyReading reading = read_new_table();
-  return reading;
 }
 
 }  // namespace
@@ -174,88 +132,12 @@ TEST_CASE("an open hand closes to the pose's fist, and a fist opens") {
   }
 }
 
-TEST_CASE("an upside-down person is read, and said to be") {
-  Person a(3);
-  a.pose = {};
-  npt::Mesh mesh = npt::to_mesh(npt::mannequin(), a.betas, a.pose);
-  for (npt::Vec3f& p : mesh.positions) p = {p.x, -p.y, -p.z};
-  const npt::BodyReading reading =
-      shipped_body_transfer().read({mesh.coordinates(), npt::mannequin().triangles(), "handstand"});
-  CHECK(reading.trust() > 0.85);
-  CHECK(reading.notes().find("upside down") != std::string::npos);
-}
-
-TEST_CASE("what is no person isn't trusted") {
-  const npt::Mesh ball = support::bumpy_sphere(20, 30, 0.2, true);
-  const auto triangles = npt::triangulate(ball);
-  CHECK(shipped_body_transfer().read({ball.coordinates(), triangles, "ball"}).trust() < 0.6);
-  // It reads like a person, with too few vertices to be one.
-  const std::vector<float> pyramid{0, 0, 0, 1, 0, 0, 0, 1.5F, 0, 0, 0, 1};
-  const std::vector<npt::Triangle> sides{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  const npt::BodyReading few = shipped_body_transfer().read({pyramid, sides, "pyramid"});
-  CHECK(few.trust() == 0);
-  CHECK_THROWS_WITH_AS(shipped_body_transfer().joints(few), doctest::Contains("no body can lie"), npt::Error);
-}
-
-TEST_CASE("a table that is taken for a person is said to have no person's proportions") {
-  CHECK(read_table().notes().find("proportions") != std::string::npos);
-}
-
-TEST_CASE("a table isn't trusted") { CHECK(read_table().trust() < 0.6); }
-
-TEST_CASE("trust: distance counts less where the reader tells people, shapes that nobody has count against") {
-  npt::BodyReading reading;
-  CHECK(reading.trust() == 0);
-  reading.fit.body.axis_angles.assign(72, 0.0F);
-  reading.fit.body.betas.assign(26, 1.0F);
-  reading.fit.mesh_explained = reading.fit.body_explained = 0.9;
-  reading.fit.reading_residual = 0.08;
-  reading.fit.relative_distance = 0.005;
-  CHECK(reading.trust() == doctest::Approx(0.9));
-  reading.fit.relative_distance = 0.0165;  // a robot
-  CHECK(reading.trust() == doctest::Approx(0.9 * 0.35));
-  reading.told = true;
-  CHECK(reading.trust() > 0.6);
-  CHECK(reading.trust() < 0.85);
-  reading.fit.reading_residual = 0.18;  // and its parts don't agree
-  CHECK(reading.trust() < 0.6);
-  reading.fit.reading_residual = 0.08;
-  reading.disagreement = 0.06;  // nor what is read from several sides
-  CHECK(reading.trust() < 0.6);
-  reading.fit.mesh_explained = reading.fit.body_explained = 0.98;  // but the body lies in it
-  CHECK(reading.trust() > 0.6);
-  reading.fit.mesh_explained = reading.fit.body_explained = 0.9;
-  reading.disagreement = 0;
-  reading.fit.relative_distance = 0.005;
-  CHECK(reading.notes().empty());
-  reading.fit.body.betas.assign(26, 4.5F);
-  CHECK(reading.trust() > 0.85);
-  CHECK(reading.notes() == "its proportions are no person's");
-  reading.fit.body.betas.assign(26, 8.0F);
-  CHECK(reading.trust() == 0);
-}
-
-TEST_CASE("the next frame goes on from the last one, and a jump is read anew") {
+TEST_CASE("results of another size, and meshes in which no body lies, are errors") {
   const npt::BodyTransfer& transfer = shipped_body_transfer();
-  const Person a(1), b(4);
-  const npt::BodyReading first = transfer.read(a.view());
-  Person next = a;
-  for (std::size_t i = 3; i < 72; ++i) next.pose[i] += 0.02F;
-  next.mesh = npt::to_mesh(npt::mannequin(), next.betas, next.pose);
-  const npt::BodyReading second = transfer.follow(next.view(), first);
-  CHECK(second.trust() > 0.85);
-  CHECK(second.fit.body.betas == first.fit.body.betas);
-  CHECK(second.metres == first.metres);
-  const npt::BodyReading jump = transfer.follow(b.view(), first);
-  CHECK(jump.trust() > 0.8);
-}
-
-TEST_CASE("a mesh without an area, and results of another size, are errors") {
-  const npt::BodyTransfer& transfer = shipped_body_transfer();
-  const std::vector<float> points{0, 0, 0, 1, 0, 0, 0, 1, 0};
-  CHECK_THROWS_AS(transfer.read({points, {}, "points"}), npt::Error);
   const Person a(1);
   const npt::BoundCharacter character = transfer.bind(a.view());
-  std::vector<float> small(9);
+  std::vector<float> small(9), result(a.mesh.coordinates().size());
   CHECK_THROWS_AS(transfer.pose(character, character.reading, small), npt::Error);
+  CHECK_THROWS_WITH_AS(transfer.pose(character, npt::BodyReading{}, result), doctest::Contains("no body can lie"),
+                       npt::Error);
 }

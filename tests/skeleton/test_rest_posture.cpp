@@ -4,7 +4,7 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/skeleton/body_transfer.hpp>
+#include <npt/skeleton/body_reading.hpp>
 #include <npt/skeleton/rest_posture.hpp>
 
 #include <array>

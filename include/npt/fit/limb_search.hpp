@@ -7,7 +7,8 @@
 /// Shapes    fits: as BodyFit, with other axis angles of the limbs
 /// Units     metres
 /// Numerics  double; the same answer for the same input. 90 to 150 ms for a pair of limbs on one core of a Xeon
-/// Threads   a search may be used by several threads at a time
+/// Threads   a search may be used by several threads at a time; it runs both limbs of a pair side by side on the
+///           executor that it is given
 /// Source    the idea of hypotheses that are tested: Fischler and Bolles, "Random sample consensus", 1981
 #pragma once
 
@@ -22,6 +23,7 @@
 #include <npt/fit/body_fit.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/robust_distance.hpp>
+#include <npt/parallel/executor.hpp>
 #include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
@@ -71,17 +73,20 @@ class LimbSearch {
 
   /// At most `count` fits with other poses of a pair of limbs, the best first; may hold the pose that the fit has.
   /// read: other angles of the whole body, as the motions of other readings; facing: as ReadingFit's.
+  template <class Exec = SerialExecutor>
   std::vector<BodyFit> operator()(const FitSurface& surface, const BodyFit& fit, LimbPair pair, double facing,
-                                  std::span<const Angles> read, std::size_t count) const {
+                                  std::span<const Angles> read, std::size_t count,
+                                  const Exec& executor = Exec()) const {
     const Posed posed = pose(fit);
     const std::array<std::size_t, 2> sides{pair == LimbPair::arms ? 0U : 2U, pair == LimbPair::arms ? 1U : 3U};
     const std::vector<Vec3d> left_alone = uncovered(surface, posed, sides);
     std::array<std::vector<Hypothesis>, 2> best;
-    for (std::size_t s = 0; s < 2; ++s) {
+    executor.for_each(2, [&](int i, int) {
+      const auto s = static_cast<std::size_t>(i);
       const Judge judge{*this, surface, posed, sides[s], facing};
       best[s] = hypotheses(judge, fit, read, sides[1 - s]);
       for (Hypothesis& h : best[s]) cover(left_alone, posed, sides[s], h);
-    }
+    });
     return combined(fit, sides, best, left_alone.size(), count);
   }
 

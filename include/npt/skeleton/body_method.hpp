@@ -11,7 +11,9 @@
 #include <npt/parallel/default_executor.hpp>
 #include <npt/parallel/executor.hpp>
 #include <npt/reading/reader.hpp>
+#include <npt/skeleton/body_reading.hpp>
 #include <npt/skeleton/body_transfer.hpp>
+#include <npt/skeleton/bound_character.hpp>
 #include <npt/skeleton/fit_bias.hpp>
 #include <npt/skeleton/rest_posture.hpp>
 #include <npt/skeleton/second_opinion.hpp>
@@ -80,7 +82,7 @@ class TransferByBodies final : public BodyMethod {
   /// The joint angles that the identity takes.
   std::vector<float> angles(const BodyBinding& identity, const BodyRead& pose) const {
     const BodyReading& reading = static_cast<const ReadBody&>(pose).reading;
-    BodyTransfer::expect_body(reading, "pose");
+    expect_body(reading, "pose");
     const BoundCharacter& character = static_cast<const BoundBody&>(identity).character;
     std::vector<float> result =
         bias_ == nullptr ? reading.fit.body.axis_angles : bias_->angles(character.reading, reading);

@@ -22,7 +22,7 @@
 #include <npt/core/vec3.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_values.hpp>
-#include <npt/skeleton/body_transfer.hpp>
+#include <npt/skeleton/body_reading.hpp>
 
 #include <algorithm>
 #include <array>

@@ -16,7 +16,7 @@
 #include <npt/config.hpp>
 #include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/skeleton/body_transfer.hpp>
+#include <npt/skeleton/body_reading.hpp>
 
 #include <algorithm>
 #include <array>

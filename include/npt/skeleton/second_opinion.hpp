@@ -32,7 +32,8 @@
 #include <npt/linear/normal_equations.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/net/pose_transfer_net.hpp>
-#include <npt/skeleton/body_transfer.hpp>
+#include <npt/skeleton/body_reading.hpp>
+#include <npt/skeleton/bound_character.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>
 #include <npt/weights/weights_file.hpp>
 
@@ -40,7 +41,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
