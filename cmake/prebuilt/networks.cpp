@@ -2,4 +2,5 @@
 
 template const std::vector<npt::NetworkType<npt::DefaultExecutor>>&
 npt::network_types<npt::AllNetworks, npt::DefaultExecutor>();
+template class npt::NetworkTransfer<npt::DefaultExecutor>;
 template class npt::BasicPoseTransfer<npt::DefaultExecutor>;

@@ -28,6 +28,8 @@ namespace npt::inline NPT_ABI {
 
 template <class Exec>
 class BasicPoseTransfer;
+template <class Exec>
+class NetworkTransfer;
 
 /// An identity mesh as the network sees it, and the way back. Made by PoseTransfer::prepare_identity, for that
 /// transfer.
@@ -43,6 +45,8 @@ class PreparedIdentity {
  private:
   template <class>
   friend class BasicPoseTransfer;
+  template <class>
+  friend class NetworkTransfer;
 
   std::size_t vertices_ = 0;
   double unit_ = 1;
@@ -71,6 +75,8 @@ class PoseChoice {
  private:
   template <class>
   friend class BasicPoseTransfer;
+  template <class>
+  friend class NetworkTransfer;
   std::vector<PosePoints> pairings_;
 };
 
@@ -89,6 +95,8 @@ class PreparedPose {
  private:
   template <class>
   friend class BasicPoseTransfer;
+  template <class>
+  friend class NetworkTransfer;
   std::size_t count_ = 0;
   std::vector<PoseCode<float>> codes_;  ///< by pairing; then those of the mirror images
   std::shared_ptr<const BodyRead> body_;
@@ -116,6 +124,27 @@ void expect_transferable(const MeshView& mesh) {
   for (std::size_t i = 3; i < mesh.xyz.size(); ++i)
     if (!(mesh.xyz[i] == mesh.xyz[i % 3])) return;
   throw Error({.file = std::string(name), .found = "all vertices in one point", .expected = "a mesh with an extent"});
+}
+
+/// A mesh with the name of what it is used for, where it has none.
+inline MeshView named(MeshView mesh, std::string_view name) {
+  if (mesh.name.empty()) mesh.name = name;
+  return mesh;
+}
+
+/// Whether two views are of the same mesh in the same place.
+inline bool same_memory(const MeshView& a, const MeshView& b) {
+  return a.xyz.data() == b.xyz.data() && a.xyz.size() == b.xyz.size() && a.triangles.data() == b.triangles.data() &&
+         a.triangles.size() == b.triangles.size();
+}
+
+/// Errors    npt::Error for a result of another size
+template <class = void>
+void expect_result(std::size_t found, std::size_t expected) {
+  if (found != expected)
+    throw Error({.file = "result",
+                 .found = std::to_string(found) + " numbers",
+                 .expected = std::to_string(expected) + ", three for each of the identity's vertices"});
 }
 
 /// x to -x.
