@@ -89,19 +89,6 @@ TEST_CASE("what isn't a body is trusted less") {
   CHECK(fit.relative_distance > 0.005);
 }
 
-TEST_CASE("the next frame follows from the last one, with its shape") {
-  const ReadBody c = read_body(10, {.place = 0.03, .part = 0.01, .wild = 0.05});
-  const npt::ReadingFit first = fitter().fit(c.surface, c.reading);
-  simulated::Posed next = c.posed;
-  for (std::size_t i = 3; i < 72; ++i) next.pose[i] += 0.05F * static_cast<float>(i % 3) - 0.05F;
-  next.points = simulated::points_of(npt::mannequin(), next.betas, next.pose);
-  const npt::FitSurface surface = c.surface.moved(next.points, npt::mannequin().triangles());
-  const npt::ReadingFit second = fitter().refit(surface, first);
-  CHECK(second.body.betas == first.body.betas);
-  CHECK(simulated::error(npt::mannequin(), second.body, next.points) < 0.015);
-  CHECK(second.body.distance < 0.005);
-}
-
 TEST_CASE("half and one and a half times the size fit as well, with proportions") {
   static const npt::BodyModel model = npt::with_proportions(npt::mannequin(), npt::human_proportion_deviations);
   static const npt::ReadingFitter wide(npt::borrowed(model));

@@ -13,8 +13,7 @@
 /// Numerics  double; some 20 steps, 75 to 100 ms on one core of an EPYC with AVX-512, whatever the mesh's size. Of 50
 ///           mannequins in natural poses, read with errors of 5 cm, a tenth of the places wild and limbs swapped, 47
 ///           ended within 7 mm RMS over vertices and the others within 23; 50 people of another model's shapes at a
-///           distance of 7 mm between surfaces, 3 of them with an arm twisted by more than 60 degrees. refit() takes 20
-///           to 25 ms a frame
+///           distance of 7 mm between surfaces, 3 of them with an arm twisted by more than 60 degrees.
 /// Threads   a fitter may be used by several threads at a time; a fit runs its candidates side by side on the executor
 ///           that it is given, with the same bits for any, and in its caller's thread without one
 /// Errors    npt::Error for no reading or too few points, and for a surface of quite another size than the body
@@ -35,6 +34,7 @@
 #include <npt/fit/pose_prior.hpp>
 #include <npt/fit/reading_problem.hpp>
 #include <npt/fit/reading_stages.hpp>
+#include <npt/fit/surface_track.hpp>
 #include <npt/parallel/executor.hpp>
 #include <npt/surface/closest_point.hpp>
 
@@ -172,22 +172,9 @@ class ReadingFitter {
     return best;
   }
 
-  /// The next frame of a sequence: a few steps from the last one's fit, with its shape.
-  ReadingFit refit(const FitSurface& surface, const ReadingFit& last) const {
-    Candidate c;
-    c.x = parameters(last.body);
-    c.facing = last.facing;
-    c.motion.residual = last.reading_residual;
-    c.reading = last.reading;
-    fit::internal::ReadingProblem problem(*model_, prior_, options_.shape_deviations, surface);
-    problem.x() = c.x;
-    problem.set_facing(c.facing);
-    problem.follow();
-    problem.set_level(coarse_, coarse_tree_);
-    problem.run(Stages::following);
-    problem.set_level(full_, full_tree_);
-    problem.run(Stages::following_finish);
-    return result_of(surface, problem, c);
+  /// What follows the surface from here on, frame by frame.
+  std::shared_ptr<const SurfaceTrack> track(const FitSurface& surface, const ReadingFit& fit) const {
+    return std::make_shared<const SurfaceTrack>(*model_, full_, full_tree_, surface, fit.body, fit.facing);
   }
 
  private:

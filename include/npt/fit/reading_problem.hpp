@@ -63,14 +63,6 @@ class ReadingProblem {
   int evaluations() const noexcept { return evaluations_; }
 
   void set_facing(double facing) { facing_ = facing; }
-  /// Betas stay as they are, and the pose is drawn to what it is now.
-  void follow() {
-    fixed_shape_ = true;
-    anchor_ = x_;
-    equations_ = NormalEquations(3 + 3 * model_.joint_count());
-    row_.assign(equations_.size(), 0.0);
-  }
-
   /// `places` [n] are on the level's body: those of the motion for the level of the template.
   void set_places(std::span<const ReadPoint> points, const PartMotion& motion, std::span<const BodyPoint> places) {
     points_ = points;
@@ -274,10 +266,6 @@ class ReadingProblem {
     std::ranges::fill(row_, 0.0);
     double value = prior_(x.subspan(3, angles), prior_share_ * stage_->pose_prior, prior_share_ * stage_->bend_prior,
                           std::span(row_).subspan(3, angles));
-    if (fixed_shape_) {
-      for (std::size_t i = 3; i < 3 + angles; ++i) value += stage_->anchor * (x[i] - anchor_[i]) * (x[i] - anchor_[i]);
-      return value;
-    }
     for (std::size_t b = 0; b < model_.shape_count(); ++b) {
       const double off = x[3 + angles + b] / deviation(b);
       value += prior_share_ * stage_->shape_prior * robust_squared(off * off, unusual_shape);
@@ -312,13 +300,6 @@ class ReadingProblem {
            std::span(row_).subspan(3, angles));
     for (std::size_t i = 3; i < 3 + angles; ++i) equations_.add_to_right(i, 0.5 * row_[i]);
     prior_.add_curvature(theta, prior_share_ * stage_->pose_prior, prior_share_ * stage_->bend_prior, 3, equations_);
-    if (fixed_shape_) {
-      for (std::size_t i = 3; i < 3 + angles; ++i) {
-        equations_.add_to_matrix(i, i, stage_->anchor);
-        equations_.add_to_right(i, stage_->anchor * (x_[i] - anchor_[i]));
-      }
-      return;
-    }
     for (std::size_t b = 0; b < model_.shape_count(); ++b) {
       const std::size_t i = 3 + angles + b;
       const double off = x_[i] / deviation(b), limit = unusual_shape * unusual_shape;
@@ -345,9 +326,8 @@ class ReadingProblem {
   std::span<const BodyPoint> places_;
   TriangleTree tree_{{}, {}};
   double facing_ = 1, prior_share_ = 1, place_share_ = 1, value_ = 0, data_value_ = 0;
-  bool fixed_shape_ = false;
   int evaluations_ = 0;
-  std::vector<double> x_, anchor_;
+  std::vector<double> x_;
   std::vector<Vec3d> points_of_body_;
   std::vector<Match> matches_, trial_matches_;
   DifferentiableBody::State state_, trial_state_;

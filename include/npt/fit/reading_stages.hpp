@@ -24,7 +24,6 @@ struct ReadingStage {
   double surface_weight = 1;  ///< of the distances
   double facing = 0;          ///< least cosine between normals
   double pose_prior = 0, bend_prior = 0, shape_prior = 0;
-  double anchor = 0;  ///< times the squared change of the angles since the last frame
   std::size_t probes = 0, samples = 0, places = 0;
 };
 
@@ -107,27 +106,6 @@ struct ReadingStages {
   /// How near the body is in the end.
   static constexpr ReadingStage measured{
       .scale = 0.05, .surface_weight = 1, .facing = 0, .probes = 1000, .samples = 1500};
-  /// The next frame of a sequence.
-  static constexpr ReadingStage following{.iterations = 4,
-                                          .scale = 0.08,
-                                          .surface_weight = 1,
-                                          .facing = 0.2,
-                                          .pose_prior = 0.001,
-                                          .bend_prior = 0.001,
-                                          .anchor = 0.2,
-                                          .probes = 400,
-                                          .samples = 500};
-  /// The same, all vertices.
-  static constexpr ReadingStage following_finish{.iterations = 3,
-                                                 .slack = 0.02,
-                                                 .scale = 0.03,
-                                                 .surface_weight = 1,
-                                                 .facing = 0.3,
-                                                 .pose_prior = 0.00005,
-                                                 .bend_prior = 0.00005,
-                                                 .anchor = 0.2,
-                                                 .probes = 600,
-                                                 .samples = 800};
 };
 
 }  // namespace fit::internal

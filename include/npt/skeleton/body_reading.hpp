@@ -14,6 +14,7 @@
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/limb_search.hpp>
 #include <npt/fit/reading_fit.hpp>
+#include <npt/fit/surface_track.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
 
@@ -36,6 +37,7 @@ struct BodyReading {
   ReadingFit fit;                             ///< without angles where no body has the mesh's size
   std::array<HandBend, 2> hands;              ///< left and right, beyond the fit's angles
   std::shared_ptr<const FitSurface> surface;  ///< whose samples the next frame of a sequence moves
+  std::shared_ptr<const SurfaceTrack> track;  ///< that it was followed by; none: read for itself
   bool told = false;                          ///< by a reader that tells people from other things
   /// Metres between what was read of a point in several turns about the vertical axis: the median distance from the
   /// reading in the middle, and of these the points' median.
