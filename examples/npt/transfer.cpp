@@ -3,6 +3,7 @@
 #include "interrupt.hpp"
 #include "open_transfer.hpp"
 #include "progress.hpp"
+#include "sequence_start.hpp"
 #include "stopwatch.hpp"
 #include "subcommand.hpp"
 #include "transfer_animation.hpp"
@@ -120,7 +121,8 @@ class Transferring {
 
  private:
   std::pair<bool, bool> prepare(const TransferJob& job) {
-    if (job.series != series_) frames_.restart();
+    const bool first = series_ != job.series;
+    if (first) frames_.restart();
     series_ = job.series;
     const bool new_identity = identity_.load(job.identity), new_pose = pose_.load(job.pose);
     if (new_identity) prepared_identity_ = {};
@@ -135,8 +137,17 @@ class Transferring {
     if (!prepared_pose_.encoded() || !fits) {
       if (!sequence_) frames_.restart();
       frames_.prepare(pose_.view(), vertices, prepared_pose_);
+      if (sequence_ && first) start(job.pose, vertices);
     }
     return {new_identity, new_pose};
+  }
+
+  /// pose: the first of a folder
+  void start(const fs::path& pose, std::size_t vertices) {
+    const std::vector<fs::path> all = program::meshes_in(pose.parent_path());
+    program::start_where_it_reads(
+        transfer_, frames_, pose_.mesh(), vertices, prepared_pose_, program::frames_to_try(all.size()),
+        [&all](std::size_t k) { return formats::read_mesh(all[program::frame_to_try(k + 1, all.size())]); });
   }
 
   void note_unit(const npt::MeshView& mesh, program::JobOutcome& outcome) const {
@@ -147,7 +158,7 @@ class Transferring {
   const program::PoseTransfer& transfer_;
   npt::PoseSequence<npt::DefaultExecutor> frames_;
   bool sequence_;
-  std::size_t series_ = 0;
+  std::optional<std::size_t> series_;
   LoadedMesh identity_, pose_;
   npt::PreparedIdentity prepared_identity_;
   npt::PreparedPose prepared_pose_;

@@ -4,6 +4,7 @@
 #include "interrupt.hpp"
 #include "open_transfer.hpp"
 #include "progress.hpp"
+#include "sequence_start.hpp"
 #include "stopwatch.hpp"
 #include "transfer_batch.hpp"
 #include "transfer_jobs.hpp"
@@ -105,6 +106,13 @@ class PoseFrames {
       mesh_ = formats::read_mesh(files_[i]);
     }
     return mesh_;
+  }
+
+  /// Meshes in which the figure may read better than in the first frame: a rig at rest, and other frames.
+  std::size_t other_count() const { return (poser_ ? 1 : 0) + frames_to_try(size()); }
+  const npt::Mesh& load_other(std::size_t i) {
+    if (poser_ && i == 0) return mesh_ = poser_->mesh();
+    return load(frame_to_try(poser_ ? i : i + 1, size()));
   }
 
  private:
@@ -224,6 +232,9 @@ class AnimationTransfer {
         const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
         const std::string pose_name = frames_.name(i);
         frames.prepare({mesh.coordinates(), triangles, pose_name}, identity_.vertex_count(), pose);
+        if (i == 0)
+          start_where_it_reads(transfer, frames, npt::Mesh(mesh), identity_.vertex_count(), pose, frames_.other_count(),
+                               [this](std::size_t k) -> npt::Mesh { return frames_.load_other(k); });
         std::vector<float>& result = done_.positions.emplace_back(3 * identity_.vertex_count());
         const npt::TransferReport report = transfer.report(prepared, pose);
         try {

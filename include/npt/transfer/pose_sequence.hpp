@@ -15,7 +15,8 @@
 
 namespace npt::inline NPT_ABI {
 
-/// Prepares poses that come frame by frame.
+/// Prepares poses that come frame by frame. Those that go through bodies are followed from the first one: where another
+/// mesh with the same triangles reads better, such as a rig at rest, prepare that one first and leave its pose.
 /// Threads   one at a time; PoseTransfer::choose_points and prepare_pose serve several
 /// Memory    a frame of a known sequence allocates nothing
 /// Requires  that the transfer outlives it
