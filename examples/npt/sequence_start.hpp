@@ -26,7 +26,7 @@ inline std::size_t frames_to_try(std::size_t frames) { return std::min<std::size
 /// Which frame that is, 0 < i <= frames_to_try(frames): spread over the sequence.
 inline std::size_t frame_to_try(std::size_t i, std::size_t frames) { return frames * i / (frames_to_try(frames) + 1); }
 
-/// pose: of the first frame, which `frames` has prepared; and again. load(k), k < count: another mesh, or npt::Error,
+/// pose: of the first frame, which `frames` has prepared; anew where it begins elsewhere. load(k), k < count: another mesh, or npt::Error,
 /// which is for whoever comes to that frame to tell. `vertices`: of the identity
 template <class Load>
 void start_where_it_reads(const PoseTransfer& transfer, npt::PoseSequence<npt::DefaultExecutor>& frames,
@@ -34,9 +34,11 @@ void start_where_it_reads(const PoseTransfer& transfer, npt::PoseSequence<npt::D
                           const Load& load) {
   constexpr double better = 0.03;
   if (pose.body() == nullptr || pose.body()->trust >= npt::sure_trust) return;
-  const auto prepare = [&](npt::PoseSequence<npt::DefaultExecutor>& sequence, const npt::Mesh& mesh) {
+  npt::PreparedPose tried;
+  const auto prepare = [vertices](npt::PoseSequence<npt::DefaultExecutor>& sequence, const npt::Mesh& mesh,
+                                  npt::PreparedPose& prepared) {
     const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
-    sequence.prepare({mesh.coordinates(), triangles, "pose"}, vertices, pose);
+    sequence.prepare({mesh.coordinates(), triangles, "pose"}, vertices, prepared);
   };
   double most = pose.body()->trust + better;
   std::optional<npt::Mesh> best;
@@ -45,17 +47,18 @@ void start_where_it_reads(const PoseTransfer& transfer, npt::PoseSequence<npt::D
       npt::Mesh mesh = load(k);
       if (mesh.vertex_count() != first.vertex_count()) continue;
       npt::PoseSequence<npt::DefaultExecutor> other(transfer);
-      prepare(other, mesh);
-      if (pose.body() == nullptr || pose.body()->trust <= most) continue;
-      most = pose.body()->trust;
+      prepare(other, mesh, tried);
+      if (tried.body() == nullptr || tried.body()->trust <= most) continue;
+      most = tried.body()->trust;
       best = std::move(mesh);
     } catch (const npt::Error&) {
       continue;
     }
   }
+  if (!best) return;
   frames.restart();
-  if (best) prepare(frames, *best);
-  prepare(frames, first);
+  prepare(frames, *best, tried);
+  prepare(frames, first, pose);
 }
 
 }  // namespace program

@@ -7,12 +7,12 @@
 #include <npt/skeleton/reading_start.hpp>
 #include <npt/skeleton/skeleton_transfer.hpp>
 
-#include <filesystem>
 #include <vector>
 
+#include "skeleton/people.hpp"
+
 TEST_CASE("a fit that begins where a mesh was read needs no search") {
-  const npt::BodyTransfer transfer(
-      npt::Reader::open(std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/readers/human.safetensors", 1));
+  const npt::BodyTransfer transfer(people::shipped_reader());
   const npt::BodyFitter fitter(npt::borrowed(npt::mannequin()));
   int at_once = 0;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {

@@ -16,6 +16,7 @@
 #pragma once
 
 #include <npt/body/body_model.hpp>
+#include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
@@ -27,6 +28,7 @@
 #include <npt/fit/start_poses.hpp>
 #include <npt/linear/dense_cholesky.hpp>
 #include <npt/linear/lbfgs.hpp>
+#include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
@@ -53,6 +55,23 @@ struct BodyFit {
   int evaluations = 0;  ///< of the distance, in all starts and stages
   int starts = 0;       ///< that were optimised
 };
+
+/// [V] A fitted body's vertices, where they lie in the mesh.
+inline std::vector<Vec3d> fitted_points(const BodyModel& model, const BodyFit& fit) {
+  std::vector<float> xyz(3 * model.vertex_count());
+  model.posed(fit.betas, fit.axis_angles, xyz);
+  std::vector<Vec3d> points(model.vertex_count());
+  for (std::size_t v = 0; v < points.size(); ++v) points[v] = point_at(xyz, v) + fit.translation;
+  return points;
+}
+
+/// [J] A fitted body's joints, where they lie in the mesh.
+inline std::vector<Vec3d> fitted_joints(const BodyModel& model, const BodyFit& fit) {
+  std::vector<Vec3d> joints = model.joints(fit.betas);
+  const std::vector<RigidMotion> motions = model.bone_motions(fit.betas, fit.axis_angles);
+  for (std::size_t j = 0; j < joints.size(); ++j) joints[j] = motions[j](joints[j]) + fit.translation;
+  return joints;
+}
 
 struct BodyFitOptions {
   std::size_t coarse_vertices = 500;  ///< of the body that the search uses

@@ -28,9 +28,7 @@ inline std::vector<float> canonical_coordinates(const BodyModel& body) {
   std::vector<Vec3d> points;
   for (const Vec3f p : mesh.positions) points.push_back(p.as<double>());
   const BodyFit fit = BodyFitter(model).fit(points, body.triangles(), "resting body");
-  const Mesh fitted = to_mesh(*model, fit.betas, fit.axis_angles);
-  std::vector<Vec3d> surface;
-  for (const Vec3f p : fitted.positions) surface.push_back(p.as<double>() + fit.translation);
+  const std::vector<Vec3d> surface = fitted_points(*model, fit);
   const TriangleTree tree(surface, model->triangles());
   std::vector<float> canonical;
   for (const Vec3d p : points) {

@@ -1,4 +1,4 @@
-/// One fit of a body to a read surface, by Levenberg and Marquardt's method: what is summed, its derivatives, the steps.
+/// One fit of a body to a read surface, by Levenberg and Marquardt's method: what is summed, its derivatives, steps.
 /// reading_fit.hpp says which stages follow each other, and gives E.
 /// Shapes    x as DifferentiableBody's: [translation, axis angles 24 x 3, betas S]
 /// Units     metres; E in square centimetres, as BodyDistance

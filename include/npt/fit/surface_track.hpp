@@ -1,5 +1,5 @@
-/// Follows a surface whose triangles stay the same, as the frames of a sequence: points of the first frame's surface are
-/// tied to the body that was fitted to it, each moving with the parts on which it lay, and the next frames' angles are
+/// Follows a surface whose triangles stay the same, as the frames of a sequence: points of the first frame's surface
+/// are tied to the body that was fitted to it, each moving with the parts on which it lay, and the next frames' angles are
 /// those that bring the tied points nearest to where the surface's points have gone. Nothing is searched, so that a
 /// surface that stays stays, and clothes or hair that keep a distance from the body keep it. From a frame that jumps,
 /// the parts' rotations in closed form lead the way.
@@ -28,6 +28,7 @@
 #include <npt/fit/robust_distance.hpp>
 #include <npt/linear/nearest_rotation.hpp>
 #include <npt/linear/normal_equations.hpp>
+#include <npt/scene/affine.hpp>
 #include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
@@ -63,13 +64,14 @@ class SurfaceTrack {
   Step follow(const FitSurface& surface, const BodyFit& last) const {
     std::vector<double> x{last.translation.x, last.translation.y, last.translation.z};
     x.insert(x.end(), last.axis_angles.begin(), last.axis_angles.end());
-    Solver solver(*this, surface);
-    if (solver.median_off(x) > jump) {
-      std::vector<double> other = by_parts(surface);
-      if (solver.median_off(other) < solver.median_off(x)) x = std::move(other);
+    Solver solver(*this, surface, x);
+    if (solver.off() > jump) {
+      const std::vector<double> other = by_parts(surface);
+      if (Solver parts(*this, surface, other); parts.off() < solver.off()) solver = std::move(parts);
     }
-    solver.run(x);
-    Step step{last, solver.median_off(x)};
+    solver.run();
+    x = solver.x();
+    Step step{last, solver.off()};
     step.body.translation = {x[0], x[1], x[2]};
     for (std::size_t i = 3; i < x.size(); ++i) step.body.axis_angles[i - 3] = static_cast<float>(x[i]);
     return step;
@@ -116,72 +118,82 @@ class SurfaceTrack {
 
   class Solver {
    public:
-    Solver(const SurfaceTrack& track, const FitSurface& surface)
-        : track_(track),
-          surface_(surface),
-          equations_(track.body_.parameter_count()),
-          row_(track.body_.parameter_count()) {}
+    Solver(const SurfaceTrack& track, const FitSurface& surface, const std::vector<double>& x)
+        : track_(&track), surface_(&surface), anchor_(x), now_(placed(x)), equations_(x.size()), row_(x.size()) {}
 
-    void run(std::vector<double>& x) {
-      anchor_ = x;
+    const std::vector<double>& x() const noexcept { return now_.x; }
+
+    /// The median distance between tied points and the surface's.
+    double off() const {
+      std::vector<double> distances(now_.points.size());
+      for (std::size_t k = 0; k < distances.size(); ++k) distances[k] = length(now_.points[k] - target(k));
+      return distances.empty() ? 0 : median(std::span(distances));
+    }
+
+    void run() {
       double damping = 1e-4;
       for (int i = 0; i < 12; ++i) {
-        scale_ = std::max(least_scale, 2 * median_off(x));
-        const double before = value(x, state_, points_);
-        linearise(x);
+        scale_ = std::max(least_scale, 2 * off());
+        const double before = value(now_);
+        linearise();
         bool better = false;
         double largest = 0;
         for (int attempt = 0; attempt < 4 && !better; ++attempt) {
-          std::vector<double> trial = x;
+          std::vector<double> trial = now_.x;
           const std::vector<double> step = equations_.solve(damping, 1e-6);
           largest = 0;
           for (const double s : step) largest = std::max(largest, std::abs(s));
           const double share = largest > most_turn ? most_turn / largest : 1;
           for (std::size_t k = 0; k < step.size(); ++k) trial[k] += share * step[k];
-          better = value(trial, trial_state_, trial_points_) <= before;
+          Place there = placed(std::move(trial));
+          better = value(there) <= before;
           damping = better ? std::max(0.1 * damping, 1e-6) : std::max(10 * damping, 1e-3);
-          if (better) x = std::move(trial);
+          if (better) now_ = std::move(there);
         }
         if (!better || largest < enough) return;
       }
     }
 
-    double median_off(const std::vector<double>& x) {
-      points_.resize(track_.samples_.size());
-      track_.body_.forward(x, state_, points_);
-      std::vector<double> off(points_.size());
-      for (std::size_t k = 0; k < off.size(); ++k) off[k] = length(points_[k] - target(k));
-      return off.empty() ? 0 : median(std::span(off));
-    }
-
    private:
     static constexpr double least_scale = 0.05, most_turn = 0.7, enough = 5e-4, per_square_metre = 1e4, anchored = 2e-3;
 
-    Vec3d target(std::size_t k) const { return track_.target(surface_, k); }
+    /// Parameters, and where they put the tied points.
+    struct Place {
+      std::vector<double> x;
+      DifferentiableBody::State state;
+      std::vector<Vec3d> points;
+    };
 
-    double value(const std::vector<double>& x, DifferentiableBody::State& state, std::vector<Vec3d>& points) {
-      points.resize(track_.samples_.size());
-      track_.body_.forward(x, state, points);
+    Place placed(std::vector<double> x) const {
+      Place place{std::move(x), {}, std::vector<Vec3d>(track_->samples_.size())};
+      track_->body_.forward(place.x, place.state, place.points);
+      return place;
+    }
+
+    Vec3d target(std::size_t k) const { return track_->target(*surface_, k); }
+
+    double value(const Place& place) const {
       double sum = 0;
-      for (std::size_t k = 0; k < points.size(); ++k) {
-        const Vec3d d = points[k] - target(k);
+      for (std::size_t k = 0; k < place.points.size(); ++k) {
+        const Vec3d d = place.points[k] - target(k);
         sum += robust_squared(dot(d, d), scale_);
       }
       double anchor = 0;
-      for (std::size_t i = 3; i < x.size(); ++i) anchor += (x[i] - anchor_[i]) * (x[i] - anchor_[i]);
-      return per_square_metre * sum / static_cast<double>(points.size()) + anchored * anchor;
+      for (std::size_t i = 3; i < place.x.size(); ++i) anchor += (place.x[i] - anchor_[i]) * (place.x[i] - anchor_[i]);
+      return per_square_metre * sum / static_cast<double>(place.points.size()) + anchored * anchor;
     }
 
-    /// At state_ and points_.
-    void linearise(const std::vector<double>& x) {
-      track_.body_.derivatives(x, state_, derivatives_);
+    /// About where it is now.
+    void linearise() {
+      const auto& [x, state, points] = now_;
+      track_->body_.derivatives(x, state, derivatives_);
       equations_.clear();
-      for (std::uint32_t k = 0; k < points_.size(); ++k) {
-        const Vec3d d = points_[k] - target(k);
+      for (std::uint32_t k = 0; k < points.size(); ++k) {
+        const Vec3d d = points[k] - target(k);
         const double share = scale_ * scale_ / (dot(d, d) + scale_ * scale_);
-        const double weight = per_square_metre * share * share / static_cast<double>(points_.size());
+        const double weight = per_square_metre * share * share / static_cast<double>(points.size());
         const auto add = [&](Vec3d direction, double residual) {
-          track_.body_.row(state_, derivatives_, {k, k, k}, {1, 0, 0}, direction, row_);
+          track_->body_.row(now_.state, derivatives_, {k, k, k}, {1, 0, 0}, direction, row_);
           equations_.add(row_, weight, residual);
         };
         add({1, 0, 0}, d.x);
@@ -194,12 +206,11 @@ class SurfaceTrack {
       }
     }
 
-    const SurfaceTrack& track_;
-    const FitSurface& surface_;
+    const SurfaceTrack* track_;
+    const FitSurface* surface_;
     std::vector<double> anchor_;  ///< what the surface doesn't say stays where it begins
     double scale_ = least_scale;
-    std::vector<Vec3d> points_, trial_points_;
-    DifferentiableBody::State state_, trial_state_;
+    Place now_;
     DifferentiableBody::Derivatives derivatives_;
     NormalEquations equations_;
     std::vector<double> row_;
@@ -209,13 +220,8 @@ class SurfaceTrack {
   static DifferentiableBody tied(const BodyModel& model, const BodyLevel& level, TriangleTree tree,
                                  const FitSurface& surface, const BodyFit& fit, double facing,
                                  std::vector<std::uint32_t>& samples, std::vector<std::uint32_t>& parts) {
-    std::vector<RigidMotion> motions = model.bone_motions(fit.betas, fit.axis_angles);
-    for (RigidMotion& m : motions) m.shift += fit.translation;
-    std::vector<float> xyz(3 * model.vertex_count());
-    model.posed(fit.betas, fit.axis_angles, xyz);
-    std::vector<Vec3d> posed(model.vertex_count());
-    for (std::size_t v = 0; v < posed.size(); ++v)
-      posed[v] = Vec3f{xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]}.as<double>() + fit.translation;
+    const std::vector<RigidMotion> motions = model.bone_motions(fit.betas, fit.axis_angles);
+    const std::vector<Vec3d> posed = fitted_points(model, fit);
     tree.move(posed, level.triangles());
     BodyTables tables;
     tables.parents = model.tables().parents;
@@ -240,15 +246,13 @@ class SurfaceTrack {
         for (std::size_t i = skin.start[v]; i < skin.start[v + 1]; ++i)
           weights[skin.column[i]] += c.weights[corner] * static_cast<double>(skin.value[i]);
       }
-      Matrix3 linear{};
-      Vec3d shift;
+      Affine moved{Matrix3{}, fit.translation};
       for (const auto& [j, w] : weights) {
-        linear = linear + motions[j].rotation * w;
-        shift += motions[j].shift * w;
+        moved.linear = moved.linear + motions[j].rotation * w;
+        moved.shift += motions[j].shift * w;
         tables.weights.append(j, static_cast<float>(w));
       }
-      const Vec3d off = s.point - shift, a = linear.rows[0], b = linear.rows[1], d = linear.rows[2];
-      add((cross(b, d) * off.x + cross(d, a) * off.y + cross(a, b) * off.z) / dot(a, cross(b, d)));
+      add(inverse(moved)(s.point));
       vertices.push_back(static_cast<std::uint32_t>(samples.size()));
       samples.push_back(k);
       parts.push_back(std::ranges::max_element(weights, {}, [](const auto& entry) { return entry.second; })->first);

@@ -57,8 +57,8 @@ inline double pmd_per_coordinate(std::span<const float> a, std::span<const float
 inline double root_pmd_mm(double pmd_in_square_metres) { return 1000 * std::sqrt(pmd_in_square_metres); }
 
 /// How torn or crushed a mesh is by what moved its vertices: |change of length| summed over the triangles' edges, by
-/// the sum of lengths before. A person who takes another pose has 0.02 to 0.05, one that the network moves 0.12 to 0.35.
-/// 0 without triangles; NaN where an edge has one.
+/// the sum of lengths before. A person who takes another pose has 0.02 to 0.05, one that the network moves 0.12 to
+/// 0.35. 0 without triangles; NaN where an edge has one.
 /// Requires  triangles of numbers below V
 inline double edge_change(std::span<const float> before, std::span<const float> after,
                           std::span<const Triangle> triangles) {

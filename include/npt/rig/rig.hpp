@@ -29,12 +29,6 @@
 
 namespace npt::inline NPT_ABI {
 
-/// The map that undoes another. Requires a determinant that isn't 0.
-inline Affine inverse(const Affine& a) {
-  const Matrix3 linear = cofactors(a.linear).transposed() * (1 / a.linear.determinant());
-  return {linear, -(linear * a.shift)};
-}
-
 struct Rig {
   std::string name;                  ///< of the file, for messages
   Scene scene;                       ///< what it was made of; its clips

@@ -26,6 +26,12 @@ constexpr Matrix3 cofactors(const Matrix3& m) {
   return {{{cross(m.rows[1], m.rows[2]), cross(m.rows[2], m.rows[0]), cross(m.rows[0], m.rows[1])}}};
 }
 
+/// The map that undoes another. Requires a determinant that isn't 0.
+inline Affine inverse(const Affine& a) {
+  const Matrix3 linear = cofactors(a.linear).transposed() * (1 / a.linear.determinant());
+  return {linear, -(linear * a.shift)};
+}
+
 /// x, y, z, w; a rotation where its length is 1.
 struct Quaternion {
   double x = 0, y = 0, z = 0, w = 1;

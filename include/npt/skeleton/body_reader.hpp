@@ -112,8 +112,8 @@ class BasicBodyReader {
   }
 
  private:
-  /// Metres between tied points and the surface's, in the median, beyond which a frame is no next one: another person or
-  /// another character. Of the frames of eight characters' runs it is 0.5 cm, 1.5 at most.
+  /// Metres between tied points and the surface's, in the median, beyond which a frame is no next one: another person
+  /// or another character. Of the frames of eight characters' runs it is 0.5 cm, 1.5 at most.
   static constexpr double lost = 0.02;
 
   /// A fit with a likeness from here on needs no second look from other sides: of people standing upright most end at
@@ -134,12 +134,6 @@ class BasicBodyReader {
   /// Where a body's joints are.
   using Joints = std::vector<Vec3d>;
 
-  Joints posed_joints(const BodyFit& fit) const {
-    Joints joints = body().joints(fit.betas);
-    const std::vector<RigidMotion> motions = body().bone_motions(fit.betas, fit.axis_angles);
-    for (std::size_t j = 0; j < joints.size(); ++j) joints[j] = motions[j](joints[j]) + fit.translation;
-    return joints;
-  }
   static bool same_pose(const Joints& a, const Joints& b) {
     constexpr double apart = 0.01;  // metres
     return std::ranges::equal(a, b, [](Vec3d p, Vec3d q) { return length(p - q) < apart; });
@@ -190,7 +184,7 @@ class BasicBodyReader {
       BodyReading other = reading;
       fit(surface, std::span(&r, 1), other);
       const bool confirmed = !other.fit.body.axis_angles.empty() &&
-                             same_pose(posed_joints(other.fit.body), posed_joints(reading.fit.body));
+                             same_pose(fitted_joints(body(), other.fit.body), fitted_joints(body(), reading.fit.body));
       if (other.fit.relative_distance < 1.3 * reading.fit.relative_distance)
         search_limbs(surface, std::span(&r, 1), other, searched);
       if (other.likeness() > 0.5 * reading.likeness() && other.fit.relative_distance < reading.fit.relative_distance)
@@ -207,7 +201,7 @@ class BasicBodyReader {
     for (int round = 0; round < 2; ++round) {
       const double before = reading.fit.relative_distance;
       for (const LimbPair pair : {LimbPair::legs, LimbPair::arms}) {
-        if (!reading.doubtful(pair) || !searched.add(pair, posed_joints(reading.fit.body))) continue;
+        if (!reading.doubtful(pair) || !searched.add(pair, fitted_joints(body(), reading.fit.body))) continue;
         if (read.empty()) read = read_angles(readings, reading);
         const std::vector<BodyFit> starts =
             limbs_(surface, reading.fit.body, pair, reading.fit.facing, read, 8, executor());
@@ -233,8 +227,8 @@ class BasicBodyReader {
   }
 
   /// Reads meshes that lie, stand on their hands, or have another vertical axis: turned so that each axis points up,
-  /// few points in four directions; the best by the motion's residual is read and fitted, unless the trunk lies there as
-  /// it was read before, and kept where it is better.
+  /// few points in four directions; the best by the motion's residual is read and fitted, unless the trunk lies there
+  /// as it was read before, and kept where it is better.
   void read_turned(const FitSurface& surface, std::span<const FitSurface::Sample> samples, BodyReading& reading) const {
     const Turn best = best_turn(samples);
     if (reading.likeness() > 0) {

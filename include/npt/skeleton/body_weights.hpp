@@ -110,11 +110,7 @@ class BodyWeights {
   }
 
   void locate() {
-    std::vector<float> xyz(3 * model_.vertex_count());
-    model_.posed(fit_.betas, fit_.axis_angles, xyz);
-    body_.resize(model_.vertex_count());
-    for (std::size_t v = 0; v < body_.size(); ++v)
-      body_[v] = Vec3f{xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]}.as<double>() + fit_.translation;
+    body_ = fitted_points(model_, fit_);
     const std::span<const Triangle> faces = model_.triangles();
     const TriangleTree tree(body_, faces);
     std::vector<Vec3d> normals(faces.size());

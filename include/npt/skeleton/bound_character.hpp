@@ -1,4 +1,4 @@
-/// An identity bound to the body that was fitted to it: its joints, skin weights and hands, and how joint angles move it.
+/// An identity bound to the body that was fitted to it: its joints, skin weights and hands, and how angles move it.
 /// Shapes    joint angles [40, 3]: SMPL's 24 and the fingers'
 /// Units     metres and radians, in the body's coordinates
 #pragma once

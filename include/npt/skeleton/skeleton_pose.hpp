@@ -27,19 +27,14 @@ struct Bone {
 inline std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit) {
   const BodyTables& tables = model.tables();
   const std::size_t joints = model.joint_count();
-  const std::vector<Vec3d> rest = model.joints(fit.betas);
-  const std::vector<RigidMotion> motions = model.bone_motions(fit.betas, fit.axis_angles);
-  std::vector<Vec3d> place(joints), skin(joints);
-  for (std::size_t j = 0; j < joints; ++j) place[j] = motions[j](rest[j]) + fit.translation;
-  std::vector<float> vertices(3 * model.vertex_count());
-  model.posed(fit.betas, fit.axis_angles, vertices);
+  const std::vector<Vec3d> place = fitted_joints(model, fit), vertices = fitted_points(model, fit);
+  std::vector<Vec3d> skin(joints);
   std::vector<double> weight(joints);
   for (std::size_t v = 0; v < model.vertex_count(); ++v)
     for (std::size_t i = tables.weights.start[v]; i < tables.weights.start[v + 1]; ++i) {
       // Squared: a leaf's centre is that of the skin which is its own, not of what fades in along the limb.
       const double w = static_cast<double>(tables.weights.value[i]) * static_cast<double>(tables.weights.value[i]);
-      skin[tables.weights.column[i]] +=
-          (Vec3f{vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]}.as<double>() + fit.translation) * w;
+      skin[tables.weights.column[i]] += vertices[v] * w;
       weight[tables.weights.column[i]] += w;
     }
   std::vector<Bone> bones;
