@@ -14,6 +14,7 @@
 #include <npt/io/safetensors.hpp>
 #include <npt/linear/dense_cholesky.hpp>
 #include <npt/mannequin/mannequin.hpp>
+#include <npt/skeleton/body_transfer.hpp>
 #include <npt/skeleton/fit_bias.hpp>
 
 #include <CLI/CLI.hpp>
