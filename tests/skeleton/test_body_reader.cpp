@@ -93,6 +93,23 @@ TEST_CASE("the next frame goes on from the last one, and a jump is read anew") {
   CHECK(jump.trust() > 0.8);
 }
 
+TEST_CASE("a sequence that hardly reads goes on from the next frame that surely does, looked for less and less often") {
+  const npt::BodyReader& reader = shipped_body_reader();
+  const Person person(3);
+  npt::BodyReading misread = reader.read(person.view());
+  REQUIRE(misread.trust() >= npt::sure_trust);
+  misread.fit.reading_residual = 0.2;
+  REQUIRE(misread.trust() < npt::sure_trust);
+  const npt::BodyReading anew = reader.follow(person.view(), misread);
+  CHECK(anew.trust() >= npt::sure_trust);
+  CHECK(anew.followed == 0);
+  misread.followed = 2;
+  const npt::BodyReading third = reader.follow(person.view(), misread);
+  CHECK(third.trust() < npt::sure_trust);
+  CHECK(third.followed == 3);
+  CHECK(reader.follow(person.view(), third).trust() >= npt::sure_trust);
+}
+
 TEST_CASE("several threads read what one does, bit for bit, where limbs are searched, too") {
   const npt::BodyReader two(people::shipped_reader(2));
   const Person doubtful(26);

@@ -31,6 +31,8 @@ npt::BodyReading reading_of(std::uint64_t seed, double distance = 0.006) {
   reading.fit.relative_distance = distance;
   for (std::size_t i = 0; i < rows; ++i)
     reading.fit.body.axis_angles.push_back(static_cast<float>(0.4 * random.normal()));
+  for (std::size_t i = 0; i < npt::FitBias::shape_count; ++i)
+    reading.fit.body.betas.push_back(static_cast<float>(random.normal()));
   return reading;
 }
 
@@ -52,12 +54,14 @@ std::array<npt::Matrix3, npt::smpl_joint_count> in_space(const std::vector<float
 
 double difference(const npt::Matrix3& a, const npt::Matrix3& b) { return std::sqrt((a - b).squared_norm()); }
 
-/// The pelvis turns about its own y axis by `factor` times the left hip's angle about x.
-npt::FitBias pelvis_with_hip(float factor) {
+/// The pelvis turns about its own y axis by `factor` times an input.
+npt::FitBias pelvis_with(std::size_t input, float factor) {
   std::vector<float> b(rows * columns);
-  b[(3 * joint_index(SmplJoint::pelvis) + 1) * columns + 3 * (joint_index(SmplJoint::left_hip) - 1)] = factor;
+  b[(3 * joint_index(SmplJoint::pelvis) + 1) * columns + input] = factor;
   return npt::FitBias(b);
 }
+/// The same with the left hip's angle about x.
+npt::FitBias pelvis_with_hip(float factor) { return pelvis_with(3 * (joint_index(SmplJoint::left_hip) - 1), factor); }
 
 npt::FileTensor tensor_of(const std::vector<float>& values, npt::TensorShape shape) {
   return {.name = npt::FitBias::tensor, .shape = std::move(shape), .bytes = std::as_bytes(std::span(values))};
@@ -73,6 +77,19 @@ TEST_CASE("a joint turns in its own frame by what both poses' angles say, the ot
   REQUIRE(std::abs(turn) > 0.01);
   CHECK(difference(after[0], before[0] * npt::rotation_matrix({0, turn, 0})) < 1e-6);
   for (std::size_t j = 1; j < npt::smpl_joint_count; ++j) CHECK(difference(after[j], before[j]) < 1e-6);
+}
+
+TEST_CASE("a build's posture is taken out, and stays between meshes of one build") {
+  npt::BodyReading identity = reading_of(1), pose = reading_of(2);
+  constexpr std::size_t shape = 12;
+  const npt::FitBias bias = pelvis_with(npt::FitBias::angle_count + shape, 0.05F);
+  const double turn =
+      0.05 * (static_cast<double>(pose.fit.body.betas[shape]) - static_cast<double>(identity.fit.body.betas[shape]));
+  REQUIRE(std::abs(turn) > 0.01);
+  const npt::Matrix3 before = pose.joint_rotation(0);
+  CHECK(difference(in_space(bias.angles(identity, pose))[0], before * npt::rotation_matrix({0, turn, 0})) < 1e-6);
+  identity.fit.body.betas = pose.fit.body.betas;
+  CHECK(difference(in_space(bias.angles(identity, pose))[0], before) < 1e-6);
 }
 
 TEST_CASE("between equal poses nothing changes, and no turn is greater than 0.35 of a radian") {
@@ -105,8 +122,8 @@ TEST_CASE("a file without the numbers, with others or with broken ones is refuse
   };
   std::vector<float> values(rows * columns, 0.01F);
   CHECK_NOTHROW(opened(tensor_of(values, npt::FitBias::shape())));
-  CHECK_THROWS_WITH_AS(opened(tensor_of(values, {24, 3, 69})),
-                       doctest::Contains("found [24, 3, 69], expected [24, 3, 23, 3]"), npt::Error);
+  CHECK_THROWS_WITH_AS(opened(tensor_of(values, {24, 3, 5, 19})),
+                       doctest::Contains("found [24, 3, 5, 19], expected [24, 3, 95]"), npt::Error);
   npt::FileTensor other = tensor_of(values, npt::FitBias::shape());
   other.name = "another";
   CHECK_THROWS_WITH_AS(opened(other), doctest::Contains("no tensor 'joints'"), npt::Error);

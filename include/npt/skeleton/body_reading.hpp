@@ -38,6 +38,7 @@ struct BodyReading {
   std::array<HandBend, 2> hands;              ///< left and right, beyond the fit's angles
   std::shared_ptr<const FitSurface> surface;  ///< whose samples the next frame of a sequence moves
   std::shared_ptr<const SurfaceTrack> track;  ///< that it was followed by; none: read for itself
+  std::size_t followed = 0;                   ///< how many frames ago a mesh of the sequence was read for itself
   bool told = false;                          ///< by a reader that tells people from other things
   /// Metres between what was read of a point in several turns about the vertical axis: the median distance from the
   /// reading in the middle, and of these the points' median.

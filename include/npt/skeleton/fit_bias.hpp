@@ -1,27 +1,32 @@
 /// What fits of the body to other bodies are off by, taken out of a transfer's joint angles. Skin that bends in another
 /// way than the body's turns the fit's joints along: a thigh that is raised takes the pelvis with it, a trunk that
-/// turns does so in another part of the spine. It is nearly the same for all people, and grows with the pose:
-///   R_true = R_fit exp(B theta)      theta: the fitted angles of all joints but the root
+/// turns does so in another part of the spine. And the posture of a build (a heavy person's lean, round shoulders) is
+/// taken for a pose. Both are nearly the same for all people, and grow with the pose and with the build:
+///   R_true = R_fit exp(B x)      x = (theta, beta): the fitted angles of all joints but the root, and the fitted shape
 /// B was learned by least squares from bodies whose joints are known (examples/fit_bias). A transfer takes it from
 /// both meshes:
-///   R = R_pose exp(B theta_pose) exp(B theta_identity)^-1
-/// so that between equal poses nothing changes. It counts where both keep a distance from the body as people of other
-/// models do, and not for the mannequin.
-/// Measured, PMD x 1e-4 without and with it: two people that no body model made, every pose in every other, 9.2 and
-/// 8.3; human_6890 in natural poses 5.0 and 4.9, in wide ones 5.5 and 5.1; a dressed man 4.8 and 3.7.
-/// Shapes    B: [24, 3, 23, 3], radians by radians; rotations by joint, in space
+///   R = R_pose exp(B x_pose) exp(B x_identity)^-1
+/// so that between equal poses of one build nothing changes. It counts where both keep a distance from the body as
+/// people of other models do, and not for the mannequin.
+/// Measured, PMD x 1e-4 from angles alone and from the build, too: two people that no body model made, every pose in
+/// every other, 7.3 and 5.8; human_6890 in natural poses 4.9 and 4.4, on the paper's protocol, seen poses, 3.5 and 2.6.
+/// Angles alone had taken 9.2 to 8.3 for the two people.
+/// Shapes    B: [24, 3, 95], radians by radians (23 x 3) and by units of shape (26); rotations by joint, in space
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Errors    npt::Error for a file without B, for another shape, and for numbers that aren't finite
 /// Source    ours
 #pragma once
 
 #include <npt/body/kinematics.hpp>
+#include <npt/body/proportions.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/fit/body_fit.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_values.hpp>
+#include <npt/mannequin/shape.hpp>
 #include <npt/skeleton/body_reading.hpp>
 
 #include <algorithm>
@@ -36,11 +41,13 @@ namespace npt::inline NPT_ABI {
 
 class FitBias {
  public:
-  static constexpr std::size_t columns = 3 * (smpl_joint_count - 1), rows = 3 * smpl_joint_count;
+  static constexpr std::size_t angle_count = 3 * (smpl_joint_count - 1);
+  static constexpr std::size_t shape_count = anatomy::mannequin_shape_count + body_proportion_count;
+  static constexpr std::size_t columns = angle_count + shape_count, rows = 3 * smpl_joint_count;
   using Rotations = std::array<Matrix3, smpl_joint_count>;
 
   static constexpr const char* tensor = "joints";
-  static TensorShape shape() { return {smpl_joint_count, 3, smpl_joint_count - 1, 3}; }
+  static TensorShape shape() { return {smpl_joint_count, 3, columns}; }
 
   explicit FitBias(const SafetensorsFile& file) : FitBias(read(file)) {}
   explicit FitBias(std::vector<float> b) : b_(std::move(b)) { NPT_ASSERT(b_.size() == rows * columns); }
@@ -56,16 +63,23 @@ class FitBias {
     return std::min(of_one(identity), of_one(pose));
   }
 
-  /// [24] exp(share B theta) of a mesh's fit, in the joints' own frames.
+  /// x of a fit: its angles of all joints but the root, and its shape.
+  static std::array<double, columns> inputs(const BodyFit& fit) {
+    std::array<double, columns> x{};
+    for (std::size_t i = 0; i < angle_count; ++i) x[i] = static_cast<double>(fit.axis_angles[3 + i]);
+    for (std::size_t i = 0; i < shape_count; ++i) x[angle_count + i] = static_cast<double>(fit.betas[i]);
+    return x;
+  }
+
+  /// [24] exp(share B x) of a mesh's fit, in the joints' own frames.
   Rotations correction(const BodyReading& reading, double share = 1) const {
-    const std::span<const float> theta = std::span(reading.fit.body.axis_angles).subspan(3);
+    const std::array<double, columns> x = inputs(reading.fit.body);
     Rotations result;
     for (std::size_t j = 0; j < smpl_joint_count; ++j) {
       std::array<double, 3> turn{};
       for (std::size_t k = 0; k < 3; ++k) {
         const std::span<const float> row = std::span(b_).subspan((3 * j + k) * columns, columns);
-        for (std::size_t i = 0; i < columns; ++i)
-          turn[k] += static_cast<double>(row[i]) * static_cast<double>(theta[i]);
+        for (std::size_t i = 0; i < columns; ++i) turn[k] += static_cast<double>(row[i]) * x[i];
       }
       const Vec3d v = Vec3d{turn[0], turn[1], turn[2]} * share;
       result[j] = rotation_matrix(v * (most / std::max(most, length(v))));
