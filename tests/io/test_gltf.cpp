@@ -6,7 +6,10 @@
 #include <mesh/zoo.hpp>
 #include <npt/io/glb.hpp>
 #include <npt/io/gltf.hpp>
+#include <npt/io/gltf_appearance.hpp>
+#include <npt/io/gltf_clip_reader.hpp>
 #include <npt/io/gltf_document.hpp>
+#include <npt/io/gltf_mesh_reader.hpp>
 #include <npt/io/gltf_reader.hpp>
 #include <npt/io/gltf_uri.hpp>
 #include <npt/io/gltf_writer.hpp>
