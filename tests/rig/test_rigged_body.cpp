@@ -2,8 +2,11 @@
 
 #include <doctest/doctest.h>
 
+#include <npt/rig/canonical_places.hpp>
 #include <npt/rig/clip_poses.hpp>
 #include <npt/rig/humanoid_joints.hpp>
+#include <npt/rig/joint_regression.hpp>
+#include <npt/rig/rest_surface.hpp>
 #include <npt/rig/rig.hpp>
 #include <npt/rig/rigged_body.hpp>
 

@@ -5,9 +5,7 @@
 /// Joints    by their names (humanoid_joints.hpp). Weights of other joints go to the nearest of the 24 above them;
 ///           those of the trunk are shared among hips and spine by height. What a weapon's joint moves goes with
 ///           the hand
-/// Places    each part is stretched onto the mannequin's: limbs by length and girth, head, hands and feet by the spread
-///           of their points; then the nearest point of the mannequin that belongs to the same limb and looks the same
-///           way
+/// Places    each part is stretched onto the mannequin's (canonical_places.hpp)
 /// Shapes    canonical: [V, 3], metres, the mannequin's mean shape in its rest pose
 /// Numerics  in double, rounded once
 /// Errors    npt::Error that names file and joint: joints that are missing or named twice, bones without a length,
@@ -15,17 +13,18 @@
 #pragma once
 
 #include <npt/body/body_model.hpp>
-#include <npt/body/limbs.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/triangles.hpp>
+#include <npt/rig/canonical_places.hpp>
 #include <npt/rig/humanoid_joints.hpp>
+#include <npt/rig/joint_regression.hpp>
+#include <npt/rig/rest_surface.hpp>
 #include <npt/rig/rig.hpp>
 
 #include <algorithm>
@@ -33,10 +32,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
-#include <numbers>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -57,96 +53,6 @@ struct RiggedBody {
 };
 
 namespace rig::internal {
-
-using JointWeights = std::array<double, smpl_joint_count>;
-
-/// The part's child bone along which it points; itself for what has none.
-inline std::size_t bone_end(std::size_t joint) {
-  static constexpr std::array<std::size_t, smpl_joint_count> ends{3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 10, 11,
-                                                                  15, 16, 17, 15, 18, 19, 20, 21, 22, 23, 22, 23};
-  return ends[joint];
-}
-
-inline bool is_trunk(std::size_t j) { return j == 0 || j == 3 || j == 6 || j == 9; }
-inline bool is_collar(std::size_t j) { return j == 13 || j == 14; }
-inline bool is_hand(std::size_t j) { return j >= 20; }
-inline bool is_foot(std::size_t j) { return j == 7 || j == 8 || j == 10 || j == 11; }
-
-/// Mean and spread of the points of a part.
-struct Spread {
-  double area = 0;
-  Vec3d mean, deviation;
-  double girth = 0;  ///< root mean square distance from the bone
-};
-
-/// A surface in the rest pose with what is measured on it.
-struct RestSurface {
-  std::vector<Vec3d> points, normals;
-  std::vector<double> areas;  ///< of each vertex
-  std::vector<JointWeights> weights;
-  std::array<Vec3d, smpl_joint_count> joints;
-  std::array<Spread, smpl_joint_count> spread;  ///< hands and feet: of wrist and hand, ankle and toes, together
-
-  void measure(std::span<const Triangle> triangles, const std::vector<bool>& left_out) {
-    normals.assign(points.size(), {});
-    areas.assign(points.size(), 0);
-    for (const Triangle& t : triangles) {
-      const Vec3d normal = cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]);
-      for (const std::uint32_t v : t) normals[v] += normal, areas[v] += length(normal) / 6;
-    }
-    for (Vec3d& n : normals) n = normalised(n);
-    for (std::size_t part = 0; part < smpl_joint_count; ++part) {
-      Spread& s = spread[part];
-      const Vec3d along = normalised(joints[bone_end(part)] - joints[part]);
-      const auto each = [&](auto&& f) {
-        for (std::size_t v = 0; v < points.size(); ++v) {
-          double w = weights[v][part];
-          if (is_hand(part)) w = weights[v][20 + part % 2] + weights[v][22 + part % 2];
-          if (is_foot(part)) w = weights[v][part % 3 == 1 ? 7 : 8] + weights[v][part % 3 == 1 ? 10 : 11];
-          if (!left_out.empty() && left_out[v]) w = 0;
-          if (w > 0.5) f(points[v], w * areas[v]);
-        }
-      };
-      each([&](Vec3d p, double w) {
-        const Vec3d off = p - joints[part];
-        s.area += w, s.mean += p * w;
-        s.girth += w * dot(off - along * dot(off, along), off - along * dot(off, along));
-      });
-      if (!(s.area > 0)) continue;
-      s.mean = s.mean / s.area, s.girth = std::sqrt(s.girth / s.area);
-      each([&](Vec3d p, double w) {
-        const Vec3d off = p - s.mean;
-        s.deviation += Vec3d{off.x * off.x, off.y * off.y, off.z * off.z} * (w / s.area);
-      });
-      s.deviation = {std::sqrt(s.deviation.x), std::sqrt(s.deviation.y), std::sqrt(s.deviation.z)};
-    }
-  }
-};
-
-inline RestSurface measured_mannequin() {
-  RestSurface s;
-  const BodyTables& t = mannequin().tables();
-  for (std::size_t v = 0; v < t.vertex_count(); ++v) {
-    s.points.push_back(Vec3f{t.v_template[3 * v], t.v_template[3 * v + 1], t.v_template[3 * v + 2]}.as<double>());
-    JointWeights& row = s.weights.emplace_back();
-    for (std::size_t i = t.weights.start[v]; i < t.weights.start[v + 1]; ++i)
-      row[t.weights.column[i]] += static_cast<double>(t.weights.value[i]);
-  }
-  const std::vector<Vec3d> joints = mannequin().joints({});
-  std::ranges::copy(joints, s.joints.begin());
-  s.measure(t.triangles, {});
-  return s;
-}
-
-/// The rotation that takes one direction to another by the shortest way. Requires unit vectors.
-inline Matrix3 shortest_turn(Vec3d from, Vec3d to) {
-  const Vec3d axis = cross(from, to);
-  const double sine = length(axis), cosine = dot(from, to);
-  if (sine > 1e-9) return rotation_matrix(axis * (std::atan2(sine, cosine) / sine));
-  if (cosine > 0) return Matrix3::identity();
-  const Vec3d side = std::abs(from.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 0, 1};
-  return rotation_matrix(normalised(cross(from, side)) * std::numbers::pi);
-}
 
 class RiggedBodyMaker {
  public:
@@ -179,7 +85,7 @@ class RiggedBodyMaker {
     RiggedBody result;
     rest_.measure(triangles_, props_);
     check_limbs();
-    result.canonical = places();
+    result.canonical = CanonicalPlaces(rest_, model_, props_).places();
     BodyTables tables;
     for (const Vec3d p : rest_.points) {
       const Vec3f q = p.as<float>();
@@ -195,7 +101,7 @@ class RiggedBodyMaker {
         if (row[j] > 0) tables.weights.append(static_cast<std::uint32_t>(j), static_cast<float>(row[j]));
       tables.weights.end_row();
     }
-    regress_joints(tables.J_regressor);
+    tables.J_regressor = regressed_joints(rest_.points, rest_.joints);
     if (options_.frame_rate > 0)
       for (const Clip& clip : rig_.scene.clips) result.clips.push_back(angles_of(clip));
     result.body = std::make_shared<const BodyModel>(std::move(tables), rig_.name);
@@ -475,106 +381,6 @@ class RiggedBodyMaker {
     }
     const double t = (y - centre(i)) / (centre(i + 1) - centre(i));
     row[chain[i]] += trunk * (1 - t), row[chain[i + 1]] += trunk * t;
-  }
-
-  /// Where a point of part j lies on the mannequin's part, as if that were this one stretched.
-  Vec3d stretched(std::size_t j, Vec3d p) const {
-    const std::array<Vec3d, smpl_joint_count>&own = rest_.joints, &to = model_.joints;
-    const Spread &from = rest_.spread[j], &goal = model_.spread[j];
-    const auto ratio = [](double a, double b) { return b > 1e-6 ? std::clamp(a / b, 0.1, 10.0) : 1.0; };
-    const double trunk = (to[12].y - to[0].y) / (own[12].y - own[0].y);
-    if (j == 15 || is_hand(j) || is_foot(j)) {
-      if (!(from.area > 1e-6)) return to[j] + p - own[j];
-      const Vec3d off = p - from.mean;
-      return goal.mean + Vec3d{off.x * ratio(goal.deviation.x, from.deviation.x),
-                               off.y * ratio(goal.deviation.y, from.deviation.y),
-                               off.z * ratio(goal.deviation.z, from.deviation.z)};
-    }
-    if (is_trunk(j) || is_collar(j)) {
-      const std::size_t slice = is_collar(j) ? 9 : j;
-      const Spread &f = rest_.spread[slice], &g = model_.spread[slice];
-      const double x = is_collar(j) ? ratio(to[j + 3].x, own[j + 3].x) : ratio(g.deviation.x, f.deviation.x);
-      return {to[0].x + (p.x - own[0].x) * x, to[0].y + (p.y - own[0].y) * trunk,
-              f.area > 1e-6 ? g.mean.z + (p.z - f.mean.z) * ratio(g.deviation.z, f.deviation.z) : p.z};
-    }
-    const std::size_t end = bone_end(j);
-    const Vec3d bone = own[end] - own[j], model_bone = to[end] - to[j];
-    const Vec3d along = normalised(bone), off = p - own[j];
-    const double far = dot(off, along);
-    const Vec3d across = off - along * far;
-    const double girth = from.area > 1e-6 ? ratio(goal.girth, from.girth) : ratio(length(model_bone), length(bone));
-    return to[j] + model_bone * (far / length(bone)) + shortest_turn(along, normalised(model_bone)) * across * girth;
-  }
-
-  std::vector<float> places() const {
-    std::vector<std::array<double, limb_count>> limbs;
-    const auto limbs_of = [](const JointWeights& row) {
-      std::array<double, limb_count> sums{};
-      for (std::size_t j = 0; j < smpl_joint_count; ++j) sums[static_cast<std::size_t>(limb_of(j))] += row[j];
-      return sums;
-    };
-    for (const JointWeights& row : model_.weights) limbs.push_back(limbs_of(row));
-    std::vector<float> canonical;
-    canonical.reserve(3 * rest_.points.size());
-    for (std::size_t v = 0; v < rest_.points.size(); ++v) {
-      const JointWeights& row = rest_.weights[v];
-      const Vec3d p = rest_.points[v];
-      Vec3d goal;
-      for (std::size_t j = 0; j < smpl_joint_count; ++j)
-        if (row[j] > 0) goal += stretched(j, p) * row[j];
-      if (props_[v]) {
-        const auto part = static_cast<std::size_t>(std::ranges::max_element(row) - row.begin());
-        goal = model_.spread[part].mean;
-      }
-      const std::array<double, limb_count> own = limbs_of(row);
-      double best = std::numeric_limits<double>::infinity();
-      std::size_t chosen = 0;
-      for (std::size_t m = 0; m < model_.points.size(); ++m) {
-        const Vec3d off = model_.points[m] - goal;
-        double cost = dot(off, off);
-        if (cost >= best) continue;
-        double common = 0;
-        for (std::size_t l = 0; l < limb_count; ++l) common += std::min(own[l], limbs[m][l]);
-        if (common < 0.3) continue;
-        if (!props_[v]) cost += turned_away * (1 - dot(model_.normals[m], rest_.normals[v]));
-        if (cost < best) best = cost, chosen = m;
-      }
-      const Vec3f place = model_.points[chosen].as<float>();
-      canonical.insert(canonical.end(), {place.x, place.y, place.z});
-    }
-    return canonical;
-  }
-  /// Square metres that a normal at right angles costs: as far as 4 cm.
-  static constexpr double turned_away = 0.04 * 0.04;
-
-  /// Of the vertices near a joint the mean that lies on it: the one nearest to their Gaussian weights.
-  void regress_joints(SparseMatrix& regressor) const {
-    regressor.columns = rest_.points.size();
-    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
-      std::vector<std::pair<std::uint32_t, double>> near;
-      for (double radius = 0.08; near.size() < 12 && radius < 10; radius *= 1.5) {
-        near.clear();
-        for (std::size_t v = 0; v < rest_.points.size(); ++v) {
-          const double far = length(rest_.points[v] - rest_.joints[j]) / radius;
-          if (far < 2.5) near.emplace_back(static_cast<std::uint32_t>(v), std::exp(-far * far));
-        }
-      }
-      double sum = 0;
-      for (const auto& [v, w] : near) sum += w;
-      Vec3d mean;
-      for (auto& [v, w] : near) w /= sum, mean += rest_.points[v] * w;
-      Matrix3 spread;
-      for (const auto& [v, w] : near) {
-        const Vec3d off = rest_.points[v] - mean;
-        spread += outer(off, off) * w;
-      }
-      const double floor = 1e-6 * (spread.rows[0].x + spread.rows[1].y + spread.rows[2].z);
-      spread += Matrix3::identity() * std::max(floor, 1e-12);
-      const Vec3d lift = inverse(Affine{spread, {}}).linear * (rest_.joints[j] - mean);
-      for (const auto& [v, w] : near)
-        regressor.append(v, static_cast<float>(w * (1 + dot(lift, rest_.points[v] - mean))));
-      regressor.end_row();
-    }
   }
 
   const Rig& rig_;
