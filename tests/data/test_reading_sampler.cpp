@@ -1,7 +1,9 @@
 #include <doctest/doctest.h>
 
 #include <npt/body/natural_poses.hpp>
+#include <npt/data/dress.hpp>
 #include <npt/data/reading_sampler.hpp>
+#include <npt/data/surface_cloud.hpp>
 #include <npt/mannequin/mannequin.hpp>
 
 #include <cmath>
@@ -121,4 +123,31 @@ TEST_CASE("a part of the samples is of strangers, all of whose points belong to 
   }
   CHECK(strange > 10);
   CHECK(strange < 30);
+}
+
+namespace {
+
+/// A point of the front that moves with one joint, and whether a dress leaves it there; `at` moves along.
+bool clothed(npt::SmplJoint joint, const npt::data::Dress& dress, npt::Vec3f& at) {
+  npt::SurfaceCloud::Point p;
+  p.along = {1, 0, 0}, p.across = {0, 1, 0};
+  const auto weight_of = [joint](auto... joints) { return ((joint == joints) || ...) ? 1.0F : 0.0F; };
+  float swollen = 1;
+  return npt::data::clothe(p, weight_of, dress, at, swollen);
+}
+
+}  // namespace
+
+TEST_CASE("clothes lie before the skin that they cover, and missing hands are not there") {
+  using enum npt::SmplJoint;
+  npt::data::Dress dress;
+  dress.trunk = 0.05F, dress.no_hands = true;
+  npt::Vec3f chest, shin, hand;
+  CHECK(clothed(spine2, dress, chest));
+  CHECK(chest.z == doctest::Approx(0.05));
+  CHECK(clothed(left_knee, dress, shin));
+  CHECK(shin == npt::Vec3f{});
+  CHECK_FALSE(clothed(left_hand, dress, hand));
+  dress.hole_radius = 0.1F;
+  CHECK_FALSE(clothed(spine2, dress, chest));
 }

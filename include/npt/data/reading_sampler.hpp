@@ -21,7 +21,9 @@
 #include <npt/core/random.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/data/draws.hpp>
+#include <npt/data/dress.hpp>
 #include <npt/data/sample.hpp>
+#include <npt/data/surface_cloud.hpp>
 
 #include <algorithm>
 #include <array>
@@ -36,122 +38,6 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
-
-/// A body's surface as candidate points that can be posed one by one: denser on the head, hands and feet, which grow
-/// most.
-class SurfaceCloud {
- public:
-  static constexpr std::size_t candidates = 24000;
-  static constexpr std::size_t most_joints = 6;
-
-  struct Point {
-    Vec3f rest, along, across;  ///< of the mean shape; two edges of the triangle that it lies on
-    Vec3f canonical;
-    float area = 1;  ///< that it stands for in the resting surface, relative to a point of the trunk
-    std::array<std::uint8_t, most_joints> joint{};
-    std::array<float, most_joints> weight{};
-  };
-
-  /// canonical: [V, 3], where each vertex of the body belongs on the template
-  SurfaceCloud(std::shared_ptr<const BodyModel> body, std::span<const float> canonical) : body_(std::move(body)) {
-    NPT_ASSERT(body_->joint_count() == smpl_joint_count && canonical.size() == 3 * body_->vertex_count());
-    joints_ = body_->joints({});
-    growth_ = body::internal::part_growth(joints_);
-    scatter(canonical);
-  }
-
-  const BodyModel& body() const noexcept { return *body_; }
-  std::span<const Point> points() const noexcept { return points_; }
-  std::span<const Vec3d> joints() const noexcept { return joints_; }
-  /// [S, 3] the shape directions of a point.
-  std::span<const float> directions(std::size_t point) const {
-    return std::span(directions_).subspan(3 * point * body_->shape_count(), 3 * body_->shape_count());
-  }
-  const std::vector<std::array<Matrix3, body_proportion_count>>& growth() const noexcept { return growth_; }
-  /// Square metres of the resting surface for each candidate point of the trunk.
-  float area_of_point() const noexcept { return area_of_point_; }
-
- private:
-  /// Candidates for each unit of area, relative to the trunk.
-  double density(const Triangle& f) const {
-    const BodyTables& t = body_->tables();
-    double sum = 0;
-    for (const std::uint32_t v : f)
-      for (std::size_t k = t.weights.start[v]; k < t.weights.start[v + 1]; ++k) {
-        using enum SmplJoint;
-        const auto is = [joint = t.weights.column[k]](auto... joints) {
-          return ((joint == joint_index(joints)) || ...);
-        };
-        const double more = is(head)                                             ? 4
-                            : is(left_wrist, right_wrist, left_hand, right_hand) ? 2
-                            : is(left_ankle, right_ankle, left_foot, right_foot) ? 2
-                                                                                 : 1;
-        sum += more * static_cast<double>(t.weights.value[k]) / 3;
-      }
-    return sum;
-  }
-
-  void scatter(std::span<const float> canonical) {
-    const BodyTables& t = body_->tables();
-    const std::size_t shapes = body_->shape_count();
-    const auto at = [](std::span<const float> xyz, std::uint32_t v) {
-      return Vec3f{xyz[3 * std::size_t{v}], xyz[3 * std::size_t{v} + 1], xyz[3 * std::size_t{v} + 2]};
-    };
-    std::vector<double> up_to;
-    double area = 0;
-    for (const Triangle& f : t.triangles) {
-      const Vec3f a = at(t.v_template, f[0]);
-      area += density(f) * static_cast<double>(length(cross(at(t.v_template, f[1]) - a, at(t.v_template, f[2]) - a)));
-      up_to.push_back(area);
-    }
-    area_of_point_ = static_cast<float>(area / 2 / static_cast<double>(candidates));
-    Random random(20260101);
-    for (std::size_t i = 0; i < candidates; ++i) {
-      const double goal = area * (static_cast<double>(i) + random.uniform()) / static_cast<double>(candidates);
-      const auto where = std::lower_bound(up_to.begin(), up_to.end(), goal);
-      const Triangle& f =
-          t.triangles[std::min<std::size_t>(static_cast<std::size_t>(where - up_to.begin()), t.triangles.size() - 1)];
-      float u = static_cast<float>(random.uniform()), v = static_cast<float>(random.uniform());
-      if (u + v > 1) u = 1 - u, v = 1 - v;
-      const std::array<float, 3> share{1 - u - v, u, v};
-      Point p;
-      p.area = static_cast<float>(1 / density(f));
-      const Vec3f a = at(t.v_template, f[0]), b = at(t.v_template, f[1]), c = at(t.v_template, f[2]);
-      p.rest = a * share[0] + b * share[1] + c * share[2];
-      p.along = normalised(b - a);
-      p.across = normalised(cross(cross(b - a, c - a), b - a));
-      p.canonical = at(canonical, f[0]) * share[0] + at(canonical, f[1]) * share[1] + at(canonical, f[2]) * share[2];
-      std::array<float, smpl_joint_count> weights{};
-      for (std::size_t corner = 0; corner < 3; ++corner)
-        for (std::size_t k = t.weights.start[f[corner]]; k < t.weights.start[f[corner] + 1]; ++k)
-          weights[t.weights.column[k]] += share[corner] * t.weights.value[k];
-      float sum = 0;
-      for (std::size_t k = 0; k < most_joints; ++k) {
-        const auto heaviest = std::ranges::max_element(weights);
-        p.joint[k] = static_cast<std::uint8_t>(heaviest - weights.begin());
-        p.weight[k] = *heaviest;
-        sum += *heaviest;
-        *heaviest = 0;
-      }
-      for (float& w : p.weight) w /= sum;
-      points_.push_back(p);
-      for (std::size_t s = 0; s < shapes; ++s)
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          float d = 0;
-          for (std::size_t corner = 0; corner < 3; ++corner)
-            d += share[corner] * t.shapedirs[(3 * std::size_t{f[corner]} + axis) * shapes + s];
-          directions_.push_back(d);
-        }
-    }
-  }
-
-  std::shared_ptr<const BodyModel> body_;
-  std::vector<Vec3d> joints_;
-  std::vector<std::array<Matrix3, body_proportion_count>> growth_;
-  std::vector<Point> points_;
-  std::vector<float> directions_;  ///< [points, S, 3]
-  float area_of_point_ = 0;
-};
 
 /// Where the points of a surface belong that is no person's, in canonical coordinates: half a metre and more in front
 /// of every body.
@@ -272,21 +158,6 @@ class ReadingSampler final : public SampleSource {
     std::vector<Drawn> drawn;
     std::vector<Vec3f> points, normals;
   };
-  /// What hangs on the body, as offsets along its normals, in metres; waves make them uneven.
-  struct Dress {
-    bool any = false;
-    float puff = 0;                       ///< everywhere
-    float trunk = 0, legs = 0, arms = 0;  ///< loose clothes, where above 0
-    float skirt = 0;                      ///< how far the legs' clothes are spread apart, at the knees
-    float hair = 0, hair_back = 0;
-    float shoes = 0, heel = 0;
-    bool no_hands = false, no_feet = false, no_head = false;
-    std::array<Vec3f, 2> hole{};  ///< centres in canonical coordinates
-    float hole_radius = 0;
-    Vec3f wave;
-    float phase = 0, wave_size = 0;
-  };
-
   void draw_person(Random& choice, Random& shape, Random& angles, Random& order, Random& more, std::size_t n,
                    Scratch& scratch) const {
     const std::size_t first = pick_body(choice);
@@ -297,7 +168,7 @@ class ReadingSampler final : public SampleSource {
     const bool mirrored = options_.mirror && choice.uniform() < 0.5;
     thread_local Skin skin;
     make_skin(limbs, shape, angles, plain, skin);
-    const Dress dress = plain ? Dress{} : dress_of(more);
+    const data::Dress dress = plain ? data::Dress{} : data::draw_dress(more, options_.dressed);
     draw_points(skin, dress, order, n, scratch);
     scratch.drawn.clear();
     for (const Posed& p : scratch.chosen) {
@@ -414,32 +285,6 @@ class ReadingSampler final : public SampleSource {
     return pose;
   }
 
-  Dress dress_of(Random& r) const {
-    const auto uniform = [&r](double low, double high) { return static_cast<float>(r.uniform(low, high)); };
-    Dress d;
-    d.any = true;
-    d.puff = uniform(0, 1) < 0.5F ? uniform(-0.005, 0.03) : 0;
-    if (r.uniform() < options_.dressed) {
-      if (r.uniform() < 0.8) d.trunk = uniform(0.005, 0.07);
-      if (r.uniform() < 0.6) d.legs = uniform(0.005, 0.06);
-      if (r.uniform() < 0.5) d.arms = uniform(0.005, 0.05);
-      if (r.uniform() < 0.2) d.skirt = uniform(0.1, 1);
-    }
-    if (r.uniform() < 0.4) d.hair = uniform(0.01, 0.12), d.hair_back = uniform(0, 0.15);
-    if (r.uniform() < 0.4) d.shoes = uniform(0.005, 0.03), d.heel = uniform(0, 0.06);
-    d.no_hands = r.uniform() < 0.06;
-    d.no_feet = r.uniform() < 0.03;
-    d.no_head = r.uniform() < 0.02;
-    if (r.uniform() < 0.15) {
-      for (Vec3f& h : d.hole) h = {uniform(-0.8, 0.8), uniform(-0.9, 0.7), uniform(-0.15, 0.15)};
-      d.hole_radius = uniform(0.05, 0.2);
-    }
-    d.wave = {uniform(-25, 25), uniform(-25, 25), uniform(-25, 25)};
-    d.phase = uniform(0, 6.3);
-    d.wave_size = uniform(0, 0.5);
-    return d;
-  }
-
   /// Most stand upright, some lean, some point anywhere.
   Matrix3 turn_of(Random& r) const {
     const Matrix3 yaw = rotation_matrix({0, r.uniform(-std::numbers::pi, std::numbers::pi), 0});
@@ -450,7 +295,7 @@ class ReadingSampler final : public SampleSource {
 
   /// Poses candidates, more than are needed, and takes n of them by the area that each stands for now: the n greatest
   /// of log(u) / area (Efraimidis and Spirakis, 2006).
-  void draw_points(const Skin& skin, const Dress& dress, Random& random, std::size_t n, Scratch& scratch) const {
+  void draw_points(const Skin& skin, const data::Dress& dress, Random& random, std::size_t n, Scratch& scratch) const {
     const std::size_t tries = std::min(5 * n / 2, SurfaceCloud::candidates);
     const auto clouds = static_cast<std::uint32_t>(skin.clouds.size());
     scratch.posed.clear();
@@ -482,7 +327,7 @@ class ReadingSampler final : public SampleSource {
   }
 
   /// Whether the point is there at all.
-  static bool place(const SkinnedCloud& skin, std::uint32_t k, const Dress& dress, Posed& out, float& area) {
+  static bool place(const SkinnedCloud& skin, std::uint32_t k, const data::Dress& dress, Posed& out, float& area) {
     const SurfaceCloud& cloud = *skin.cloud;
     const SurfaceCloud::Point& p = cloud.points()[k];
     const auto weight_of = [&p](auto... joints) {
@@ -498,7 +343,7 @@ class ReadingSampler final : public SampleSource {
       at += Vec3f{directions[3 * s], directions[3 * s + 1], directions[3 * s + 2]} * b;
     }
     float swollen = 1;
-    if (dress.any && !clothe(p, weight_of, dress, at, swollen)) return false;
+    if (dress.any && !data::clothe(p, weight_of, dress, at, swollen)) return false;
     std::array<float, 9> linear{};
     Vec3f shift;
     for (std::size_t i = 0; i < SurfaceCloud::most_joints; ++i) {
@@ -512,42 +357,6 @@ class ReadingSampler final : public SampleSource {
     const Vec3f normal = cross(apply(linear, p.along), apply(linear, p.across));
     area = length(normal) * p.area * swollen;
     out.normal = normalised(normal);
-    return true;
-  }
-
-  /// Moves a resting point outwards to where its clothes, hair or shoes are; false: nothing is there.
-  /// swollen: by how much the surface is larger there.
-  static bool clothe(const SurfaceCloud::Point& p, const auto& weight_of, const Dress& d, Vec3f& at, float& swollen) {
-    using enum SmplJoint;
-    if (d.hole_radius > 0)
-      for (const Vec3f h : d.hole)
-        if (length(p.canonical - h) < d.hole_radius) return false;
-    const float hands = weight_of(left_wrist, right_wrist, left_hand, right_hand),
-                feet = weight_of(left_ankle, right_ankle, left_foot, right_foot), skull = weight_of(head);
-    if (d.no_hands && hands > 0.5F) return false;
-    if (d.no_feet && feet > 0.5F) return false;
-    if (d.no_head && skull > 0.5F) return false;
-    const Vec3f normal = normalised(cross(p.along, p.across));
-    const float trunk = weight_of(pelvis, spine1, spine2, spine3, left_collar, right_collar),
-                thighs = weight_of(left_hip, right_hip, left_knee, right_knee),
-                arms = weight_of(left_shoulder, right_shoulder, left_elbow, right_elbow);
-    const float wave = 1 + d.wave_size * std::sin(dot(d.wave, p.canonical) + d.phase);
-    const float out = d.puff + (d.trunk * trunk + d.legs * thighs + d.arms * arms) * wave + d.shoes * feet;
-    at += normal * out;
-    if (d.skirt > 0 && thighs > 0) {
-      // A skirt: round about both legs, wider the lower.
-      const float depth = std::clamp(-(p.canonical.y + 0.05F) / 0.45F, 0.0F, 1.0F);
-      const float wide = d.skirt * 0.12F * depth * thighs;
-      const Vec3f away = normalised(Vec3f{p.canonical.x, 0, p.canonical.z});
-      at += away * wide;
-    }
-    if (skull > 0.5F && d.hair > 0 && (normal.y > 0.1F || normal.z < -0.1F)) {
-      const float amount = (skull - 0.5F) * 2;
-      at += normal * (d.hair * amount * wave);
-      swollen += 16 * d.hair * amount;  // a head's radius is about 0.12 m
-      at.z -= d.hair_back * amount * std::max(0.0F, -normal.z);
-    }
-    if (feet > 0 && normal.y < -0.3F) at.y -= d.heel * feet;
     return true;
   }
 

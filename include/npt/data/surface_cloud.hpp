@@ -1,0 +1,141 @@
+/// A body's surface as candidate points, which samples for a network that reads meshes are drawn from.
+#pragma once
+
+#include <npt/body/body_model.hpp>
+#include <npt/body/body_tables.hpp>
+#include <npt/body/proportions.hpp>
+#include <npt/body/skeleton.hpp>
+#include <npt/config.hpp>
+#include <npt/core/matrix3.hpp>
+#include <npt/core/random.hpp>
+#include <npt/core/vec3.hpp>
+#include <npt/mesh/mesh.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// A body's surface as candidate points that can be posed one by one: denser on the head, hands and feet, which grow
+/// most.
+class SurfaceCloud {
+ public:
+  static constexpr std::size_t candidates = 24000;
+  static constexpr std::size_t most_joints = 6;
+
+  struct Point {
+    Vec3f rest, along, across;  ///< of the mean shape; two edges of the triangle that it lies on
+    Vec3f canonical;
+    float area = 1;  ///< that it stands for in the resting surface, relative to a point of the trunk
+    std::array<std::uint8_t, most_joints> joint{};
+    std::array<float, most_joints> weight{};
+  };
+
+  /// canonical: [V, 3], where each vertex of the body belongs on the template
+  SurfaceCloud(std::shared_ptr<const BodyModel> body, std::span<const float> canonical) : body_(std::move(body)) {
+    NPT_ASSERT(body_->joint_count() == smpl_joint_count && canonical.size() == 3 * body_->vertex_count());
+    joints_ = body_->joints({});
+    growth_ = body::internal::part_growth(joints_);
+    scatter(canonical);
+  }
+
+  const BodyModel& body() const noexcept { return *body_; }
+  std::span<const Point> points() const noexcept { return points_; }
+  std::span<const Vec3d> joints() const noexcept { return joints_; }
+  /// [S, 3] the shape directions of a point.
+  std::span<const float> directions(std::size_t point) const {
+    return std::span(directions_).subspan(3 * point * body_->shape_count(), 3 * body_->shape_count());
+  }
+  const std::vector<std::array<Matrix3, body_proportion_count>>& growth() const noexcept { return growth_; }
+  /// Square metres of the resting surface for each candidate point of the trunk.
+  float area_of_point() const noexcept { return area_of_point_; }
+
+ private:
+  /// Candidates for each unit of area, relative to the trunk.
+  double density(const Triangle& f) const {
+    const BodyTables& t = body_->tables();
+    double sum = 0;
+    for (const std::uint32_t v : f)
+      for (std::size_t k = t.weights.start[v]; k < t.weights.start[v + 1]; ++k) {
+        using enum SmplJoint;
+        const auto is = [joint = t.weights.column[k]](auto... joints) {
+          return ((joint == joint_index(joints)) || ...);
+        };
+        const double more = is(head)                                             ? 4
+                            : is(left_wrist, right_wrist, left_hand, right_hand) ? 2
+                            : is(left_ankle, right_ankle, left_foot, right_foot) ? 2
+                                                                                 : 1;
+        sum += more * static_cast<double>(t.weights.value[k]) / 3;
+      }
+    return sum;
+  }
+
+  void scatter(std::span<const float> canonical) {
+    const BodyTables& t = body_->tables();
+    const std::size_t shapes = body_->shape_count();
+    const auto at = [](std::span<const float> xyz, std::uint32_t v) {
+      return Vec3f{xyz[3 * std::size_t{v}], xyz[3 * std::size_t{v} + 1], xyz[3 * std::size_t{v} + 2]};
+    };
+    std::vector<double> up_to;
+    double area = 0;
+    for (const Triangle& f : t.triangles) {
+      const Vec3f a = at(t.v_template, f[0]);
+      area += density(f) * static_cast<double>(length(cross(at(t.v_template, f[1]) - a, at(t.v_template, f[2]) - a)));
+      up_to.push_back(area);
+    }
+    area_of_point_ = static_cast<float>(area / 2 / static_cast<double>(candidates));
+    Random random(20260101);
+    for (std::size_t i = 0; i < candidates; ++i) {
+      const double goal = area * (static_cast<double>(i) + random.uniform()) / static_cast<double>(candidates);
+      const auto where = std::lower_bound(up_to.begin(), up_to.end(), goal);
+      const Triangle& f =
+          t.triangles[std::min<std::size_t>(static_cast<std::size_t>(where - up_to.begin()), t.triangles.size() - 1)];
+      float u = static_cast<float>(random.uniform()), v = static_cast<float>(random.uniform());
+      if (u + v > 1) u = 1 - u, v = 1 - v;
+      const std::array<float, 3> share{1 - u - v, u, v};
+      Point p;
+      p.area = static_cast<float>(1 / density(f));
+      const Vec3f a = at(t.v_template, f[0]), b = at(t.v_template, f[1]), c = at(t.v_template, f[2]);
+      p.rest = a * share[0] + b * share[1] + c * share[2];
+      p.along = normalised(b - a);
+      p.across = normalised(cross(cross(b - a, c - a), b - a));
+      p.canonical = at(canonical, f[0]) * share[0] + at(canonical, f[1]) * share[1] + at(canonical, f[2]) * share[2];
+      std::array<float, smpl_joint_count> weights{};
+      for (std::size_t corner = 0; corner < 3; ++corner)
+        for (std::size_t k = t.weights.start[f[corner]]; k < t.weights.start[f[corner] + 1]; ++k)
+          weights[t.weights.column[k]] += share[corner] * t.weights.value[k];
+      float sum = 0;
+      for (std::size_t k = 0; k < most_joints; ++k) {
+        const auto heaviest = std::ranges::max_element(weights);
+        p.joint[k] = static_cast<std::uint8_t>(heaviest - weights.begin());
+        p.weight[k] = *heaviest;
+        sum += *heaviest;
+        *heaviest = 0;
+      }
+      for (float& w : p.weight) w /= sum;
+      points_.push_back(p);
+      for (std::size_t s = 0; s < shapes; ++s)
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          float d = 0;
+          for (std::size_t corner = 0; corner < 3; ++corner)
+            d += share[corner] * t.shapedirs[(3 * std::size_t{f[corner]} + axis) * shapes + s];
+          directions_.push_back(d);
+        }
+    }
+  }
+
+  std::shared_ptr<const BodyModel> body_;
+  std::vector<Vec3d> joints_;
+  std::vector<std::array<Matrix3, body_proportion_count>> growth_;
+  std::vector<Point> points_;
+  std::vector<float> directions_;  ///< [points, S, 3]
+  float area_of_point_ = 0;
+};
+
+}  // namespace npt::inline NPT_ABI
