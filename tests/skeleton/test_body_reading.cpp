@@ -36,6 +36,24 @@ TEST_CASE("trust: distance counts less where the reader tells people, shapes tha
   CHECK(reading.trust() == 0);
 }
 
+TEST_CASE("a body of usual shape that lies close is one, however it was read") {
+  npt::BodyReading reading;
+  reading.told = true;
+  reading.fit.body.axis_angles.assign(72, 0.0F);
+  reading.fit.body.betas.assign(26, 3.0F);
+  reading.fit.mesh_explained = reading.fit.body_explained = 0.945;
+  reading.fit.reading_residual = 0.17;
+  reading.disagreement = 0.12;
+  reading.fit.relative_distance = 0.011;  // a knight who rolls
+  CHECK(reading.trust() > 0.6);
+  CHECK(reading.trust() < 0.85);
+  reading.fit.body.betas.assign(26, 5.5F);  // a thing
+  CHECK(reading.trust() < 0.6);
+  reading.fit.body.betas.assign(26, 3.0F);
+  reading.fit.relative_distance = 0.013;
+  CHECK(reading.trust() == 0);
+}
+
 TEST_CASE("vertices in the body's coordinates: about the centre, in metres; a mesh without a body is refused") {
   npt::BodyReading reading;
   reading.centre = {10, 20, -30};

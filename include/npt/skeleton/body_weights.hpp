@@ -2,8 +2,8 @@
 /// lies closest and faces the same way. Where limbs touch, some vertices are closest to the wrong one: patches that
 /// belong elsewhere on the body than all that surrounds them take their weights from around instead, and so does what
 /// stands off the body (tails, wings, horns, brims, blades): from where it hangs. Then weights are smoothed along the
-/// mesh; those of closed hands are found along the skin, and hands without fingers stay stiff
-/// (hand_skin.hpp).
+/// mesh; those of closed hands are found along the skin, hands without fingers stay stiff (hand_skin.hpp), and what a
+/// hand holds goes with it (held_things.hpp).
 /// Meshes    any number of pieces, open borders, edges of many faces, triangles without area and unused vertices.
 ///           Vertices in one place, as along seams, count as one
 /// Shapes    points: [V]; weights: [V, J], not negative, each row sums to 1; those below 1e-3 are left out
@@ -28,6 +28,7 @@
 #include <npt/mesh/union_find.hpp>
 #include <npt/mesh/weld.hpp>
 #include <npt/skeleton/hand_skin.hpp>
+#include <npt/skeleton/held_things.hpp>
 #include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
@@ -76,6 +77,7 @@ class BodyWeights {
     const double fineness = std::max(1.0, static_cast<double>(points_.size()) / 30000);
     for (int i = 0; i < options.sweeps / fineness; ++i) smooth();
     if (joints_ == fingered_joint_count) measure_hands();
+    hold_things();
   }
 
   const std::array<HandMeasure, 2>& measured() const { return measured_; }
@@ -236,6 +238,24 @@ class BodyWeights {
       if (const std::uint32_t piece = pieces.find(p); loose[piece] && nearest[piece] != p)
         std::copy_n(&weights_[nearest[piece] * stride_], stride_, &weights_[p * stride_]);
   }
+
+  /// What a hand holds goes with its wrist.
+  void hold_things() {
+    if (std::ranges::none_of(distances_, [this](double d) { return d > options_.far; })) return;
+    std::array<std::vector<Vec3d>, 2> hands;
+    const std::vector<std::uint32_t> heaviest = model_.tables().weights.heaviest_columns();
+    for (std::size_t v = 0; v < body_.size(); ++v)
+      for (std::size_t side = 0; side < 2; ++side)
+        if (heaviest[v] == wrist(side) || heaviest[v] == joint_index(SmplJoint::left_hand) + side)
+          hands[side].push_back(body_[v]);
+    HeldThings held(points_, triangles_, distances_, options_.off, hands);
+    for (std::uint32_t p = 0; p < points_.size(); ++p)
+      if (const auto side = held.side(p)) {
+        std::fill_n(&weights_[p * stride_], stride_, 0.0F);
+        weights_[p * stride_ + wrist(*side)] = 1;
+      }
+  }
+  static std::size_t wrist(std::size_t side) { return joint_index(SmplJoint::left_wrist) + side; }
 
   bool touches(std::uint32_t p, const std::vector<bool>& known) const {
     return std::ranges::any_of(around_.of(p), [&](std::uint32_t n) { return known[n]; });
