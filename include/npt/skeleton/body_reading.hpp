@@ -62,7 +62,7 @@ struct BodyReading {
 
   /// From 0 to `most_by_closeness`: a surface along which a body of usual shape lies within 1.1 cm, both ways, is a
   /// body's, however it was read. A knight who rolls, and one who crouches, were read in another way from each side and
-  /// fitted to 1.1 cm: 8 and 14e-4 through bodies, 1310 and 2055e-4 by the network. Of 280 made things none comes so
+  /// fitted to 1.1 cm: 8 and 14e-4 through bodies, 1310 and 2055e-4 by the network. Of 265 made things none comes so
   /// close with a shape that people have.
   double trust_by_closeness() const {
     return most_by_closeness * fit.trust() * falling(fit.relative_distance, 0.0115, 0.013) *
