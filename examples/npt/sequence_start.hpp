@@ -26,8 +26,8 @@ inline std::size_t frames_to_try(std::size_t frames) { return std::min<std::size
 /// Which frame that is, 0 < i <= frames_to_try(frames): spread over the sequence.
 inline std::size_t frame_to_try(std::size_t i, std::size_t frames) { return frames * i / (frames_to_try(frames) + 1); }
 
-/// pose: of the first frame, which `frames` has prepared; anew where it begins elsewhere. load(k), k < count: another mesh, or npt::Error,
-/// which is for whoever comes to that frame to tell. `vertices`: of the identity
+/// pose: of the first frame, which `frames` has prepared; anew where it begins elsewhere. load(k), k < count: another
+/// mesh, or npt::Error, which is for whoever comes to that frame to tell. `vertices`: of the identity
 template <class Load>
 void start_where_it_reads(const PoseTransfer& transfer, npt::PoseSequence<npt::DefaultExecutor>& frames,
                           const npt::Mesh& first, std::size_t vertices, npt::PreparedPose& pose, std::size_t count,

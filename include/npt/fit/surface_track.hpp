@@ -1,6 +1,6 @@
 /// Follows a surface whose triangles stay the same, as the frames of a sequence: points of the first frame's surface
-/// are tied to the body that was fitted to it, each moving with the parts on which it lay, and the next frames' angles are
-/// those that bring the tied points nearest to where the surface's points have gone. Nothing is searched, so that a
+/// are tied to the body that was fitted to it, each moving with the parts on which it lay, and the next frames' angles
+/// are those that bring the tied points nearest to where the surface's points have gone. Nothing is searched, so that a
 /// surface that stays stays, and clothes or hair that keep a distance from the body keep it. From a frame that jumps,
 /// the parts' rotations in closed form lead the way.
 ///   SurfaceTrack track(model, full_level, tree, surface, fit, facing);

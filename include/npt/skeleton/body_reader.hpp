@@ -40,6 +40,7 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -98,20 +99,23 @@ class BasicBodyReader {
   /// The next frame of a sequence, from the last one's reading. Where that is hardly sure, the first, second, fourth,
   /// eighth ... frame is read for itself, too, and the sequence goes on from one that reads surely.
   BodyReading follow(const MeshView& mesh, const BodyReading& last) const {
+    if (last.fit.body.axis_angles.empty()) return read(mesh);
     const std::size_t frame = last.followed + 1;
-    if (std::has_single_bit(frame) && last.trust() < sure_trust)
-      if (BodyReading anew = read(mesh); anew.trust() >= sure_trust) return anew;
+    std::optional<BodyReading> anew;
+    if (std::has_single_bit(frame) && last.trust() < sure_trust) {
+      anew = read(mesh);
+      if (anew->trust() >= sure_trust) return *std::move(anew);
+    }
     BodyReading reading;
     reading.followed = frame;
     reading.told = last.told;
     reading.disagreement = last.disagreement;
     reading.metres = last.metres;
     reading.centre = last.centre;
-    if (last.fit.body.axis_angles.empty()) return read(mesh);
     reading.surface = std::make_shared<const FitSurface>(last.surface->moved(reading.points_of(mesh), mesh.triangles));
     reading.track = last.track ? last.track : fitter_->track(*last.surface, last.fit);
     SurfaceTrack::Step step = reading.track->follow(*reading.surface, last.fit.body);
-    if (step.off > lost) return read(mesh);
+    if (step.off > lost) return anew ? *std::move(anew) : read(mesh);
     reading.fit = last.fit;
     reading.fit.body = std::move(step.body);
     reading.hands = fingers_(*reading.surface, reading.fit, last.hands);

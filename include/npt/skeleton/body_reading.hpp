@@ -47,7 +47,7 @@ struct BodyReading {
   /// How sure it is that the mesh is a person and was read right, from 0 to 1: as likeness(), but a reader that would
   /// have told another thing lets the body keep a greater distance, as around big heads, and what lies between hardly
   /// like a person and surely one counts as 0.6 to 0.85: such characters come out better through bodies than by the
-  /// network. Ten pairs of a robot with a gun, likeness 0.2 to 0.9, ended at 188e-4 where most had been left to the
+  /// network. Ten pairs of a robot with a sword, likeness 0.2 to 0.9, ended at 188e-4 where most had been left to the
   /// network at 670e-4, ten of a knight at 4e-4 instead of 115e-4. Not where the reading contradicts itself or turns
   /// disagree: things that pass for people are read in another way from each side. Unless the body lies so close that
   /// it must be one.

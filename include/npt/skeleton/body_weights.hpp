@@ -180,10 +180,14 @@ class BodyWeights {
       if (doubted[patches.find(p)]) firm_[p] = false;
   }
 
+  bool anything_far() const {
+    return std::ranges::any_of(distances_, [this](double d) { return d > options_.far; });
+  }
+
   /// What is far from the body, with what is off it in between; and the tips of those that come near another limb,
   /// small islands in what is left: a tail's along a calf.
   void doubt_far() {
-    if (std::ranges::none_of(distances_, [this](double d) { return d > options_.far; })) return;
+    if (!anything_far()) return;
     const std::size_t count = points_.size();
     UnionFind regions(count);
     for (const Edge& e : edges_)
@@ -241,7 +245,7 @@ class BodyWeights {
 
   /// What a hand holds goes with its wrist.
   void hold_things() {
-    if (std::ranges::none_of(distances_, [this](double d) { return d > options_.far; })) return;
+    if (!anything_far()) return;
     std::array<std::vector<Vec3d>, 2> hands;
     const std::vector<std::uint32_t> heaviest = model_.tables().weights.heaviest_columns();
     for (std::size_t v = 0; v < body_.size(); ++v)

@@ -40,7 +40,7 @@ class HeldThings {
     measure(triangles, distances, off);
     std::vector<Triangle> of_rods;
     for (auto& [root, piece] : things_)
-      if (is_rod(piece)) piece.side = nearest_hand(piece);
+      if (const auto along = rod(piece)) piece.side = nearest_hand(piece, *along);
     for (const Triangle& t : triangles)
       if (const Piece* piece = find(t[0]); piece != nullptr && piece->side) of_rods.push_back(t);
     if (!of_rods.empty()) take_small_ones(of_rods);
@@ -103,23 +103,25 @@ class HeldThings {
   static Matrix3 covariance(const Piece& piece) {
     return piece.squares * (1 / piece.area) - outer(piece.mean(), piece.mean());
   }
-  /// Along which it is longest, by power iteration; unit. Slender ones end in a few steps.
+  /// Along which it is longest, by power iteration; unit. Slender ones end in a few steps. The longest row is never at
+  /// right angles to it.
   static Vec3d axis(const Matrix3& covariance) {
-    Vec3d along{1, 1, 1};
+    Vec3d along = *std::ranges::max_element(covariance.rows, {}, [](Vec3d row) { return dot(row, row); });
     for (int i = 0; i < 30; ++i) along = normalised(covariance * along);
     return along;
   }
-  bool is_rod(const Piece& piece) const {
-    if (piece.off < least_off * piece.area) return false;
+  /// A rod's axis; nothing where a piece is none.
+  static std::optional<Vec3d> rod(const Piece& piece) {
+    if (piece.off < least_off * piece.area) return std::nullopt;
     const Matrix3 c = covariance(piece);
     const Vec3d along = axis(c);
     const double first = dot(along, c * along), others = c.rows[0].x + c.rows[1].y + c.rows[2].z - first;
-    return first > least_length * least_length && others < most_thickness * most_thickness * first;
+    if (first > least_length * least_length && others < most_thickness * most_thickness * first) return along;
+    return std::nullopt;
   }
 
   /// Of its ends, a sixth of the length each, the one that is nearer to a hand; nothing where none is, or both are.
-  std::optional<std::size_t> nearest_hand(const Piece& piece) const {
-    const Vec3d along = axis(covariance(piece));
+  std::optional<std::size_t> nearest_hand(const Piece& piece, Vec3d along) const {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const std::uint32_t p : piece.points) {
       const double t = dot(points_[p], along);
@@ -142,7 +144,7 @@ class HeldThings {
     const TriangleTree rods(points_, of_rods);
     std::vector<std::pair<Piece*, std::size_t>> found;
     for (auto& [root, piece] : things_) {
-      if (piece.side || (piece.area > small_share * total_ && !is_rod(piece))) continue;
+      if (piece.side || (piece.area > small_share * total_ && !rod(piece))) continue;
       for (const std::uint32_t p : piece.points)
         if (const ClosestPoint c = rods.closest(points_[p]); c.squared_distance < beside * beside) {
           found.emplace_back(&piece, *find(of_rods[c.triangle][0])->side);
