@@ -137,6 +137,40 @@ TEST_CASE("a tail goes with what it hangs on, not with the legs that it hangs be
   for (std::uint32_t v = blade; v < blade + 3; ++v) CHECK(weight(v, 20U, 22U) > 0.9);
 }
 
+TEST_CASE("a badge on a thigh stays there where a hand was fitted wrongly before it") {
+  npt::BodyFit fit = random_fit(1);
+  std::ranges::fill(fit.axis_angles, 0.0F);
+  std::vector<Vec3d> points = points_of(fit);
+  std::vector<npt::Triangle> triangles(npt::mannequin().triangles().begin(), npt::mannequin().triangles().end());
+  const std::vector<std::uint32_t> heaviest = npt::mannequin().tables().weights.heaviest_columns();
+  // The left arm of the fit hangs down beside the thigh; that of the mesh does not.
+  double gap = 1;
+  Vec3d of_hand, of_thigh;
+  for (float turn = 1; gap > 0.035 && turn < 1.8F; turn += 0.02F) {
+    gap = 1;
+    fit.axis_angles[3 * std::size_t{16} + 2] = -turn;
+    const std::vector<Vec3d> fitted = points_of(fit);
+    for (std::size_t h = 0; h < fitted.size(); ++h)
+      for (std::size_t t = 0; t < fitted.size() && (heaviest[h] == 20 || heaviest[h] == 22); ++t)
+        if (const double d = length(fitted[h] - points[t]); heaviest[t] == 1 && d < gap)
+          gap = d, of_hand = fitted[h], of_thigh = points[t];
+  }
+  REQUIRE(gap < 0.035);
+  const auto badge = static_cast<std::uint32_t>(points.size());
+  const Vec3d centre = of_thigh + (of_hand - of_thigh) * 0.7;
+  for (const Vec3d corner : {Vec3d{0, 0.004, 0}, Vec3d{0, -0.002, 0.004}, Vec3d{0, -0.002, -0.004}})
+    points.push_back(centre + corner);
+  triangles.push_back({badge, badge + 1, badge + 2});
+
+  const npt::SparseMatrix weights = npt::body_weights(npt::mannequin(), fit, points, triangles, {.facing = 0});
+  for (std::uint32_t v = badge; v < badge + 3; ++v) {
+    float leg = 0;
+    for (std::size_t i = weights.start[v]; i < weights.start[v + 1]; ++i)
+      if (weights.column[i] == 1 || weights.column[i] == 0) leg += weights.value[i];
+    CHECK(leg > 0.9F);
+  }
+}
+
 TEST_CASE("a mesh whose triangles turn inwards, seams and unused vertices") {
   const npt::BodyFit fit = random_fit(4);
   std::vector<Vec3d> points = points_of(fit);

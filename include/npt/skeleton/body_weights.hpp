@@ -27,6 +27,7 @@
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/union_find.hpp>
 #include <npt/mesh/weld.hpp>
+#include <npt/skeleton/accessories.hpp>
 #include <npt/skeleton/hand_skin.hpp>
 #include <npt/skeleton/held_things.hpp>
 #include <npt/surface/closest_point.hpp>
@@ -36,6 +37,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -75,8 +77,10 @@ class BodyWeights {
     stiffen_loose();
     // A sweep reaches as far as an edge: on meshes finer than 1 cm there is nothing left to smooth.
     const double fineness = std::max(1.0, static_cast<double>(points_.size()) / 30000);
-    for (int i = 0; i < options.sweeps / fineness; ++i) smooth();
+    const std::vector<float> pace = smoothing_pace();
+    for (int i = 0; i < options.sweeps / fineness; ++i) smooth(pace);
     if (joints_ == fingered_joint_count) measure_hands();
+    hang_accessories();
     hold_things();
   }
 
@@ -123,6 +127,8 @@ class BodyWeights {
     places_.resize(points_.size());
     distances_.resize(points_.size());
     firm_.assign(points_.size(), true);
+    taken_from_.resize(points_.size());
+    std::iota(taken_from_.begin(), taken_from_.end(), 0U);
     std::uint32_t hint = no_index;
     for (std::size_t p = 0; p < points_.size(); ++p) {
       const Vec3d normal = normalised(outward[p]);
@@ -239,8 +245,24 @@ class BodyWeights {
     for (std::uint32_t p = 0; p < points_.size(); ++p)
       if (firm_[p]) loose[pieces.find(p)] = false;
     for (std::uint32_t p = 0; p < points_.size(); ++p)
-      if (const std::uint32_t piece = pieces.find(p); loose[piece] && nearest[piece] != p)
-        std::copy_n(&weights_[nearest[piece] * stride_], stride_, &weights_[p * stride_]);
+      if (const std::uint32_t n = nearest[pieces.find(p)]; loose[pieces.find(p)] && n != p) {
+        std::copy_n(&weights_[n * stride_], stride_, &weights_[p * stride_]);
+        taken_from_[p] = n;
+      }
+  }
+
+  /// A small piece that lies elsewhere on the mesh than on the body goes as a whole with what it lies on.
+  void hang_accessories() {
+    for (const Accessory& piece :
+         Accessories(points_, triangles_, {places_, taken_from_, distances_, options_.off}).misplaced()) {
+      std::vector<float> mean(stride_);
+      for (const auto& [triangle, weights] : piece.contacts)
+        for (std::size_t k = 0; k < 3; ++k)
+          for (std::size_t j = 0; j < joints_; ++j)
+            mean[j] += static_cast<float>(weights[k]) * weights_[triangle[k] * stride_ + j];
+      for (float& w : mean) w /= static_cast<float>(piece.contacts.size());
+      for (const std::uint32_t p : piece.points) std::ranges::copy(mean, &weights_[p * stride_]);
+    }
   }
 
   /// What a hand holds goes with its wrist.
@@ -277,14 +299,28 @@ class BodyWeights {
     for (std::size_t j = 0; j < joints_; ++j) row[j] /= count;
   }
 
-  /// Each point halfway to the mean of its neighbours; one that isn't believed all the way.
-  void smooth() {
+  /// [P] How far a sweep takes a point to the mean of its neighbours: halfway, less where edges are long, so that weights
+  /// spread equally far on meshes of any fineness. Surfaces of 1591 vertices: 7.6 instead of 9.2e-4 m^2.
+  std::vector<float> smoothing_pace() const {
+    constexpr double edge = 0.03;
+    std::vector<float> pace(points_.size());
+    for (std::uint32_t p = 0; p < points_.size(); ++p) {
+      double squares = 0;
+      for (const std::uint32_t n : around_.of(p)) squares += dot(points_[n] - points_[p], points_[n] - points_[p]);
+      const double mean = squares / static_cast<double>(std::max<std::size_t>(1, around_.of(p).size()));
+      pace[p] = static_cast<float>(mean > edge * edge ? 0.5 * edge * edge / mean : 0.5);
+    }
+    return pace;
+  }
+
+  /// Each point towards the mean of its neighbours; one that isn't believed all the way.
+  void smooth(const std::vector<float>& pace) {
     std::vector<float> next(weights_.size());
     for (std::uint32_t p = 0; p < points_.size(); ++p) {
       const float* own = &weights_[p * stride_];
       float* to = &next[p * stride_];
       const std::span<const std::uint32_t> others = around_.of(p);
-      const float keep = others.empty() ? 1.0F : firm_[p] ? 0.5F : 0.0F;
+      const float keep = others.empty() ? 1.0F : firm_[p] ? 1 - pace[p] : 0.0F;
       for (const std::uint32_t n : others) add(&weights_[n * stride_], to);
       const float share = others.empty() ? 0.0F : (1 - keep) / static_cast<float>(others.size());
       for (std::size_t j = 0; j < stride_; j += lanes)
@@ -321,10 +357,11 @@ class BodyWeights {
   std::size_t joints_, stride_;
   std::vector<Edge> edges_;
   Neighbours around_;
-  std::vector<float> weights_;     ///< [P, stride], rows in whole registers
-  std::vector<Vec3d> places_;      ///< [P] on the resting body
-  std::vector<double> distances_;  ///< [P] from the body
-  std::vector<bool> firm_;         ///< [P] whether a point's look-up is believed
+  std::vector<float> weights_;             ///< [P, stride], rows in whole registers
+  std::vector<Vec3d> places_;              ///< [P] on the resting body
+  std::vector<double> distances_;          ///< [P] from the body
+  std::vector<bool> firm_;                 ///< [P] whether a point's look-up is believed
+  std::vector<std::uint32_t> taken_from_;  ///< [P] the point whose look-up a point goes by: its own, or of its piece
 };
 
 }  // namespace skeleton::internal
