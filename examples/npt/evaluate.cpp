@@ -17,6 +17,7 @@
 #include <view/page.hpp>
 
 #include <npt/body/body_file.hpp>
+#include <npt/body/clothes.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/evaluation.hpp>
@@ -54,7 +55,7 @@ namespace fs = std::filesystem;
 struct Options {
   program::TransferArguments transfer;
   std::optional<fs::path> body, list, family, page, write;
-  bool protocol = false, json = false, proportions = false;
+  bool protocol = false, json = false, proportions = false, clothes = false;
   std::size_t pairs = 0, first = 0, worst = 0;
   std::string shapes = "normal", poses = "paper";
   std::vector<std::string> held_out;
@@ -79,6 +80,13 @@ npt::ShapeDistribution distribution_of(const Options& o) {
 }
 std::string body_name(const Options& o) { return o.body ? o.body->filename().string() : "mannequin"; }
 
+/// The body with the proportions and clothes that are asked for.
+std::shared_ptr<const npt::BodyModel> changed_body(std::shared_ptr<const npt::BodyModel> body, const Options& o) {
+  if (o.proportions) body = std::make_shared<const npt::BodyModel>(npt::with_proportions(*body));
+  if (o.clothes) body = std::make_shared<const npt::BodyModel>(npt::with_clothes(*body));
+  return body;
+}
+
 Data body_data(const Options& o) {
   const auto body = body_of(o);
   const auto distribution = distribution_of(o);
@@ -89,12 +97,11 @@ Data body_data(const Options& o) {
   const std::string of = (o.poses == "paper" ? "fresh pairs" : "fresh pairs in " + o.poses + " poses") +
                          (o.proportions ? " and random proportions of " : " of ");
   const std::size_t shapes = body->shape_count();
-  npt::EvaluationSet set =
-      o.proportions
-          ? npt::body_pairs(std::make_shared<const npt::BodyModel>(npt::with_proportions(*body)),
-                            npt::fresh_character_pairs(o.pairs, seed, shapes, distribution, poses), "fresh pairs", seed)
-          : npt::body_pairs(body, npt::fresh_pairs(o.pairs, seed, shapes, distribution, poses), "fresh pairs", seed);
-  return {of + name + ", seed " + std::to_string(seed), {std::move(set)}};
+  std::vector<npt::BodyPair> pairs = o.proportions
+                                         ? npt::fresh_character_pairs(o.pairs, seed, shapes, distribution, poses)
+                                         : npt::fresh_pairs(o.pairs, seed, shapes, distribution, poses);
+  return {of + (o.clothes ? "the dressed " : "") + name + ", seed " + std::to_string(seed),
+          {npt::body_pairs(changed_body(body, o), std::move(pairs), "fresh pairs", seed)}};
 }
 
 /// Identities from --rig; pose meshes from --pose-rig, or from the same without.
@@ -413,6 +420,11 @@ void add(CLI::App& command) {
   command
       .add_flag("--proportions", o->proportions,
                 "Of --pairs: every mesh with proportions of its own, as characters have (heads, limbs, girths)")
+      ->needs(pairs)
+      ->excludes("--family");
+  command
+      .add_flag("--clothes", o->clothes,
+                "Of --pairs: every mesh in a shirt, shorts, shoes and hair, pieces of their own")
       ->needs(pairs)
       ->excludes("--family");
   command

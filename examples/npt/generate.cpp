@@ -7,6 +7,7 @@
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/clothes.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/core/random.hpp>
@@ -37,16 +38,16 @@ struct Options {
   std::uint32_t count = 1;
   std::string shape = "random", pose = "random";
   std::optional<std::string> format;
-  bool shuffle = false, same_shape = false, same_pose = false, proportions = false;
+  bool shuffle = false, same_shape = false, same_pose = false, proportions = false, clothes = false;
 };
 
 bool is_random(const std::string& pose) { return pose == "random" || pose == "wide" || pose == "natural"; }
 
-/// Of the body without proportions; the library asks for SMPL's joints where they are wanted.
+/// With proportions and clothes where they are wanted; the library asks for SMPL's joints then.
 npt::BodyModel body_of(const Options& o) {
-  const auto body =
-      o.body ? std::make_shared<const npt::BodyModel>(npt::load_body(*o.body)) : npt::borrowed(npt::mannequin());
-  return o.proportions ? npt::with_proportions(*body) : *body;
+  npt::BodyModel body = o.body ? npt::load_body(*o.body) : npt::mannequin();
+  if (o.proportions) body = npt::with_proportions(body);
+  return o.clothes ? npt::with_clothes(body) : body;
 }
 
 /// Independent streams of one seed: mesh i draws its shape, pose and vertex order from streams of its own, so that it
@@ -180,6 +181,7 @@ void add(CLI::App& command) {
       ->capture_default_str();
   command.add_flag("--proportions", o->proportions,
                    "Each shape with random proportions, as characters have (heads, limbs, girths)");
+  command.add_flag("--clothes", o->clothes, "In a shirt, shorts, shoes and hair, pieces of their own");
   command.add_option("--seed", o->seed, "Of all that is random")->check(program::whole_number())->capture_default_str();
   command.add_option("--shape-seed", o->shape_seed, "Of the shapes and the vertex orders, instead of --seed")
       ->check(program::whole_number());

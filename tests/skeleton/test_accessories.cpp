@@ -5,27 +5,28 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <vector>
 
 namespace {
 
 using npt::Vec3d;
 
-/// Boxes; of each all points belong to the same place of a body that is not there.
+/// Boxes; all points of one go with the same joint.
 struct Dressed {
-  std::vector<Vec3d> points, places;
+  // A trunk with two limbs of three bones.
+  static constexpr std::uint32_t trunk = 0, upper = 1, hand = 3, other_hand = 6;
+  std::vector<int> parents{-1, 0, 1, 2, 0, 4, 5};
+  std::vector<Vec3d> points;
+  std::vector<std::uint32_t> joints;
   std::vector<npt::Triangle> triangles;
-  std::vector<double> distances;
 
   /// The number of its first point.
-  std::uint32_t add(Vec3d centre, Vec3d half, Vec3d place, double distance = 0.01) {
+  std::uint32_t add(Vec3d centre, Vec3d half, std::uint32_t joint) {
     const auto first = static_cast<std::uint32_t>(points.size());
     for (const std::uint32_t i : {0U, 1U, 2U, 3U, 4U, 5U, 6U, 7U}) {
       const auto sign = [i](std::uint32_t bit) { return (i & bit) != 0 ? 1.0 : -1.0; };
       points.push_back(centre + Vec3d{half.x * sign(1), half.y * sign(2), half.z * sign(4)});
-      places.push_back(place);
-      distances.push_back(distance);
+      joints.push_back(joint);
     }
     for (const std::array<std::uint32_t, 4> q : {std::array{0U, 4U, 6U, 2U},
                                                  {1U, 3U, 7U, 5U},
@@ -39,20 +40,16 @@ struct Dressed {
     return first;
   }
   std::vector<npt::skeleton::internal::Accessory> misplaced() const {
-    std::vector<std::uint32_t> own(points.size());
-    std::iota(own.begin(), own.end(), 0U);
-    return npt::skeleton::internal::Accessories(points, triangles, {places, own, distances, 0.04}).misplaced();
+    return npt::skeleton::internal::Accessories(points, triangles, joints, parents).misplaced();
   }
 };
 
-constexpr Vec3d hip{0.1, 0, 0}, hand{0.8, 0.4, 0};
-
 }  // namespace
 
-TEST_CASE("a pouch that was taken for a part of a hand belongs with the trousers that it lies on") {
+TEST_CASE("a pouch that goes with one limb and lies on the other belongs with that") {
   Dressed d;
-  d.add({0, 0, 0}, {0.2, 0.5, 0.2}, hip);
-  const std::uint32_t pouch = d.add({0.225, 0, 0}, {0.02, 0.03, 0.025}, hand);
+  d.add({0, 0, 0}, {0.2, 0.5, 0.2}, Dressed::other_hand);
+  const std::uint32_t pouch = d.add({0.225, 0, 0}, {0.02, 0.03, 0.025}, Dressed::hand);
   const auto found = d.misplaced();
   REQUIRE(found.size() == 1);
   CHECK(found[0].points.size() == 8);
@@ -65,25 +62,35 @@ TEST_CASE("a pouch that was taken for a part of a hand belongs with the trousers
   }
 }
 
-TEST_CASE("what belongs where it lies, lies on nothing or is as large as a hand stays") {
+TEST_CASE("what goes with near joints or lies on nothing stays") {
   Dressed d;
-  d.add({0, 0, 0}, {0.2, 0.5, 0.2}, hip);
-  d.add({0.225, 0, 0}, {0.02, 0.03, 0.025}, hip);
-  d.add({0.27, 0.2, 0}, {0.02, 0.03, 0.025}, hand);
-  const std::uint32_t own_hand = d.add({0.24, -0.2, 0}, {0.03, 0.1, 0.05}, hand);
+  d.add({0, 0, 0}, {0.2, 0.5, 0.2}, Dressed::trunk);
+  d.add({0.225, 0, 0}, {0.02, 0.03, 0.025}, Dressed::upper);
+  d.add({0.27, 0.2, 0}, {0.02, 0.03, 0.025}, Dressed::hand);
   CHECK(d.misplaced().empty());
-  SUBCASE("unless it stands off the body") {
-    for (std::uint32_t p = own_hand; p < own_hand + 8; ++p) d.distances[p] = 0.06;
-    CHECK(d.misplaced().size() == 1);
-  }
+}
+
+TEST_CASE("a hand on a hip stays a hand; a shoe goes with the foot in it") {
+  Dressed d;
+  d.add({0, 0, 0}, {0.2, 0.5, 0.2}, Dressed::other_hand);
+  d.add({0.235, 0, 0}, {0.03, 0.1, 0.05}, Dressed::hand);
+  CHECK(d.misplaced().empty());
+  Dressed shod;
+  shod.add({0, 0, 0}, {0.2, 0.5, 0.2}, Dressed::trunk);
+  shod.add({0.5, -0.4, 0}, {0.05, 0.15, 0.06}, Dressed::other_hand);
+  const std::uint32_t shoe = shod.add({0.5, -0.4, 0}, {0.06, 0.03, 0.07}, Dressed::hand);
+  const auto found = shod.misplaced();
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].points.front() == shoe);
 }
 
 TEST_CASE("a mesh of one piece, of small pieces only, and of none") {
   Dressed d;
   CHECK(d.misplaced().empty());
-  d.add({0, 0, 0}, {0.2, 0.5, 0.2}, hip);
+  d.add({0, 0, 0}, {0.2, 0.5, 0.2}, Dressed::trunk);
   CHECK(d.misplaced().empty());
   Dressed many;
-  for (int i = 0; i < 200; ++i) many.add({0.1 * i, 0, 0}, {0.05, 0.05, 0.05}, i % 2 == 0 ? hip : hand);
+  for (int i = 0; i < 200; ++i)
+    many.add({0.1 * i, 0, 0}, {0.05, 0.05, 0.05}, i % 2 == 0 ? Dressed::hand : Dressed::other_hand);
   CHECK(many.misplaced().empty());
 }

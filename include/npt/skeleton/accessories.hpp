@@ -1,26 +1,27 @@
-/// What a character wears that is small and a piece of its own: buckles, pouches, buttons, badges. A hand before the
-/// belly is nearer to a buckle than the belly is, and where an arm was fitted wrongly even a pouch at the other hip
-/// would go with it. What the mesh itself says is surer: such a piece goes with the larger piece that it lies on, where
-/// both belong to distant places of the body.
+/// What a character wears that is a small piece of its own: buckles, pouches, badges, shoes. A hand before the belly is
+/// nearer to a buckle than the belly is; and where an arm was fitted wrongly, a pouch at the other hip would go with it,
+/// where crossed legs were, each shoe with the other foot. What the mesh itself says is surer: such a piece goes with
+/// the larger piece that it lies on, where both would go with distant joints.
 /// Measured, a man with two pouches and a buckle whose right arm is fitted across his belly, PMD x 1e-4: MEASURED
-/// Shapes    points: [P] of the mesh
+/// Shapes    points: [P] of the mesh; joints: [P] the one that each goes with most, of J
 /// Units     metres
 /// Source    ours
 #pragma once
 
+#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/normals.hpp>
 #include <npt/mesh/union_find.hpp>
 #include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -38,99 +39,102 @@ struct Accessory {
   std::vector<Contact> contacts;  ///< at least one
 };
 
-/// Where on a body the points of a mesh were looked up.
-struct LookUp {
-  std::span<const Vec3d> places;              ///< [P] on the resting body
-  std::span<const std::uint32_t> taken_from;  ///< [P] the point whose place a point goes by
-  std::span<const double> distances;          ///< [P] from the posed body
-  double off;                                 ///< distance from which on a point stands off it
-};
-
 class Accessories {
  public:
-  Accessories(std::span<const Vec3d> points, std::span<const Triangle> triangles, const LookUp& body)
-      : points_(points), triangles_(triangles), body_(body) {
-    UnionFind pieces(points.size());
-    for (const Triangle& t : triangles) pieces.unite(t[0], t[1]), pieces.unite(t[1], t[2]);
-    piece_ = pieces.sets();
-    sort_out();
+  /// parents: [J] of the joints, -1 for the root
+  Accessories(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::span<const std::uint32_t> joints,
+              std::span<const int> parents)
+      : points_(points), joints_(joints), parents_(parents) {
+    sort_out(triangles);
   }
 
-  /// Those that belong elsewhere than what they lie on, ascending by their first points.
+  /// Those that go with other joints than what they lie on, ascending by their first points.
   std::vector<Accessory> misplaced() const {
     std::vector<Accessory> result;
     if (small_.empty() || large_.empty()) return result;
     const TriangleTree surface(points_, large_);
-    for (const std::vector<std::uint32_t>& piece : small_)
-      if (std::vector<Accessory::Contact> contacts = broken_contacts(piece, surface); !contacts.empty())
-        result.push_back({piece, std::move(contacts)});
+    std::vector<Vec3d> directions;
+    for (const Triangle& t : large_)
+      directions.push_back(cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]]));
+    for (const Piece& piece : small_)
+      if (std::vector<Accessory::Contact> contacts = distant_contacts(piece, surface, directions); !contacts.empty())
+        result.push_back({piece.points, std::move(contacts)});
     return result;
   }
 
  private:
-  // Shares of the mesh's area. A hand has 0.02 to 0.03, one that is a piece of its own lies close to the body's and may
-  // lean on a hip; a pouch of the man above has POUCH and is off the body.
-  static constexpr double small = 0.01, largest = 0.04, least_off = 0.3;
-  static constexpr double reach = 0.03, slack = 0.005;  ///< of contacts, and beyond the closest one
-  static constexpr double apart = 0.1, stretch = 3;     ///< places farther apart than apart + stretch * distance
+  // Shares of the mesh's area. A hand has 0.02 to 0.03: one that is a piece of its own may lie on a hip, and faces it.
+  // A pouch, which lies on a hip and faces it as well, has less; a shoe faces where the foot in it does.
+  static constexpr double tiny = 0.01, largest = 0.04;
+  static constexpr double reach = 0.03;
+  static constexpr std::size_t distant = 4;  ///< more bones than these apart; a finger's last and the forearm are 4
 
-  void sort_out() {
-    std::vector<double> area(points_.size()), standing(points_.size());
+  struct Piece {
+    std::vector<std::uint32_t> points;
+    bool tiny = false;
+  };
+
+  void sort_out(std::span<const Triangle> triangles) {
+    UnionFind sets(points_.size());
+    for (const Triangle& t : triangles) sets.unite(t[0], t[1]), sets.unite(t[1], t[2]);
+    const std::vector<std::uint32_t> piece = sets.sets();
+    std::vector<double> area(points_.size());
     double total = 0;
-    for (const Triangle& t : triangles_) {
+    for (const Triangle& t : triangles) {
       const double own = 0.5 * length(cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]]));
-      area[piece_[t[0]]] += own, total += own;
-      if (std::max({body_.distances[t[0]], body_.distances[t[1]], body_.distances[t[2]]}) > body_.off)
-        standing[piece_[t[0]]] += own;
+      area[piece[t[0]]] += own, total += own;
     }
     std::vector<std::uint32_t> number(points_.size(), no_index);
     for (std::uint32_t p = 0; p < points_.size(); ++p) {
-      const std::uint32_t first = piece_[p];
-      if (!(area[first] > 0) || area[first] > largest * total ||
-          (area[first] > small * total && standing[first] < least_off * area[first]))
-        continue;
-      if (number[first] == no_index) number[first] = static_cast<std::uint32_t>(small_.size()), small_.emplace_back();
-      small_[number[first]].push_back(p);
+      const double own = area[piece[p]];
+      if (!(own > 0) || own > largest * total) continue;
+      std::uint32_t& n = number[piece[p]];
+      if (n == no_index) {
+        n = static_cast<std::uint32_t>(small_.size());
+        small_.push_back({.points = {}, .tiny = own < tiny * total});
+      }
+      small_[n].points.push_back(p);
     }
     if (small_.empty()) return;
-    for (const Triangle& t : triangles_)
-      if (number[piece_[t[0]]] == no_index) large_.push_back(t);
+    for (const Triangle& t : triangles)
+      if (number[piece[t[0]]] == no_index) large_.push_back(t);
+    normals_ = area_vectors(points_, triangles);
   }
 
-  /// Where a piece comes closest to the surface, if it comes near and most of these places are far from its own.
-  std::vector<Accessory::Contact> broken_contacts(const std::vector<std::uint32_t>& piece,
-                                                  const TriangleTree& surface) const {
-    std::vector<ClosestPoint> closest;
-    closest.reserve(piece.size());
-    double least = std::numeric_limits<double>::infinity();
-    for (const std::uint32_t p : piece) {
-      closest.push_back(surface.closest(points_[p]));
-      least = std::min(least, closest.back().squared_distance);
-    }
+  /// Where the points of a piece come near the surface, if most of these places go with distant joints.
+  std::vector<Accessory::Contact> distant_contacts(const Piece& piece, const TriangleTree& surface,
+                                                   std::span<const Vec3d> directions) const {
+    const std::uint32_t own = joint_of(piece);
     std::vector<Accessory::Contact> contacts;
-    if (!(least < reach * reach)) return contacts;
-    const double most = std::sqrt(least) + slack;
-    std::size_t broken = 0;
-    for (std::size_t i = 0; i < piece.size(); ++i) {
-      const ClosestPoint& c = closest[i];
-      if (c.squared_distance > most * most) continue;
+    std::size_t near = 0;
+    for (const std::uint32_t p : piece.points) {
+      const ClosestPoint c =
+          piece.tiny
+              ? surface.closest(points_[p])
+              : surface.closest(points_[p], [&](std::uint32_t t) { return dot(directions[t], normals_[p]) > 0; });
+      if (!(c.squared_distance < reach * reach)) continue;
+      ++near;
       const Triangle& t = large_[c.triangle];
-      Vec3d place;
-      for (std::size_t k = 0; k < 3; ++k) place += body_.places[t[k]] * c.weights[k];
-      const std::uint32_t from = body_.taken_from[piece[i]];
-      if (length(place - body_.places[from]) > apart + stretch * length(c.point - points_[from])) ++broken;
-      contacts.push_back({t, c.weights});
+      const std::uint32_t corner = t[static_cast<std::size_t>(std::ranges::max_element(c.weights) - c.weights.begin())];
+      if (bones_between(parents_, own, joints_[corner]) > distant) contacts.push_back({t, c.weights});
     }
-    if (2 * broken <= contacts.size()) contacts.clear();
+    if (2 * contacts.size() <= near) contacts.clear();
     return contacts;
   }
 
+  /// The joint that most of its points go with.
+  std::uint32_t joint_of(const Piece& piece) const {
+    std::vector<std::size_t> votes(parents_.size());
+    for (const std::uint32_t p : piece.points) ++votes[joints_[p]];
+    return static_cast<std::uint32_t>(std::ranges::max_element(votes) - votes.begin());
+  }
+
   std::span<const Vec3d> points_;
-  std::span<const Triangle> triangles_;
-  LookUp body_;
-  std::vector<std::uint32_t> piece_;  ///< [P] the first point of its piece
-  std::vector<std::vector<std::uint32_t>> small_;
+  std::span<const std::uint32_t> joints_;
+  std::span<const int> parents_;
+  std::vector<Piece> small_;
   std::vector<Triangle> large_;
+  std::vector<Vec3d> normals_;  ///< [P], of any length; empty where there are no small pieces
 };
 
 }  // namespace skeleton::internal

@@ -18,15 +18,18 @@
 #include <npt/core/sort.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/fit/body_fit.hpp>
+#include <npt/fit/body_look_up.hpp>
 #include <npt/fit/finger_fit.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/limb_search.hpp>
 #include <npt/fit/part_motion.hpp>
 #include <npt/fit/reading_fit.hpp>
+#include <npt/fit/untangle.hpp>
 #include <npt/mannequin/finger_joints.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
+#include <npt/mesh/weld.hpp>
 #include <npt/parallel/default_executor.hpp>
 #include <npt/reading/reader.hpp>
 #include <npt/skeleton/body_reading.hpp>
@@ -92,6 +95,7 @@ class BasicBodyReader {
     search_limbs(surface, readings, reading, searched);
     if (likely(reading) && in_doubt(reading)) read_again(surface, samples, reading);
     if (reading.likeness() < sure_fit) read_turned(surface, samples, reading);
+    if (likely(reading)) untangle(mesh, surface, reading);
     if (reading.trust() > 0) reading.hands = fingers_(surface, reading.fit);
     return reading;
   }
@@ -220,6 +224,34 @@ class BasicBodyReader {
       }
       if (reading.fit.relative_distance > 0.97 * before) return;
     }
+  }
+
+  /// Where limbs that touch or cross were taken for each other, a fit from places that were mended along the surface;
+  /// kept where it comes as near and tears the surface apart less.
+  void untangle(const MeshView& mesh, const FitSurface& surface, BodyReading& reading) const {
+    constexpr double least_torn = 0.015;
+    if (!limbs_touch(body(), reading.fit.body)) return;
+    const Welding welding = weld(mesh.xyz);
+    const std::vector<Triangle> triangles = welding.welded(mesh.triangles);
+    const std::vector<Vec3d> all = reading.points_of(mesh);
+    std::vector<Vec3d> points;
+    points.reserve(welding.point_count());
+    for (const std::uint32_t v : welding.vertex_of) points.push_back(all[v]);
+    const auto tangle_of = [&](const ReadingFit& fit) {
+      return Tangle(BodyLookUp(body(), fit.body, fit.facing), points, triangles);
+    };
+    const Tangle now = tangle_of(reading.fit);
+    if (now.torn() < least_torn) return;
+    const std::optional<Reading> mended = now.mended();
+    if (!mended) return;
+    BodyReading other = reading;
+    fit(surface, std::span(&*mended, 1), other);
+    if (other.fit.body.axis_angles.empty() || other.fit.relative_distance > 1.05 * reading.fit.relative_distance ||
+        tangle_of(other.fit).torn() > 0.6 * now.torn())
+      return;
+    // What the network read is no surer for that.
+    other.fit.reading_residual = reading.fit.reading_residual;
+    reading = std::move(other);
   }
 
   /// Of each reading the angles of the motion, limbs hung on the fitted trunk.

@@ -21,6 +21,8 @@
 #include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/fit/body_fit.hpp>
+#include <npt/fit/body_look_up.hpp>
+#include <npt/fit/place_patches.hpp>
 #include <npt/mannequin/finger_joints.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
@@ -37,7 +39,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -116,39 +117,23 @@ class BodyWeights {
   }
 
   void locate() {
-    body_ = fitted_points(model_, fit_);
-    const std::span<const Triangle> faces = model_.triangles();
-    const TriangleTree tree(body_, faces);
-    std::vector<Vec3d> normals(faces.size());
-    for (std::size_t t = 0; t < faces.size(); ++t)
-      normals[t] = normalised(cross(body_[faces[t][1]] - body_[faces[t][0]], body_[faces[t][2]] - body_[faces[t][0]]));
+    const BodyLookUp look_up(model_, fit_, options_.facing);
+    body_.assign(look_up.body().begin(), look_up.body().end());
     const std::vector<Vec3d> outward = area_vectors(points_, triangles_);
     weights_.assign(points_.size() * stride_, 0.0F);
     places_.resize(points_.size());
     distances_.resize(points_.size());
     firm_.assign(points_.size(), true);
-    taken_from_.resize(points_.size());
-    std::iota(taken_from_.begin(), taken_from_.end(), 0U);
     std::uint32_t hint = no_index;
     for (std::size_t p = 0; p < points_.size(); ++p) {
-      const Vec3d normal = normalised(outward[p]);
-      ClosestPoint c = tree.closest(
-          points_[p],
-          [&](std::uint32_t t) {
-            const double cosine = dot(normals[t], normal);
-            return normal == Vec3d{} || (options_.facing == 0 ? std::abs(cosine) : options_.facing * cosine) > 0.2;
-          },
-          hint);
-      if (c.triangle == no_index) c = tree.closest(points_[p]);
-      hint = c.triangle;
+      const ClosestPoint c = look_up(points_[p], outward[p], hint);
+      places_[p] = look_up.place(c);
       // To the surface as such: what faces another way, as a coat's lining, is no farther for that.
       distances_[p] = std::sqrt(c.squared_distance);
-      if (distances_[p] > options_.off) distances_[p] = std::sqrt(tree.closest(points_[p]).squared_distance);
+      if (distances_[p] > options_.off) distances_[p] = look_up.distance(points_[p]);
+      const SparseMatrix& skin = model_.tables().weights;
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t v = faces[c.triangle][k];
-        const float* rest = &model_.tables().v_template[3 * std::size_t{v}];
-        places_[p] += Vec3f{rest[0], rest[1], rest[2]}.as<double>() * c.weights[k];
-        const SparseMatrix& skin = model_.tables().weights;
+        const std::uint32_t v = model_.triangles()[c.triangle][k];
         for (std::size_t i = skin.start[v]; i < skin.start[v + 1]; ++i)
           weights_[p * stride_ + skin.column[i]] += static_cast<float>(c.weights[k]) * skin.value[i];
       }
@@ -167,23 +152,16 @@ class BodyWeights {
     return share;
   }
 
-  /// Parts of the mesh on which places are continuous; small ones with others around are not believed.
+  /// Small patches with others around are not believed, but where one is the most of its piece: of a shoe that touches
+  /// the other leg, what was looked up on its own foot.
   void doubt_patches() {
-    UnionFind patches(points_.size());
-    std::vector<Edge> broken;
-    for (const Edge& e : edges_) {
-      if (length(places_[e[0]] - places_[e[1]]) > 0.1 + 3 * length(points_[e[0]] - points_[e[1]]))
-        broken.push_back(e);
-      else
-        patches.unite(e[0], e[1]);
-    }
-    const std::vector<double> share = shares_of_area(patches);
+    const PlacePatches patches(points_, triangles_, edges_, places_);
     std::vector<bool> doubted(points_.size(), false);
-    for (const Edge& e : broken)
+    for (const Edge& e : patches.broken())
       for (const std::uint32_t v : e)
-        if (share[patches.find(v)] < options_.patch) doubted[patches.find(v)] = true;
+        if (patches.share(v) < options_.patch && !patches.most_of_piece(v)) doubted[patches.patch(v)] = true;
     for (std::uint32_t p = 0; p < points_.size(); ++p)
-      if (doubted[patches.find(p)]) firm_[p] = false;
+      if (doubted[patches.patch(p)]) firm_[p] = false;
   }
 
   bool anything_far() const {
@@ -245,16 +223,18 @@ class BodyWeights {
     for (std::uint32_t p = 0; p < points_.size(); ++p)
       if (firm_[p]) loose[pieces.find(p)] = false;
     for (std::uint32_t p = 0; p < points_.size(); ++p)
-      if (const std::uint32_t n = nearest[pieces.find(p)]; loose[pieces.find(p)] && n != p) {
-        std::copy_n(&weights_[n * stride_], stride_, &weights_[p * stride_]);
-        taken_from_[p] = n;
-      }
+      if (const std::uint32_t piece = pieces.find(p); loose[piece] && nearest[piece] != p)
+        std::copy_n(&weights_[nearest[piece] * stride_], stride_, &weights_[p * stride_]);
   }
 
-  /// A small piece that lies elsewhere on the mesh than on the body goes as a whole with what it lies on.
+  /// A small piece that goes with other joints than what it lies on goes as a whole with that.
   void hang_accessories() {
-    for (const Accessory& piece :
-         Accessories(points_, triangles_, {places_, taken_from_, distances_, options_.off}).misplaced()) {
+    std::vector<std::uint32_t> joints(points_.size());
+    for (std::size_t p = 0; p < points_.size(); ++p) {
+      const auto row = std::span(weights_).subspan(p * stride_, joints_);
+      joints[p] = static_cast<std::uint32_t>(std::ranges::max_element(row) - row.begin());
+    }
+    for (const Accessory& piece : Accessories(points_, triangles_, joints, model_.tables().parents).misplaced()) {
       std::vector<float> mean(stride_);
       for (const auto& [triangle, weights] : piece.contacts)
         for (std::size_t k = 0; k < 3; ++k)
@@ -357,11 +337,10 @@ class BodyWeights {
   std::size_t joints_, stride_;
   std::vector<Edge> edges_;
   Neighbours around_;
-  std::vector<float> weights_;             ///< [P, stride], rows in whole registers
-  std::vector<Vec3d> places_;              ///< [P] on the resting body
-  std::vector<double> distances_;          ///< [P] from the body
-  std::vector<bool> firm_;                 ///< [P] whether a point's look-up is believed
-  std::vector<std::uint32_t> taken_from_;  ///< [P] the point whose look-up a point goes by: its own, or of its piece
+  std::vector<float> weights_;     ///< [P, stride], rows in whole registers
+  std::vector<BodyPlace> places_;  ///< [P]
+  std::vector<double> distances_;  ///< [P] from the body
+  std::vector<bool> firm_;         ///< [P] whether a point's look-up is believed
 };
 
 }  // namespace skeleton::internal
