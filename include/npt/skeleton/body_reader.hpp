@@ -251,7 +251,7 @@ class BasicBodyReader {
       return;
     // What the network read is no surer for that.
     other.fit.reading_residual = reading.fit.reading_residual;
-    reading = std::move(other);
+    if (other.trust() > std::min(0.8, reading.trust() - 0.02)) reading = std::move(other);
   }
 
   /// Of each reading the angles of the motion, limbs hung on the fitted trunk.

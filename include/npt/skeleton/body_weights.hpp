@@ -152,14 +152,20 @@ class BodyWeights {
     return share;
   }
 
-  /// Small patches with others around are not believed, but where one is the most of its piece: of a shoe that touches
-  /// the other leg, what was looked up on its own foot.
+  /// Small patches with others around are not believed, but where one is the most of its piece and lies on the body: of
+  /// a shoe that touches the other leg, what was looked up on its own foot.
   void doubt_patches() {
     const PlacePatches patches(points_, triangles_, edges_, places_);
+    std::vector<double> distance(points_.size()), count(points_.size());
+    for (std::uint32_t p = 0; p < points_.size(); ++p)
+      distance[patches.patch(p)] += distances_[p], ++count[patches.patch(p)];
     std::vector<bool> doubted(points_.size(), false);
     for (const Edge& e : patches.broken())
-      for (const std::uint32_t v : e)
-        if (patches.share(v) < options_.patch && !patches.most_of_piece(v)) doubted[patches.patch(v)] = true;
+      for (const std::uint32_t v : e) {
+        const std::uint32_t patch = patches.patch(v);
+        const bool worn = patches.most_of_piece(v) && distance[patch] < options_.off / 2 * count[patch];
+        if (patches.share(v) < options_.patch && !worn) doubted[patch] = true;
+      }
     for (std::uint32_t p = 0; p < points_.size(); ++p)
       if (doubted[patches.patch(p)]) firm_[p] = false;
   }
