@@ -203,6 +203,10 @@ test_generate() {
   different character.ply natural.ply
   expect 0 -- generate --out character.ply --proportions --shape zero --pose rest
   different character.ply rest.ply
+  expect 0 -- generate --out dressed.ply --clothes --shape zero --pose rest
+  expect 0 --out "components     6" --out "open" -- info dressed.ply
+  different dressed.ply rest.ply
+  expect 0 -- generate --out dressed.ply --clothes --proportions --pose natural
   expect 1 --err "--shape: found 11 numbers" -- generate --out x.ply --proportions --shape "1,1,1,1,1,1,1,1,1,1,1"
   expect 2 --err "--count" -- generate --out x --count 0
   expect 2 --err "--seed" -- generate --out x --seed -1
@@ -773,6 +777,9 @@ test_evaluate() {
   [ "$(pmd_of)" = "$natural" ] || fail "natural poses differ for another number of threads"
   expect 0 --out "natural poses and random proportions of mannequin" --out "median" --out "worst" -- evaluate --pairs 1 --poses natural --proportions
   expect 2 --err "--proportions" -- evaluate --protocol --proportions
+  expect 0 --out "natural poses of the dressed mannequin" -- evaluate --pairs 1 --poses natural --clothes
+  expect 0 --out "random proportions of the dressed mannequin" -- evaluate --pairs 1 --poses natural --clothes --proportions
+  expect 2 --err "--clothes" -- evaluate --protocol --clothes
   expect 2 --err "--poses" -- evaluate --pairs 1 --poses odd
 
   mkdir -p family/cat family/dog

@@ -1,5 +1,5 @@
-/// Patches of a mesh on which the places of its points on a body are continuous. Where limbs touch or cross, some points
-/// lie closest to the wrong one, and the mesh's edges lead from one place to a distant one: there patches end.
+/// Patches of a mesh on which the places of its points on a body are continuous. Where limbs touch or cross, some
+/// points lie closest to the wrong one, and the mesh's edges lead from one place to a distant one: there patches end.
 /// Shapes    points: [P]; edges: each once; places: [P]
 /// Units     metres
 #pragma once

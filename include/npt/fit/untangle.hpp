@@ -115,7 +115,7 @@ class Tangle {
     return place;
   }
 
-  /// [P] at the least point of each patch: from the greatest ones outwards, each by most of its edges to what is judged.
+  /// [P] at the least point of each patch: from the greatest ones outwards, each by most edges to what is judged.
   std::vector<State> judged() const {
     std::vector<State> states(points_.size(), State::doubted);
     for (std::uint32_t p = 0; p < points_.size(); ++p)

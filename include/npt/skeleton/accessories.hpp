@@ -1,7 +1,7 @@
 /// What a character wears that is a small piece of its own: buckles, pouches, badges, shoes. A hand before the belly is
-/// nearer to a buckle than the belly is; and where an arm was fitted wrongly, a pouch at the other hip would go with it,
-/// where crossed legs were, each shoe with the other foot. What the mesh itself says is surer: such a piece goes with
-/// the larger piece that it lies on, where both would go with distant joints.
+/// nearer to a buckle than the belly is; and where an arm was fitted wrongly, a pouch at the other hip would go with
+/// it, where crossed legs were, each shoe with the other foot. What the mesh itself says is surer: such a piece goes
+/// with the larger piece that it lies on, where both would go with distant joints.
 /// Measured, a man with two pouches and a buckle whose right arm is fitted across his belly: PMD 85 instead of 1457e-4.
 /// Shapes    points: [P] of the mesh; joints: [P] the one that each goes with most, of J
 /// Units     metres

@@ -285,8 +285,8 @@ class BodyWeights {
     for (std::size_t j = 0; j < joints_; ++j) row[j] /= count;
   }
 
-  /// [P] How far a sweep takes a point to the mean of its neighbours: halfway, less where edges are long, so that weights
-  /// spread equally far on meshes of any fineness. Surfaces of 1591 vertices: 7.6 instead of 9.2e-4 m^2.
+  /// [P] How far a sweep takes a point to the mean of its neighbours: halfway, less where edges are long, so that
+  /// weights spread equally far on meshes of any fineness. Surfaces of 1591 vertices: 7.6 instead of 9.2e-4 m^2.
   std::vector<float> smoothing_pace() const {
     constexpr double edge = 0.03;
     std::vector<float> pace(points_.size());
