@@ -33,7 +33,7 @@ namespace body::internal {
 class Wardrobe {
  public:
   explicit Wardrobe(const BodyModel& body)
-      : body_(body), heaviest_(body.tables().weights.heaviest_columns()), joints_(body.joints({})) {
+      : heaviest_(body.tables().weights.heaviest_columns()), joints_(body.joints({})) {
     for (std::size_t v = 0; v < body.vertex_count(); ++v) {
       const float* p = &body.tables().v_template[3 * v];
       points_.push_back(Vec3f{p[0], p[1], p[2]}.as<double>());
@@ -74,7 +74,6 @@ class Wardrobe {
     });
   }
 
-  const BodyModel& body_;
   std::vector<std::uint32_t> heaviest_;  ///< [V] joint
   std::vector<Vec3d> joints_;
   std::vector<Vec3d> points_, normals_;  ///< [V] of the resting body
