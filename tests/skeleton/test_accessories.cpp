@@ -2,10 +2,11 @@
 
 #include <npt/skeleton/accessories.hpp>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
+
+#include "skeleton/boxes.hpp"
 
 namespace {
 
@@ -22,22 +23,8 @@ struct Dressed {
 
   /// The number of its first point.
   std::uint32_t add(Vec3d centre, Vec3d half, std::uint32_t joint) {
-    const auto first = static_cast<std::uint32_t>(points.size());
-    for (const std::uint32_t i : {0U, 1U, 2U, 3U, 4U, 5U, 6U, 7U}) {
-      const auto sign = [i](std::uint32_t bit) { return (i & bit) != 0 ? 1.0 : -1.0; };
-      points.push_back(centre + Vec3d{half.x * sign(1), half.y * sign(2), half.z * sign(4)});
-      joints.push_back(joint);
-    }
-    for (const std::array<std::uint32_t, 4> q : {std::array{0U, 4U, 6U, 2U},
-                                                 {1U, 3U, 7U, 5U},
-                                                 {0U, 1U, 5U, 4U},
-                                                 {2U, 6U, 7U, 3U},
-                                                 {0U, 2U, 3U, 1U},
-                                                 {4U, 5U, 7U, 6U}}) {
-      triangles.push_back({first + q[0], first + q[1], first + q[2]});
-      triangles.push_back({first + q[0], first + q[2], first + q[3]});
-    }
-    return first;
+    joints.insert(joints.end(), 8, joint);
+    return boxes::add(centre, half, points, triangles);
   }
   std::vector<npt::skeleton::internal::Accessory> misplaced() const {
     return npt::skeleton::internal::Accessories(points, triangles, joints, parents).misplaced();

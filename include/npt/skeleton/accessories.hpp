@@ -13,7 +13,7 @@
 #include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
-#include <npt/mesh/union_find.hpp>
+#include <npt/mesh/topology.hpp>
 #include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
@@ -75,9 +75,7 @@ class Accessories {
   };
 
   void sort_out(std::span<const Triangle> triangles) {
-    UnionFind sets(points_.size());
-    for (const Triangle& t : triangles) sets.unite(t[0], t[1]), sets.unite(t[1], t[2]);
-    const std::vector<std::uint32_t> piece = sets.sets();
+    const std::vector<std::uint32_t> piece = connected_components(triangles, points_.size());
     std::vector<double> area(points_.size());
     double total = 0;
     for (const Triangle& t : triangles) {
