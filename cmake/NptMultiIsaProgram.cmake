@@ -29,6 +29,3 @@ target_compile_options(npt_program PRIVATE -march=x86-64 -Wall -Wextra -include 
 foreach(isa IN LISTS NPT_MULTI_ISA_SETS)
   add_dependencies(npt_program npt_program_${isa})
 endforeach()
-# Where lib/npt/npt-SET looks for weights, also in the build folder.
-file(MAKE_DIRECTORY "${PROJECT_BINARY_DIR}/share/npt")
-file(CREATE_LINK "${PROJECT_SOURCE_DIR}/examples/weights" "${PROJECT_BINARY_DIR}/share/npt/weights" SYMBOLIC)
