@@ -18,7 +18,7 @@ function(npt_target_options target)
   target_compile_options(${target} PRIVATE -ffp-contract=off)
   # g++ collects its garbage at 128 MB at first, and again and again: 5 to 7 % of the time.
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    target_compile_options(${target} PRIVATE --param=ggc-min-heapsize=1000000)
+    target_compile_options(${target} PRIVATE --param=ggc-min-heapsize=1500000)
   endif()
   if(NPT_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
