@@ -98,7 +98,7 @@ TEST_CASE("the mannequin with a rig is a body again: its joints, its places, its
 TEST_CASE("arms that hang in the bind pose come up, large faces are halved") {
   const rigged::Angles hanging = rigged::turned(left_shoulder, 0, 0, -0.9F, rigged::turned(right_shoulder, 0, 0, 0.9F));
   const npt::Rig rig = npt::make_rig(rigged::figure(hanging), "figure.glb");
-  const npt::RiggedBody body = npt::rigged_body(rig, {.longest_edge = 0.02});
+  const npt::RiggedBody body = npt::rigged_body(rig, {.longest_edge = 0.03});
   CHECK(body.clips.empty());
   CHECK(body.body->vertex_count() > rig.positions.size());
   std::vector<std::uint32_t> vertex_of(rig.positions.size());

@@ -144,16 +144,21 @@ TEST_CASE("a badge on a thigh stays there where a hand was fitted wrongly before
   std::vector<npt::Triangle> triangles(npt::mannequin().triangles().begin(), npt::mannequin().triangles().end());
   const std::vector<std::uint32_t> heaviest = npt::mannequin().tables().weights.heaviest_columns();
   // The left arm of the fit hangs down beside the thigh; that of the mesh does not.
+  std::vector<std::size_t> hand, thigh;
+  for (std::size_t v = 0; v < heaviest.size(); ++v)
+    if (heaviest[v] == 20 || heaviest[v] == 22)
+      hand.push_back(v);
+    else if (heaviest[v] == 1)
+      thigh.push_back(v);
   double gap = 1;
   Vec3d of_hand, of_thigh;
   for (float turn = 1; gap > 0.035 && turn < 1.8F; turn += 0.02F) {
     gap = 1;
     fit.axis_angles[3 * std::size_t{16} + 2] = -turn;
     const std::vector<Vec3d> fitted = points_of(fit);
-    for (std::size_t h = 0; h < fitted.size(); ++h)
-      for (std::size_t t = 0; t < fitted.size() && (heaviest[h] == 20 || heaviest[h] == 22); ++t)
-        if (const double d = length(fitted[h] - points[t]); heaviest[t] == 1 && d < gap)
-          gap = d, of_hand = fitted[h], of_thigh = points[t];
+    for (const std::size_t h : hand)
+      for (const std::size_t t : thigh)
+        if (const double d = length(fitted[h] - points[t]); d < gap) gap = d, of_hand = fitted[h], of_thigh = points[t];
   }
   REQUIRE(gap < 0.035);
   const auto badge = static_cast<std::uint32_t>(points.size());
