@@ -49,45 +49,60 @@ Case case_of(const benchmark::State& state) {
   return {static_cast<int>(state.range(0)), static_cast<int>(state.range(1))};
 }
 
+/// The library's two steps, and the memory that they work in.
+class Steps {
+ public:
+  explicit Steps(const Case& c)
+      : case_(c),
+        channels_(static_cast<std::size_t>(c.channels)),
+        means_(channels_ * static_cast<std::size_t>(c.groups)),
+        squares_(means_.size()),
+        mean_(channels_),
+        inverse_(channels_),
+        sums_(2 * channels_) {}
+
+  void gather() {
+    for (int g = 0; g < case_.groups; ++g)
+      kernel::gather_moments(case_.tiles.data() + kernel::tile_size(case_.channels) * static_cast<std::size_t>(g),
+                             kernel::panel_stride<float>(case_.channels),
+                             std::min(kernel::group_width, case_.vertices - g * kernel::group_width), case_.channels,
+                             means_.data() + channels_ * static_cast<std::size_t>(g),
+                             squares_.data() + channels_ * static_cast<std::size_t>(g));
+  }
+  void merge() {
+    kernel::merge_moments(means_.data(), squares_.data(), case_.vertices, case_.channels, sums_.data(), mean_.data(),
+                          inverse_.data());
+  }
+  double error() const {
+    return case_.error([&](int c) { return inverse_.data()[c]; });
+  }
+
+ private:
+  const Case& case_;
+  std::size_t channels_;
+  npt::AlignedBuffer<float> means_, squares_, mean_, inverse_;
+  npt::AlignedBuffer<double> sums_;
+};
+
 void moments(benchmark::State& state) {
   const Case c = case_of(state);
-  const auto count = static_cast<std::size_t>(c.channels);
-  npt::AlignedBuffer<float> means(count * static_cast<std::size_t>(c.groups)), squares(means.size()), mean(count),
-      inverse(count);
-  npt::AlignedBuffer<double> sums(2 * count);
+  Steps steps(c);
   const auto run = [&] {
-    for (int g = 0; g < c.groups; ++g)
-      kernel::gather_moments(c.tiles.data() + kernel::tile_size(c.channels) * static_cast<std::size_t>(g),
-                             kernel::panel_stride<float>(c.channels),
-                             std::min(kernel::group_width, c.vertices - g * kernel::group_width), c.channels,
-                             means.data() + count * static_cast<std::size_t>(g),
-                             squares.data() + count * static_cast<std::size_t>(g));
-    kernel::merge_moments(means.data(), squares.data(), c.vertices, c.channels, sums.data(), mean.data(),
-                          inverse.data());
+    steps.gather();
+    steps.merge();
   };
   run();
-  if (!bench::verified(state, c.error([&](int i) { return inverse.data()[i]; }))) return;
+  if (!bench::verified(state, steps.error())) return;
   bench::time_values(state, double{1} * c.channels * c.vertices, run);
 }
 
 void merge(benchmark::State& state) {
   const Case c = case_of(state);
-  const auto count = static_cast<std::size_t>(c.channels);
-  npt::AlignedBuffer<float> means(count * static_cast<std::size_t>(c.groups)), squares(means.size()), mean(count),
-      inverse(count);
-  npt::AlignedBuffer<double> sums(2 * count);
-  for (int g = 0; g < c.groups; ++g)
-    kernel::gather_moments(c.tiles.data() + kernel::tile_size(c.channels) * static_cast<std::size_t>(g),
-                           kernel::panel_stride<float>(c.channels),
-                           std::min(kernel::group_width, c.vertices - g * kernel::group_width), c.channels,
-                           means.data() + count * static_cast<std::size_t>(g),
-                           squares.data() + count * static_cast<std::size_t>(g));
-  const auto run = [&] {
-    kernel::merge_moments(means.data(), squares.data(), c.vertices, c.channels, sums.data(), mean.data(),
-                          inverse.data());
-  };
+  Steps steps(c);
+  steps.gather();
+  const auto run = [&] { steps.merge(); };
   run();
-  if (!bench::verified(state, c.error([&](int i) { return inverse.data()[i]; }))) return;
+  if (!bench::verified(state, steps.error())) return;
   bench::time_values(state, c.channels, run);
 }
 

@@ -59,27 +59,34 @@ double loss(const npt::AlignedBuffer<double>& x, const npt::AlignedBuffer<double
   return sum;
 }
 
+/// All rows of a tile, from the gradient behind its layers to the one in front of them.
+tape::BackwardRange<double> whole_tile(const npt::AlignedBuffer<double>& x, const npt::AlignedBuffer<double>& upstream,
+                                       npt::AlignedBuffer<double>& downstream,
+                                       const kernel::PointwiseArgs<double>* args) {
+  const std::size_t stride = kernel::panel_stride<double>(row_count);
+  return {.values = x.data(),
+          .values_stride = stride,
+          .upstream = upstream.data(),
+          .upstream_stride = stride,
+          .downstream = downstream.data(),
+          .downstream_stride = stride,
+          .adds = false,
+          .valid = valid_vertices,
+          .first_channel = 0,
+          .rows = row_count,
+          .args = args,
+          .parameter_sums = nullptr,
+          .norm_sums = {nullptr, nullptr},
+          .other = {}};
+}
+
 }  // namespace
 
 TEST_CASE("a chain without a norm goes back by its layers' derivatives, and adds where it is told to") {
   const auto x = random_tile(1), dy = random_tile(2);
   npt::AlignedBuffer<double> dx(kernel::tile_size(row_count));
-  const std::size_t stride = kernel::panel_stride<double>(row_count);
   const std::array<kernel::PointwiseArgs<double>, 2> args{};
-  tape::BackwardRange<double> range{.values = x.data(),
-                                    .values_stride = stride,
-                                    .upstream = dy.data(),
-                                    .upstream_stride = stride,
-                                    .downstream = dx.data(),
-                                    .downstream_stride = stride,
-                                    .adds = false,
-                                    .valid = valid_vertices,
-                                    .first_channel = 0,
-                                    .rows = row_count,
-                                    .args = args.data(),
-                                    .parameter_sums = nullptr,
-                                    .norm_sums = {nullptr, nullptr},
-                                    .other = {}};
+  tape::BackwardRange<double> range = whole_tile(x, dy, dx, args.data());
   for (const double times : {1.0, 2.0}) {
     tape::backward_rows<double, npt::Relu, npt::Tanh>(range);
     for (int r = 0; r < row_count; ++r)
@@ -96,26 +103,14 @@ TEST_CASE("a chain with a norm goes back in two steps, between which the sums ov
   auto x = random_tile(3);
   const auto weight = random_tile(4);
   const Norm norm(x);
-  const std::size_t stride = kernel::panel_stride<double>(row_count);
   npt::AlignedBuffer<double> behind(kernel::tile_size(row_count)), dx(kernel::tile_size(row_count));
   std::array<kernel::PointwiseArgs<double>, 2> args{};
   args[0].mean = norm.mean.data();
   args[0].inverse_deviation = norm.inverse_deviation.data();
   std::array<double, row_count> gradient{}, product{};
-  tape::BackwardRange<double> range{.values = x.data(),
-                                    .values_stride = stride,
-                                    .upstream = weight.data(),
-                                    .upstream_stride = stride,
-                                    .downstream = behind.data(),
-                                    .downstream_stride = stride,
-                                    .adds = false,
-                                    .valid = valid_vertices,
-                                    .first_channel = 0,
-                                    .rows = row_count,
-                                    .args = args.data(),
-                                    .parameter_sums = nullptr,
-                                    .norm_sums = {gradient.data(), product.data()},
-                                    .other = {}};
+  tape::BackwardRange<double> range = whole_tile(x, weight, behind, args.data());
+  range.norm_sums[0] = gradient.data();
+  range.norm_sums[1] = product.data();
   tape::backward_rows<double, npt::InstanceNorm, npt::Tanh>(range);
   for (std::size_t c = 0; c < row_count; ++c) {
     gradient[c] /= valid_vertices;
