@@ -116,7 +116,8 @@ def read_obj(path):
             words = line.split()
             try:
                 if words[:1] == ["v"]:
-                    xyz.extend(float(word) for word in words[1:4])
+                    x, y, z = map(float, words[1:4])
+                    xyz.extend((x, y, z))
                 elif words[:1] == ["f"]:
                     corners = [int(word.split("/")[0]) for word in words[1:]]
                     corners = [c - 1 if c > 0 else len(xyz) // 3 + c for c in corners]
@@ -124,6 +125,8 @@ def read_obj(path):
                         triangles.extend((corners[0], corners[i], corners[i + 1]))
             except (ValueError, OverflowError) as error:
                 raise RuntimeError(f"{path}: line {number}: {error}") from None
+    if not xyz:
+        raise RuntimeError(f"{path}: found no vertex, expected an OBJ file, the one kind that this example reads")
     return Mesh(xyz, triangles, path)
 
 

@@ -48,3 +48,10 @@ printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n' > broken.obj
 if transfer "$library" "$weights" identity.obj broken.obj bad.obj 2> message.txt; then exit 1; fi
 grep -q "transfer.py: broken.obj: triangle 0: found vertex 8, expected a number below 3" message.txt
 [ ! -e bad.obj ]
+printf 'ply\nformat ascii 1.0\n' > other.ply
+if transfer "$library" "$weights" identity.obj other.ply bad.obj 2> message.txt; then exit 1; fi
+grep -q "transfer.py: other.ply: found no vertex, expected an OBJ file" message.txt
+printf 'v 0 0 0\nv 1 0\n' > short.obj
+if transfer "$library" "$weights" identity.obj short.obj bad.obj 2> message.txt; then exit 1; fi
+grep -q "transfer.py: short.obj: line 2: " message.txt
+[ ! -e bad.obj ]
