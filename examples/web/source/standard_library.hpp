@@ -229,9 +229,9 @@ struct npt_binary_search {
 inline constexpr npt_binary_search binary_search;
 
 struct npt_equal {
-  template <class R, class S>
-  constexpr bool operator()(R&& a, S&& b) const {
-    return std::equal(ranges::begin(a), ranges::end(a), ranges::begin(b), ranges::end(b));
+  template <class R, class S, class C = std::equal_to<>>
+  constexpr bool operator()(R&& a, S&& b, C compare = {}) const {
+    return std::equal(ranges::begin(a), ranges::end(a), ranges::begin(b), ranges::end(b), compare);
   }
 };
 inline constexpr npt_equal equal;
