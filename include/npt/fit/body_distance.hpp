@@ -16,6 +16,7 @@
 #include <npt/fit/differentiable_body.hpp>
 #include <npt/fit/fit_target.hpp>
 #include <npt/fit/pose_prior.hpp>
+#include <npt/fit/robust_distance.hpp>
 #include <npt/linear/dense_cholesky.hpp>
 #include <npt/surface/closest_point.hpp>
 
@@ -75,8 +76,6 @@ class BodyDistance {
 
   /// The value of the last call without the priors.
   double data_value() const noexcept { return data_value_; }
-
-  static constexpr double per_square_metre = 1e4;
 
  private:
   /// rho(s) and its derivative.
@@ -198,7 +197,7 @@ inline DenseCholesky body_curvature(const BodyLevel& level, const PosePrior& pri
                                     std::span<const double> at, std::size_t n) {
   const std::vector<double> jacobian = fit::internal::distance_jacobian(level, at, n);
   const std::size_t rows = jacobian.size() / n, joints = level.body().joint_count();
-  const double weight = 2 * BodyDistance::per_square_metre * (1 + options.mesh_share);
+  const double weight = 2 * per_square_metre * (1 + options.mesh_share);
   std::vector<double> matrix(n * n);
   for (std::size_t p = 0; p < n; ++p)
     for (std::size_t q = 0; q <= p; ++q) {

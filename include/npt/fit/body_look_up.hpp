@@ -10,7 +10,7 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/body_fit.hpp>
+#include <npt/fit/fitted_body.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/surface/closest_point.hpp>
 

@@ -9,7 +9,7 @@
 #include <npt/body/proportions.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/body_fit.hpp>
+#include <npt/fit/body_fitter.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/surface/closest_point.hpp>
 

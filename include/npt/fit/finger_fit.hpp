@@ -14,8 +14,8 @@
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/body_fit.hpp>
 #include <npt/fit/fit_surface.hpp>
+#include <npt/fit/fitted_body.hpp>
 #include <npt/fit/reading_fit.hpp>
 #include <npt/fit/robust_distance.hpp>
 #include <npt/mannequin/finger_joints.hpp>

@@ -20,8 +20,8 @@
 #include <npt/core/matrix3.hpp>
 #include <npt/core/random.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/body_fit.hpp>
 #include <npt/fit/fit_surface.hpp>
+#include <npt/fit/fitted_body.hpp>
 #include <npt/fit/robust_distance.hpp>
 #include <npt/parallel/executor.hpp>
 #include <npt/surface/closest_point.hpp>

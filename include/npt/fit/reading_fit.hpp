@@ -9,7 +9,7 @@
 /// Distances are taken along normals: the step is that of "point to plane"; where a point has left the other surface's
 /// end, along the line to it.
 /// Shapes    x as DifferentiableBody's: [translation, axis angles 24 x 3, betas S]
-/// Units     those of the model, metres; E in square centimetres, as BodyDistance
+/// Units     those of the model, metres; E in square centimetres
 /// Numerics  double; some 20 steps, 75 to 100 ms on one core of an EPYC with AVX-512, whatever the mesh's size. Of 50
 ///           mannequins in natural poses, read with errors of 5 cm, a tenth of the places wild and limbs swapped, 47
 ///           ended within 7 mm RMS over vertices and the others within 23; 50 people of another model's shapes at a
@@ -26,14 +26,14 @@
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/body_distance.hpp>
-#include <npt/fit/body_fit.hpp>
 #include <npt/fit/body_level.hpp>
 #include <npt/fit/fit_surface.hpp>
+#include <npt/fit/fitted_body.hpp>
 #include <npt/fit/part_motion.hpp>
 #include <npt/fit/pose_prior.hpp>
 #include <npt/fit/reading_problem.hpp>
 #include <npt/fit/reading_stages.hpp>
+#include <npt/fit/robust_distance.hpp>
 #include <npt/fit/surface_track.hpp>
 #include <npt/parallel/executor.hpp>
 #include <npt/surface/closest_point.hpp>
@@ -323,7 +323,7 @@ class ReadingFitter {
   ReadingFit result_of(const FitSurface& surface, fit::internal::ReadingProblem& problem, const Candidate& c) const {
     ReadingFit result;
     const double sum = problem.distance(Stages::measured);
-    result.body.distance = std::sqrt(sum / (2 * BodyDistance::per_square_metre));
+    result.body.distance = std::sqrt(sum / (2 * per_square_metre));
     const double size = std::sqrt(surface.area() / area_);
     result.relative_distance = result.body.distance / size;
     const std::size_t probes = problem.probe_matches();

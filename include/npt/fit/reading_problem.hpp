@@ -1,7 +1,7 @@
 /// One fit of a body to a read surface, by Levenberg and Marquardt's method: what is summed, its derivatives, steps.
 /// reading_fit.hpp says which stages follow each other, and gives E.
 /// Shapes    x as DifferentiableBody's: [translation, axis angles 24 x 3, betas S]
-/// Units     metres; E in square centimetres, as BodyDistance
+/// Units     metres; E in square centimetres
 /// Threads   one problem belongs to one thread
 /// Source    Chen and Medioni, "Object modelling by registration of multiple range images", 1992 (point to plane);
 ///           Nocedal and Wright, "Numerical Optimization", 2006, section 10.3 (Levenberg and Marquardt)
@@ -133,7 +133,6 @@ class ReadingProblem {
   std::span<const Vec3d> body_points() const noexcept { return points_of_body_; }
 
  private:
-  static constexpr double per_square_metre = 1e4;
   /// In deviations: from here on a beta costs hardly more, so that the prior may be strong enough that the body is not
   /// blown up to fill clothes and a stylised figure still keeps its proportions. With a third of the finest stage's
   /// weight dressed people ended at 12.7e-4 instead of 8.8e-4, others of the same set at 9.1e-4 instead of 9.6e-4, a

@@ -7,6 +7,9 @@
 
 namespace npt::inline NPT_ABI {
 
+/// Energies of fits are square centimetres of meshes in metres.
+inline constexpr double per_square_metre = 1e4;
+
 /// squared: d^2; scale: s, in the same unit as d
 constexpr double robust_squared(double squared, double scale) {
   return squared * scale * scale / (squared + scale * scale);

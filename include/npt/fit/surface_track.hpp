@@ -21,10 +21,10 @@
 #include <npt/core/matrix3.hpp>
 #include <npt/core/sort.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/body_fit.hpp>
 #include <npt/fit/body_level.hpp>
 #include <npt/fit/differentiable_body.hpp>
 #include <npt/fit/fit_surface.hpp>
+#include <npt/fit/fitted_body.hpp>
 #include <npt/fit/robust_distance.hpp>
 #include <npt/linear/nearest_rotation.hpp>
 #include <npt/linear/normal_equations.hpp>
@@ -155,7 +155,7 @@ class SurfaceTrack {
     }
 
    private:
-    static constexpr double least_scale = 0.05, most_turn = 0.7, enough = 5e-4, per_square_metre = 1e4, anchored = 2e-3;
+    static constexpr double least_scale = 0.05, most_turn = 0.7, enough = 5e-4, anchored = 2e-3;
 
     /// Parameters, and where they put the tied points.
     struct Place {

@@ -14,8 +14,8 @@
 #include <npt/config.hpp>
 #include <npt/core/random.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/body_fit.hpp>
 #include <npt/fit/body_look_up.hpp>
+#include <npt/fit/fitted_body.hpp>
 #include <npt/fit/part_motion.hpp>
 #include <npt/fit/place_patches.hpp>
 #include <npt/fit/reading_fit.hpp>

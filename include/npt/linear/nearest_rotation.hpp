@@ -11,7 +11,7 @@
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
 
-#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -64,14 +64,29 @@ struct Symmetric3 {
     return xx > one && yy > one && zz > one && xx * yy - xy * xy > two && xx * zz - xz * xz > two &&
            yy * zz - yz * yz > two && determinant() > two * size;
   }
-  /// The least eigenvalue and its vector, of length 1.
+  /// The least eigenvalue and its vector, of length 1: of several, any.
+  /// Source    Smith, "Eigenvalues of a symmetric 3 x 3 matrix", 1961; the vector is orthogonal to the rows of A - e I
   std::pair<double, Vec3d> least_eigenvalue() const {
-    Eigen::Matrix3d m;
-    m << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
-    eigen.computeDirect(m);
-    const auto v = eigen.eigenvectors().col(0);
-    return {eigen.eigenvalues()(0), {v(0), v(1), v(2)}};
+    const double mean = (xx + yy + zz) / 3;
+    const Symmetric3 centred{xx - mean, yy - mean, zz - mean, xy, xz, yz};
+    const double squares =
+        centred.xx * centred.xx + centred.yy * centred.yy + centred.zz * centred.zz + 2 * (xy * xy + xz * xz + yz * yz);
+    const double radius = std::sqrt(squares / 6);
+    if (!(radius > 0)) return {mean, {1, 0, 0}};
+    const double cosine = std::clamp(centred.determinant() / (2 * radius * radius * radius), -1.0, 1.0);
+    const double least = mean + 2 * radius * std::cos((std::acos(cosine) + 2 * std::numbers::pi) / 3);
+    const std::array<Vec3d, 3> rows{{{xx - least, xy, xz}, {xy, yy - least, yz}, {xz, yz, zz - least}}};
+    Vec3d axis;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (const Vec3d other = cross(rows[i], rows[(i + 1) % 3]); length(other) > length(axis)) axis = other;
+    // Two equal least eigenvalues leave one direction among the rows: whatever is orthogonal to it will do.
+    if (length(axis) < 1e-10 * squares) {
+      Vec3d row = rows[0];
+      for (const Vec3d other : rows)
+        if (length(other) > length(row)) row = other;
+      axis = std::abs(row.x) > std::abs(row.y) ? Vec3d{-row.z, 0, row.x} : Vec3d{0, row.z, -row.y};
+    }
+    return {least, axis / length(axis)};
   }
   /// The solution of M x = b, by Cramer's rule. Requires determinant() != 0.
   constexpr Vec3d solve(Vec3d b) const {

@@ -17,10 +17,10 @@
 #include <npt/core/matrix3.hpp>
 #include <npt/core/sort.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/body_fit.hpp>
 #include <npt/fit/body_look_up.hpp>
 #include <npt/fit/finger_fit.hpp>
 #include <npt/fit/fit_surface.hpp>
+#include <npt/fit/fitted_body.hpp>
 #include <npt/fit/limb_search.hpp>
 #include <npt/fit/part_motion.hpp>
 #include <npt/fit/reading_fit.hpp>

@@ -20,8 +20,8 @@
 #include <npt/core/error.hpp>
 #include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/body_fit.hpp>
 #include <npt/fit/body_look_up.hpp>
+#include <npt/fit/fitted_body.hpp>
 #include <npt/fit/place_patches.hpp>
 #include <npt/mannequin/finger_joints.hpp>
 #include <npt/mesh/mesh.hpp>

@@ -9,8 +9,8 @@
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/body_fit.hpp>
 #include <npt/fit/finger_fit.hpp>
+#include <npt/fit/fitted_body.hpp>
 #include <npt/mannequin/finger_joints.hpp>
 #include <npt/skeleton/body_reading.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>

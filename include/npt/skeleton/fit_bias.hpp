@@ -23,7 +23,7 @@
 #include <npt/config.hpp>
 #include <npt/core/matrix3.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/body_fit.hpp>
+#include <npt/fit/fitted_body.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_values.hpp>
 #include <npt/mannequin/shape.hpp>

@@ -9,7 +9,7 @@
 
 #include <npt/body/body_model.hpp>
 #include <npt/config.hpp>
-#include <npt/fit/body_fit.hpp>
+#include <npt/fit/body_fitter.hpp>
 #include <npt/transfer/body_method.hpp>
 
 namespace npt::inline NPT_ABI {

@@ -9,7 +9,7 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
-#include <npt/fit/body_fit.hpp>
+#include <npt/fit/fitted_body.hpp>
 
 #include <array>
 #include <cstddef>

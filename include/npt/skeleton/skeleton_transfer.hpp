@@ -18,7 +18,7 @@
 #include <npt/core/error.hpp>
 #include <npt/core/vec3.hpp>
 #include <npt/data/evaluation.hpp>
-#include <npt/fit/body_fit.hpp>
+#include <npt/fit/body_fitter.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/points.hpp>

@@ -4,7 +4,7 @@
 #include <npt/body/pose_sampler.hpp>
 #include <npt/core/error.hpp>
 #include <npt/core/random.hpp>
-#include <npt/fit/body_fit.hpp>
+#include <npt/fit/body_fitter.hpp>
 #include <npt/fit/start_poses.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/vertex_order.hpp>

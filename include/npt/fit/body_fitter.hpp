@@ -16,7 +16,6 @@
 #pragma once
 
 #include <npt/body/body_model.hpp>
-#include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/core/error.hpp>
@@ -24,11 +23,12 @@
 #include <npt/fit/body_distance.hpp>
 #include <npt/fit/body_level.hpp>
 #include <npt/fit/fit_target.hpp>
+#include <npt/fit/fitted_body.hpp>
 #include <npt/fit/pose_prior.hpp>
+#include <npt/fit/robust_distance.hpp>
 #include <npt/fit/start_poses.hpp>
 #include <npt/linear/dense_cholesky.hpp>
 #include <npt/linear/lbfgs.hpp>
-#include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
@@ -45,33 +45,6 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
-
-/// A body that was fitted: model(betas, axis_angles) + translation.
-struct BodyFit {
-  Vec3d translation;
-  std::vector<float> axis_angles;  ///< [J, 3], radians
-  std::vector<float> betas;        ///< [S]
-  double distance = 0;  ///< root of the mean squared distance between the surfaces, in metres, outliers cut off at 5 cm
-  int evaluations = 0;  ///< of the distance, in all starts and stages
-  int starts = 0;       ///< that were optimised
-};
-
-/// [V] A fitted body's vertices, where they lie in the mesh.
-inline std::vector<Vec3d> fitted_points(const BodyModel& model, const BodyFit& fit) {
-  std::vector<float> xyz(3 * model.vertex_count());
-  model.posed(fit.betas, fit.axis_angles, xyz);
-  std::vector<Vec3d> points(model.vertex_count());
-  for (std::size_t v = 0; v < points.size(); ++v) points[v] = point_at(xyz, v) + fit.translation;
-  return points;
-}
-
-/// [J] A fitted body's joints, where they lie in the mesh.
-inline std::vector<Vec3d> fitted_joints(const BodyModel& model, const BodyFit& fit) {
-  std::vector<Vec3d> joints = model.joints(fit.betas);
-  const std::vector<RigidMotion> motions = model.bone_motions(fit.betas, fit.axis_angles);
-  for (std::size_t j = 0; j < joints.size(); ++j) joints[j] = motions[j](joints[j]) + fit.translation;
-  return joints;
-}
 
 struct BodyFitOptions {
   std::size_t coarse_vertices = 500;  ///< of the body that the search uses
@@ -104,7 +77,7 @@ class BodyFitter {
     Candidate best = search(target, start, result);
     BodyDistance distance(full_, target, finish, prior_);
     descend(distance, finish, 60, model_->shape_count(), best, result);
-    result.distance = std::sqrt(distance.data_value() / (BodyDistance::per_square_metre * (1 + finish.mesh_share)));
+    result.distance = std::sqrt(distance.data_value() / (per_square_metre * (1 + finish.mesh_share)));
     result.translation = {best.x[0], best.x[1], best.x[2]};
     const auto shape = best.x.begin() + 3 + static_cast<std::ptrdiff_t>(3 * model_->joint_count());
     std::transform(best.x.begin() + 3, shape, std::back_inserter(result.axis_angles), to_float);
