@@ -57,7 +57,7 @@ compared() {
   "$folder/native" compare "$folder/native.ply" "$folder/$name.ply"
 }
 
-# suite PRESET TARGETS REASON ROOM...: builds the targets, a text, and runs the tests of rooms but these, which are left out for the reason.
+# suite PRESET TARGETS REASON MODULE...: builds the targets, a text, and runs the tests of modules but these, which are left out for the reason.
 suite() {
   local preset="$1" targets="$2" reason="$3" without
   shift 3
@@ -69,16 +69,16 @@ suite() {
   ! grep "warning: " "$folder/$preset.txt" | grep -v "get_temporary_buffer<" >&2 || return 1
   echo "not run: structure, compile_fail, consumers, convert, examples, readme (about the sources, or for this machine's compiler)"
   [ "$#" -eq 0 ] || echo "not run: $* ($reason)"
-  ctest --test-dir "build/$preset" --timeout 900 -j 2 -L '^room$' -E "^(${without#|})(\\.needs)?\$" --output-on-failure > "$folder/$preset-suite.txt" 2>&1 ||
+  ctest --test-dir "build/$preset" --timeout 900 -j 2 -L '^module$' -E "^(${without#|})(\\.needs)?\$" --output-on-failure > "$folder/$preset-suite.txt" 2>&1 ||
     { cat "$folder/$preset-suite.txt" >&2; return 1; }
   grep -E "tests passed|Total Test time" "$folder/$preset-suite.txt"
   sed -nE 's/^[0-9]+ - ([a-z_.]+) \(Skipped\)/\1/p; s/^\t *[0-9]+ - ([a-z_.]+) \(Skipped\)/\1/p' "$folder/$preset-suite.txt" | paste -sd' ' | sed 's/^/skipped for want of what they need: /'
 }
-# All of it; and the rooms that instantiate the library's loops, with the part of the program that poses and shows meshes.
-suite_all="npt_program npt_room_tests"
+# All of it; and the modules that instantiate the library's loops, with the part of the program that poses and shows meshes.
+suite_all="npt_program npt_module_tests"
 suite_loops="npt_lite test_of_loops"
-beside_loops=(adapt body core data deformation fit formats graph host io mannequin parallel processor random_networks reading render
-  reproduce rig scene sculpt skeleton threads train training transfer view weights)
+beside_loops=(adapt base baseline body estimate formats host io lab nn.graph nn.train nn.weights processor random_networks render
+  reproduce scene sculpt skin threads training transfer view)
 
 # areas PROGRAM AREA...: the tests of the program as its users meet it.
 areas() {

@@ -33,7 +33,7 @@ void start_where_it_reads(const PoseTransfer& transfer, npt::PoseSequence<npt::D
                           const npt::Mesh& first, std::size_t vertices, npt::PreparedPose& pose, std::size_t count,
                           const Load& load) {
   constexpr double better = 0.03;
-  if (pose.body() == nullptr || pose.body()->trust >= npt::sure_trust) return;
+  if (pose.body() == nullptr || pose.body()->trust >= npt::high_confidence) return;
   npt::PreparedPose tried;
   const auto prepare = [vertices](npt::PoseSequence<npt::DefaultExecutor>& sequence, const npt::Mesh& mesh,
                                   npt::PreparedPose& prepared) {
@@ -42,7 +42,7 @@ void start_where_it_reads(const PoseTransfer& transfer, npt::PoseSequence<npt::D
   };
   double most = pose.body()->trust + better;
   std::optional<npt::Mesh> best;
-  for (std::size_t k = 0; k < count && most < npt::sure_trust; ++k) {
+  for (std::size_t k = 0; k < count && most < npt::high_confidence; ++k) {
     try {
       npt::Mesh mesh = load(k);
       if (mesh.vertex_count() != first.vertex_count()) continue;

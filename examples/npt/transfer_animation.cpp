@@ -457,7 +457,7 @@ void rig(const fs::path& file, const fs::path& out, const AnimationArguments& an
   const npt::PreparedIdentity prepared = transfer.prepare_identity(view);
   auto skeleton = named_skeleton(transfer, prepared, animation.names);
   const long trust = std::lround(100 * prepared.body()->trust);
-  if (!skeleton || prepared.body()->trust < npt::least_trust)
+  if (!skeleton || prepared.body()->trust < npt::least_confidence)
     throw npt::Error(
         {name, {}, "a mesh that doesn't read as a person (trust " + std::to_string(trust) + " %)", "a person"});
   std::string note;
@@ -467,7 +467,7 @@ void rig(const fs::path& file, const fs::path& out, const AnimationArguments& an
   npt::add_skeleton(made, *skeleton);
   npt::write_scene(out, made.scene);
   if (!note.empty()) std::cerr << "npt: note: " << note << '\n';
-  if (prepared.body()->trust < npt::sure_trust)
+  if (prepared.body()->trust < npt::high_confidence)
     std::cerr << "npt: note: " << name << " reads as a person with a trust of only " << trust
               << " %: look at the result before using it\n";
   char time[32];

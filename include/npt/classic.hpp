@@ -1,4 +1,4 @@
-/// The umbrella of pose transfer without networks, and what it is built from. Needs Eigen and liblbfgs (npt::classic).
+/// The umbrella of pose transfer without networks, and what it is built from. Needs Eigen and liblbfgs (npt::baseline).
 #pragma once
 
 #include <npt/deformation/control_points.hpp>

@@ -97,17 +97,17 @@ TEST_CASE("a sequence that hardly reads goes on from the next frame that surely 
   const npt::BodyReader& reader = shipped_body_reader();
   const Person person(3);
   npt::BodyReading misread = reader.read(person.view());
-  REQUIRE(misread.trust() >= npt::sure_trust);
+  REQUIRE(misread.trust() >= npt::high_confidence);
   misread.fit.reading_residual = 0.2;
-  REQUIRE(misread.trust() < npt::sure_trust);
+  REQUIRE(misread.trust() < npt::high_confidence);
   const npt::BodyReading anew = reader.follow(person.view(), misread);
-  CHECK(anew.trust() >= npt::sure_trust);
+  CHECK(anew.trust() >= npt::high_confidence);
   CHECK(anew.followed == 0);
   misread.followed = 2;
   const npt::BodyReading third = reader.follow(person.view(), misread);
-  CHECK(third.trust() < npt::sure_trust);
+  CHECK(third.trust() < npt::high_confidence);
   CHECK(third.followed == 3);
-  CHECK(reader.follow(person.view(), third).trust() >= npt::sure_trust);
+  CHECK(reader.follow(person.view(), third).trust() >= npt::high_confidence);
 }
 
 TEST_CASE("several threads read what one does, bit for bit, where limbs are searched, too") {

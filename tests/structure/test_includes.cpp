@@ -1,4 +1,4 @@
-/// The include rule: rooms.txt says which room includes which; every #include line of include/npt is held against it.
+/// The include rule: modules.txt says which module includes which; every #include line of include/npt is held against it.
 #include <doctest/doctest.h>
 
 #include <structure/source_tree.hpp>
@@ -16,8 +16,8 @@ namespace {
 using structure::SourceFile;
 
 struct Rules {
-  std::map<std::string, std::set<std::string>> rooms;  ///< room -> every room it may include, itself among them
-  std::vector<std::pair<std::string, std::vector<std::string>>> libraries;  ///< prefix -> rooms or files
+  std::map<std::string, std::set<std::string>> modules;  ///< module -> every module it may include, itself among them
+  std::vector<std::pair<std::string, std::vector<std::string>>> libraries;  ///< prefix -> modules or files
   std::set<std::string> system;
 };
 
@@ -31,27 +31,30 @@ Rules parse_rules(const std::string& text) {
       for (std::string header; words >> header;) rules.system.insert(header);
       continue;
     }
-    if ((kind != "room" && kind != "library") || !(words >> name) || !name.ends_with(':'))
-      throw std::runtime_error("rooms.txt: unreadable line '" + line + "'");
+    if ((kind != "module" && kind != "library") || !(words >> name) || !name.ends_with(':'))
+      throw std::runtime_error("modules.txt: unreadable line '" + line + "'");
     name.pop_back();
     if (kind == "library") {
       rules.libraries.emplace_back(name, std::vector<std::string>{std::istream_iterator<std::string>(words), {}});
       continue;
     }
-    if (rules.rooms.contains(name)) throw std::runtime_error("rooms.txt: room '" + name + "' stands twice");
+    if (rules.modules.contains(name)) throw std::runtime_error("modules.txt: module '" + name + "' stands twice");
     std::set<std::string> reach{name};
     for (std::string above; words >> above;) {
-      if (!rules.rooms.contains(above))
-        throw std::runtime_error("rooms.txt: room '" + name + "' names '" + above + "', which is not above it");
-      reach.merge(std::set<std::string>(rules.rooms.at(above)));
+      if (!rules.modules.contains(above))
+        throw std::runtime_error("modules.txt: module '" + name + "' names '" + above + "', which is not above it");
+      reach.merge(std::set<std::string>(rules.modules.at(above)));
     }
-    rules.rooms.emplace(name, std::move(reach));
+    rules.modules.emplace(name, std::move(reach));
   }
   return rules;
 }
 
-/// The room of a path below include/npt: its folder; config.hpp is a room of its own, npt.hpp the umbrella over all.
-std::string room_of(const std::string& path) {
+/// The module of a path below include/npt: the innermost of its folders that modules.txt names, or else its first
+/// folder. config.hpp is a module of its own, npt.hpp the umbrella over all.
+std::string module_of(const std::string& path, const Rules& rules) {
+  for (std::size_t slash = path.rfind('/'); slash != std::string::npos && slash > 0; slash = path.rfind('/', slash - 1))
+    if (rules.modules.contains(path.substr(0, slash))) return path.substr(0, slash);
   const std::size_t slash = path.find('/');
   return slash != std::string::npos ? path.substr(0, slash) : path.substr(0, path.rfind('.'));
 }
@@ -76,29 +79,29 @@ std::vector<Include> includes_of(const std::string& text) {
 /// What is wrong with one include of the file at `path`, or nothing.
 std::string complaint_about(const std::string& path, const Include& include, const Rules& rules) {
   if (include.quoted) return "quotes: write #include <npt/...>";
-  const std::string room = room_of(path);
+  const std::string module = module_of(path, rules);
   if (include.name.starts_with("npt/")) {
-    const std::string target = room_of(include.name.substr(4));
+    const std::string target = module_of(include.name.substr(4), rules);
     if (target == "npt") return "the umbrella is for users";
-    if (!rules.rooms.contains(target)) return "'" + target + "' is no room of rooms.txt";
-    if (room == "npt" || rules.rooms.at(room).contains(target)) return {};
-    return "room '" + room + "' may not include room '" + target + "'";
+    if (!rules.modules.contains(target)) return "'" + target + "' is no module of modules.txt";
+    if (module == "npt" || rules.modules.at(module).contains(target)) return {};
+    return "module '" + module + "' may not include module '" + target + "'";
   }
   for (const auto& [prefix, places] : rules.libraries) {
     if (!include.name.starts_with(prefix)) continue;
-    const auto holds = [&](const std::string& place) { return place == room || place == path; };
+    const auto holds = [&](const std::string& place) { return place == module || place == path; };
     return std::ranges::any_of(places, holds) ? std::string() : "the library stays behind " + places.front();
   }
   const bool standard = include.name.find_first_of("./") == std::string::npos;
-  return standard || rules.system.contains(include.name) ? std::string() : "no library of rooms.txt";
+  return standard || rules.system.contains(include.name) ? std::string() : "no library of modules.txt";
 }
 
 std::vector<std::string> include_complaints(const std::vector<SourceFile>& headers, const Rules& rules) {
   std::vector<std::string> complaints;
   for (const SourceFile& header : headers) {
-    const std::string room = room_of(header.path);
-    if (room != "npt" && !rules.rooms.contains(room)) {
-      complaints.push_back(header.path + ": '" + room + "' is no room of rooms.txt");
+    const std::string module = module_of(header.path, rules);
+    if (module != "npt" && !rules.modules.contains(module)) {
+      complaints.push_back(header.path + ": '" + module + "' is no module of modules.txt");
       continue;
     }
     for (const Include& include : includes_of(header.text)) {
@@ -131,7 +134,7 @@ std::vector<std::string> circular_headers(const std::vector<SourceFile>& headers
 
 const Rules& project_rules() {
   static const Rules rules =
-      parse_rules(structure::read_text(std::filesystem::path(NPT_SOURCE_DIR) / "tests/structure/rooms.txt"));
+      parse_rules(structure::read_text(std::filesystem::path(NPT_SOURCE_DIR) / "tests/structure/modules.txt"));
   return rules;
 }
 
@@ -344,7 +347,7 @@ std::vector<std::string> unseen_names(const std::vector<SourceFile>& headers) {
 
 TEST_CASE("every header includes, itself or through others, what declares the names of npt that it uses") {
   std::vector<std::string> complaints = unseen_names(public_headers());
-  // A template's call, found by its arguments' types: the room graph lies below layer.
+  // A template's call, found by its arguments' types: the module graph lies below layer.
   std::erase(complaints, "layer/spadain.hpp: conditioned without <npt/graph/expression.hpp>");
   CHECK_MESSAGE(complaints.empty(), structure::join(complaints));
 
@@ -372,7 +375,7 @@ TEST_CASE("every header includes what declares the standard names that it uses")
   CHECK(missing_includes({"a.hpp", "Eigen::MatrixXd a;"}).size() == 1);
 }
 
-TEST_CASE("every include stays within the rooms its own room may include") {
+TEST_CASE("every include stays within the modules its own module may include") {
   const std::vector<SourceFile> headers = public_headers();
   REQUIRE(headers.size() > 4);
   const std::vector<std::string> complaints = include_complaints(headers, project_rules());
@@ -391,7 +394,8 @@ TEST_CASE("include/npt holds headers only") {
 
 TEST_CASE("the include rule finds each kind of offence") {
   const Rules rules = parse_rules(
-      "room config:\nroom core: config\nroom simd: core\nroom mesh: core\nroom io: mesh\n"
+      "module config:\nmodule core: config\nmodule simd: core\nmodule mesh: core\nmodule io: mesh\nmodule nn/graph: "
+      "core\n"
       "library xsimd/: simd\nlibrary tiny.h: io/obj.hpp\nsystem unistd.h\n");
   const auto complaints = [&](const std::string& path, const std::string& line) {
     return include_complaints({{path, line}}, rules);
@@ -404,7 +408,7 @@ TEST_CASE("the include rule finds each kind of offence") {
   CHECK(complaints("npt.hpp", "#include <npt/io/obj.hpp>").empty());
 
   CHECK(complaints("core/error.hpp", "\n  #  include <npt/mesh/mesh.hpp> // why") ==
-        std::vector<std::string>{"core/error.hpp:2: <npt/mesh/mesh.hpp>: room 'core' may not include room 'mesh'"});
+        std::vector<std::string>{"core/error.hpp:2: <npt/mesh/mesh.hpp>: module 'core' may not include module 'mesh'"});
   CHECK(complaints("mesh/mesh.hpp", "#include <npt/simd/batch.hpp>").size() == 1);
   CHECK(complaints("mesh/mesh.hpp", "#include <xsimd/xsimd.hpp>").size() == 1);
   CHECK(complaints("io/ply.hpp", "#include <tiny.h>").size() == 1);
@@ -412,8 +416,11 @@ TEST_CASE("the include rule finds each kind of offence") {
   CHECK(complaints("io/ply.hpp", "#include \"obj.hpp\"").size() == 1);
   CHECK(complaints("io/ply.hpp", "#include <npt/npt.hpp>").size() == 1);
   CHECK(complaints("cellar/wine.hpp", "").size() == 1);
+  CHECK(complaints("nn/graph/fold.hpp", "#include <npt/core/error.hpp>").empty());
+  CHECK(complaints("nn/graph/fold.hpp", "#include <npt/mesh/mesh.hpp>").size() == 1);
+  CHECK(complaints("io/gltf/clip.hpp", "#include <npt/mesh/mesh.hpp>").empty());
 
-  CHECK_THROWS_WITH(parse_rules("room a: b\nroom b:"), "rooms.txt: room 'a' names 'b', which is not above it");
+  CHECK_THROWS_WITH(parse_rules("module a: b\nmodule b:"), "modules.txt: module 'a' names 'b', which is not above it");
   CHECK(circular_headers({{"a.hpp", "#include <npt/b.hpp>"}, {"b.hpp", "#include <npt/a.hpp>"}, {"c.hpp", ""}}) ==
         std::vector<std::string>{"a.hpp", "b.hpp"});
 }

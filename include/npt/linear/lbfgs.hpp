@@ -3,7 +3,7 @@
 /// Shapes    x, gradient: [n]; x holds the start and then the best point found
 /// Errors    what the objective throws comes out unchanged. A value or gradient that isn't finite ends the search at
 ///           the last good point; it is no error
-/// Link      liblbfgs 1.10 (N. Okazaki, MIT licence); the target npt::classic does
+/// Link      liblbfgs 1.10 (N. Okazaki, MIT licence); the target npt::baseline does
 /// Source    Liu and Nocedal, "On the limited memory BFGS method for large scale optimization", 1989
 #pragma once
 

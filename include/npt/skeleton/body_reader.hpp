@@ -17,6 +17,7 @@
 #include <npt/core/matrix3.hpp>
 #include <npt/core/sort.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/estimate/confidence.hpp>
 #include <npt/fit/body_look_up.hpp>
 #include <npt/fit/finger_fit.hpp>
 #include <npt/fit/fit_surface.hpp>
@@ -33,7 +34,6 @@
 #include <npt/parallel/default_executor.hpp>
 #include <npt/reading/reader.hpp>
 #include <npt/skeleton/body_reading.hpp>
-#include <npt/transfer/body_method.hpp>
 
 #include <algorithm>
 #include <array>
@@ -107,9 +107,9 @@ class BasicBodyReader {
     if (last.fit.body.axis_angles.empty()) return read(mesh);
     const std::size_t frame = last.followed + 1;
     std::optional<BodyReading> anew;
-    if (std::has_single_bit(frame) && last.trust() < sure_trust) {
+    if (std::has_single_bit(frame) && last.trust() < high_confidence) {
       anew = read(mesh);
-      if (anew->trust() >= sure_trust) return *std::move(anew);
+      if (anew->trust() >= high_confidence) return *std::move(anew);
     }
     BodyReading reading;
     reading.followed = frame;

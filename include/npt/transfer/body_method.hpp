@@ -5,6 +5,7 @@
 
 #include <npt/config.hpp>
 #include <npt/core/vec3.hpp>
+#include <npt/estimate/confidence.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/scene/affine.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
@@ -23,10 +24,6 @@ enum class Method {
   body,       ///< through bodies, whatever the meshes are
   network     ///< by the pose transfer network
 };
-
-/// Trust from which on a mesh counts as read, and from which on nothing needs to be said. Of the meshes that were
-/// tried, people and stylised figures that came out right had 0.85 and more, animals and things less than 0.45.
-inline constexpr double least_trust = 0.6, sure_trust = 0.85;
 
 /// A mesh as a body method read it: how a body lies in it. Made for one method, read by it alone.
 class BodyRead {

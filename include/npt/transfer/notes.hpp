@@ -27,13 +27,13 @@ inline std::vector<std::string> method_notes(const TransferReport& report, const
   if (report.method == Method::body) {
     for (const auto& [name, text] : {std::pair(identity, report.identity_notes), std::pair(pose, report.pose_notes)})
       if (!text.empty()) notes.push_back(name + ": " + text);
-    if (report.trust() < sure_trust)
+    if (report.trust() < high_confidence)
       notes.push_back(weaker + " reads as a person with a trust of only " + internal::trust_text(report.trust()) +
                       ": look at the result before using it");
     return notes;
   }
   notes.push_back(weaker + " doesn't read as a person (trust " + internal::trust_text(report.trust()) + ", asked " +
-                  internal::trust_text(least_trust) +
+                  internal::trust_text(least_confidence) +
                   "): left to the pose transfer network, which was trained on people in few poses; "
                   "look at the result before using it");
   return notes;
@@ -46,7 +46,7 @@ inline Error with_trust(const Error& refusal, const TransferReport& report, cons
   ErrorParts parts = refusal.parts();
   parts.expected += "; the network was asked since " + (report.identity_trust < report.pose_trust ? identity : pose) +
                     " doesn't read as a person (trust " + internal::trust_text(report.trust()) + ", asked " +
-                    internal::trust_text(least_trust) + ")";
+                    internal::trust_text(least_confidence) + ")";
   return Error(parts);
 }
 

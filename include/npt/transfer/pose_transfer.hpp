@@ -338,7 +338,7 @@ class BasicPoseTransfer {
     }
   }
   bool may_take(const BodyRead* read) const {
-    return read != nullptr && (options().method == Method::body || read->trust >= least_trust);
+    return read != nullptr && (options().method == Method::body || read->trust >= least_confidence);
   }
   bool by_body(const PreparedIdentity& identity, const PreparedPose& pose) const {
     return identity.binding_ != nullptr && may_take(pose.body_.get());
