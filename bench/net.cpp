@@ -3,7 +3,7 @@
 #include <support/eigen_net.hpp>
 #include <support/nets.hpp>
 
-#include <npt/parallel/tbb_executor.hpp>
+#include <npt/base/tbb_executor.hpp>
 
 #include <algorithm>
 #include <string>

@@ -6,7 +6,7 @@
 // The layer is PReLU, y = max(x, 0) + slope_c min(x, 0) (He et al., 2015). It says what it does to one register of
 // values, and how a gradient comes back through it; the library compiles both into the loops around the matrix
 // products, so that the layer costs no pass over memory, in use or in training.
-#include <npt/core/random.hpp>
+#include <npt/base/random.hpp>
 #include <npt/npt.hpp>
 #include <npt/train/gradient_check.hpp>
 

@@ -3,8 +3,8 @@
 
 #include <bench/peak.hpp>
 
-#include <npt/core/aligned.hpp>
-#include <npt/core/random.hpp>
+#include <npt/base/aligned.hpp>
+#include <npt/base/random.hpp>
 #include <npt/kernel/panel.hpp>
 
 #include <benchmark/benchmark.h>

@@ -1,10 +1,10 @@
 // Transfer without networks: what its commands, which are compiled at -O1, and its tests, at -O0, take from here.
+#include <npt/base/default_executor.hpp>
+#include <npt/base/executor.hpp>
 #include <npt/classic.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/deformation/deformation_evaluation.hpp>
 #include <npt/mesh/mesh.hpp>
-#include <npt/parallel/default_executor.hpp>
-#include <npt/parallel/executor.hpp>
 
 #include <memory>
 #include <vector>

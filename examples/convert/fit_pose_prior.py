@@ -343,7 +343,7 @@ def header_text(mixture, low, high):
              ("natural_pose_factors", f"[{spreads}, {rank}, {D}] likewise", np.transpose(mixture.factors, (0, 2, 1))),
              ("natural_pose_limits", f"[2, {D}] lowest and highest", np.stack([low, high]))]
     lines = ["/// The numbers of the prior of natural poses (natural_poses.hpp). Written by examples/convert/fit_pose_prior.py: change",
-             "/// that, not this. Two digits a number (core/digits.hpp), n of 0 to 4095 for (2 n / 4095 - 1) * largest. Fitted to",
+             "/// that, not this. Two digits a number (base/digits.hpp), n of 0 to 4095 for (2 n / 4095 - 1) * largest. Fitted to",
              "/// poses under CC0.",
              "#pragma once", "", "#include <npt/config.hpp>", "", "#include <cstddef>", "", "namespace npt::inline NPT_ABI::body::internal {", "",
              f"inline constexpr std::size_t natural_pose_components = {count};",

@@ -9,10 +9,10 @@
 // same in all poses and shapes is no fault of a transfer between them. Shapes have a ridge of their own, which holds
 // at 0 what these bodies hardly vary in: with that of angles, two people whom no body model made had a PMD of 8.6e-4
 // in each other's poses, with this one 5.9e-4.
+#include <npt/base/sort.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/skeleton.hpp>
-#include <npt/core/sort.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/linear/dense_cholesky.hpp>
 #include <npt/mannequin/mannequin.hpp>

@@ -1,8 +1,8 @@
 /// What several subcommands understand: lists of texts and numbers, and checks of outputs before long work.
 #pragma once
 
-#include <npt/core/error.hpp>
-#include <npt/core/number_text.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/number_text.hpp>
 #include <npt/io/file.hpp>
 
 #include <algorithm>

@@ -9,8 +9,8 @@
 #include <bench/peak.hpp>
 #include <host/host.hpp>
 
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
 #include <npt/kernel/micro_kernel.hpp>
 #include <npt/kernel/packed_weights.hpp>
 

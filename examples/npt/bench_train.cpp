@@ -8,7 +8,7 @@
 #include <bench/peak.hpp>
 #include <host/host.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/data/body_sampler.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/train/initialise.hpp>

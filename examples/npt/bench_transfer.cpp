@@ -8,7 +8,7 @@
 #include <bench/peak.hpp>
 #include <host/host.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/data/sequences.hpp>

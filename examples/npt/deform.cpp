@@ -19,10 +19,10 @@
 #include <npt/deformation/deformation_transfer.hpp>
 #include <npt/deformation/markers.hpp>
 
+#include <npt/base/default_executor.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/validate.hpp>
-#include <npt/parallel/default_executor.hpp>
 
 #include <algorithm>
 #include <array>

@@ -16,6 +16,7 @@
 #include <render/colour.hpp>
 #include <view/page.hpp>
 
+#include <npt/base/default_executor.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/clothes.hpp>
 #include <npt/body/proportions.hpp>
@@ -28,7 +29,6 @@
 #include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/parallel/default_executor.hpp>
 #include <npt/rig/rig_sampler.hpp>
 
 #include <algorithm>

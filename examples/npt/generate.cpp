@@ -5,12 +5,12 @@
 #include "progress.hpp"
 #include "subcommand.hpp"
 
+#include <npt/base/random.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/clothes.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
-#include <npt/core/random.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/permute.hpp>

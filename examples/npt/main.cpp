@@ -4,8 +4,8 @@
 #include "interrupt.hpp"
 #include "subcommand.hpp"
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 
 #include <algorithm>
 #include <cerrno>

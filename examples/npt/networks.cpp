@@ -1,6 +1,6 @@
 #include "networks.hpp"
 
-#include <npt/core/aligned.hpp>
+#include <npt/base/aligned.hpp>
 #include <npt/engine/engine.hpp>
 #include <npt/graph/explain.hpp>
 

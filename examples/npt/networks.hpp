@@ -2,9 +2,9 @@
 /// files of the program that are compiled for their types.
 #pragma once
 
+#include <npt/base/default_executor.hpp>
 #include <npt/engine/core.hpp>
 #include <npt/net/reader_net.hpp>
-#include <npt/parallel/default_executor.hpp>
 #include <npt/transfer/network_list.hpp>
 #include <npt/transfer/pose_transfer.hpp>
 

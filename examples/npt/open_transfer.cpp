@@ -7,7 +7,7 @@
 #include <refining/body_method.hpp>
 #include <refining/refinement.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/io/safetensors.hpp>
 
 #include <array>

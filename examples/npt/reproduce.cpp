@@ -14,7 +14,7 @@
 #include <reproduce/figures.hpp>
 #include <reproduce/systems.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/io/file.hpp>
 
 #include <algorithm>

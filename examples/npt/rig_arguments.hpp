@@ -6,8 +6,8 @@
 
 #include <formats/read.hpp>
 
-#include <npt/core/error.hpp>
-#include <npt/core/number_text.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/number_text.hpp>
 #include <npt/rig/joint_renaming.hpp>
 #include <npt/rig/rig.hpp>
 

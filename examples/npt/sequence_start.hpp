@@ -3,7 +3,7 @@
 /// and from its first frame, which reads the wrong way round, at 2800e-4.
 #pragma once
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/triangles.hpp>

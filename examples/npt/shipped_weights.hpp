@@ -4,7 +4,7 @@
 
 #include "host/host.hpp"
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 
 #include <cstdlib>
 #include <filesystem>

@@ -16,11 +16,11 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/data/body_pairs.hpp>
 
+#include <npt/base/default_executor.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
-#include <npt/parallel/default_executor.hpp>
 #include <npt/skeleton/body_method.hpp>
 #include <npt/skeleton/reading_start.hpp>
 #include <npt/skeleton/skeleton_transfer.hpp>

@@ -4,8 +4,8 @@
 #include "precision_option.hpp"
 #include "subcommand.hpp"
 
-#include <npt/core/error.hpp>
-#include <npt/core/number_text.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/number_text.hpp>
 
 #include <algorithm>
 #include <array>

@@ -5,10 +5,10 @@
 
 #include <refining/body_method.hpp>
 
+#include <npt/base/error.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/body/proportions.hpp>
-#include <npt/core/error.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/body_sampler.hpp>
 #include <npt/data/family_file.hpp>

@@ -16,12 +16,12 @@
 #include <formats/read.hpp>
 #include <training/group.hpp>
 
+#include <npt/base/default_executor.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
-#include <npt/parallel/default_executor.hpp>
 #include <npt/transfer/pose_sequence.hpp>
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #include "report.hpp"
 #include "transfer_jobs.hpp"
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/io/file.hpp>
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 
 #include <formats/read.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/io/list_file.hpp>
 
 #include <algorithm>

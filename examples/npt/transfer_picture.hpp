@@ -7,7 +7,7 @@
 #include <render/png.hpp>
 #include <render/render.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <array>

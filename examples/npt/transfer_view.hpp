@@ -8,7 +8,7 @@
 #include <render/colour.hpp>
 #include <view/page.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <algorithm>

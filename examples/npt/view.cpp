@@ -7,7 +7,7 @@
 #include <view/page.hpp>
 
 #include <formats/read.hpp>
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/gltf.hpp>
 #include <npt/io/mesh_file.hpp>

@@ -4,7 +4,7 @@
 /// Source    stroke kernel: Wyvill et al., "Data structure for soft objects", The Visual Computer 1986
 #pragma once
 
-#include <npt/core/vec3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/mannequin/anatomy.hpp>
 #include <npt/mannequin/loft.hpp>
 

@@ -1,7 +1,7 @@
 /// A sculpted half as the text of <npt/mannequin/surface_data.hpp>, whose reader is <npt/mannequin/surface.hpp>.
 #pragma once
 
-#include <npt/core/vec3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/mannequin/surface.hpp>
 
 #include <cstddef>

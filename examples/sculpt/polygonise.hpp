@@ -4,7 +4,7 @@
 ///           the six tetrahedra around its main diagonal (Kuhn), which agree on the faces of neighbouring cubes
 #pragma once
 
-#include <npt/core/vec3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/mannequin/surface.hpp>
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 /// Source    Botsch and Kobbelt, "A remeshing approach to multiresolution modeling", SGP 2004
 #pragma once
 
-#include <npt/core/vec3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/mannequin/loft.hpp>
 #include <npt/mannequin/surface.hpp>
 

@@ -1,7 +1,7 @@
 /// The left half of the mannequin's surface, sculpted: polygons of its figure, remeshed.
 #pragma once
 
-#include <npt/core/vec3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/mannequin/surface.hpp>
 
 #include <algorithm>

@@ -3,8 +3,8 @@
 /// apart, since not every host wants their dependencies.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/engine/engine.hpp>
 #include <npt/engine/model.hpp>
 #include <npt/graph/explain.hpp>

@@ -1,8 +1,8 @@
 /// A body small enough to check by hand: six vertices, three joints in a chain, three shape directions.
 #pragma once
 
+#include <npt/base/random.hpp>
 #include <npt/body/body_tables.hpp>
-#include <npt/core/random.hpp>
 
 #include <vector>
 

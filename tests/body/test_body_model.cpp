@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/random.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/core/random.hpp>
 
 #include <algorithm>
 #include <array>

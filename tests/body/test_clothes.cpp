@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/random.hpp>
 #include <npt/body/clothes.hpp>
 #include <npt/body/proportions.hpp>
-#include <npt/core/random.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/topology.hpp>
 

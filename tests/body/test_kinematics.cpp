@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/random.hpp>
 #include <npt/body/kinematics.hpp>
-#include <npt/core/random.hpp>
 
 #include <array>
 #include <cmath>

@@ -1,5 +1,5 @@
 // expect: is_trivially_copyable
-#include <npt/core/aligned.hpp>
+#include <npt/base/aligned.hpp>
 
 #include <string>
 

@@ -1,10 +1,10 @@
 /// Bodies with SMPL's skeleton that are small enough for many samples.
 #pragma once
 
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/skeleton.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -1,9 +1,9 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/thread_executor.hpp>
 #include <npt/data/body_sampler.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/metrics.hpp>
-#include <npt/parallel/thread_executor.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/thread_executor.hpp>
 #include <npt/data/family.hpp>
 #include <npt/data/family_file.hpp>
 #include <npt/data/family_sampler.hpp>
 #include <npt/io/safetensors.hpp>
-#include <npt/parallel/thread_executor.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 #include <doctest/doctest.h>
 
 #include <io/scratch.hpp>
+#include <npt/base/thread_executor.hpp>
 #include <npt/deformation/correspondence.hpp>
 #include <npt/deformation/markers.hpp>
 #include <npt/mesh/permute.hpp>
-#include <npt/parallel/thread_executor.hpp>
 #include <surface/shapes.hpp>
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 #include <doctest/doctest.h>
 
 #include <io/scratch.hpp>
+#include <npt/base/thread_executor.hpp>
 #include <npt/deformation/deformation_gradient.hpp>
 #include <npt/deformation/deformation_transfer.hpp>
-#include <npt/parallel/thread_executor.hpp>
 #include <surface/shapes.hpp>
 
 #include <array>

@@ -2,10 +2,10 @@
 // for those of the other side.
 #pragma once
 
+#include <npt/base/random.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/core/random.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/part_motion.hpp>
 #include <npt/fit/reading_fit.hpp>

@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
 #include <npt/fit/body_distance.hpp>
 #include <npt/fit/body_level.hpp>
 #include <npt/fit/fit_target.hpp>

@@ -1,9 +1,9 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
 #include <npt/fit/body_fitter.hpp>
 #include <npt/fit/start_poses.hpp>
 #include <npt/mannequin/mannequin.hpp>

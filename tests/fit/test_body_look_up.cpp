@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/random.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/core/random.hpp>
 #include <npt/fit/body_look_up.hpp>
 #include <npt/mannequin/finger_joints.hpp>
 #include <npt/mannequin/mannequin.hpp>

@@ -2,8 +2,8 @@
 
 #include <body/small_body.hpp>
 
+#include <npt/base/random.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/core/random.hpp>
 #include <npt/fit/differentiable_body.hpp>
 #include <npt/mesh/points.hpp>
 

@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/random.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/core/random.hpp>
 #include <npt/fit/finger_fit.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/mannequin/finger_joints.hpp>

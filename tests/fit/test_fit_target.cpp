@@ -2,7 +2,7 @@
 
 #include <surface/shapes.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/fit/fit_target.hpp>
 
 #include <algorithm>

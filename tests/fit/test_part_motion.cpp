@@ -2,8 +2,8 @@
 
 #include <fit/simulated_reading.hpp>
 
+#include <npt/base/error.hpp>
 #include <npt/body/kinematics.hpp>
-#include <npt/core/error.hpp>
 #include <npt/fit/part_motion.hpp>
 #include <npt/fit/reading_fit.hpp>
 #include <npt/mannequin/mannequin.hpp>

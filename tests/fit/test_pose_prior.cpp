@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/random.hpp>
 #include <npt/body/natural_poses.hpp>
-#include <npt/core/random.hpp>
 #include <npt/fit/pose_prior.hpp>
 #include <npt/linear/normal_equations.hpp>
 #include <npt/mannequin/mannequin.hpp>

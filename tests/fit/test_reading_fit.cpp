@@ -2,8 +2,8 @@
 
 #include <fit/simulated_reading.hpp>
 
+#include <npt/base/error.hpp>
 #include <npt/body/proportions.hpp>
-#include <npt/core/error.hpp>
 #include <npt/fit/reading_fit.hpp>
 #include <npt/mannequin/mannequin.hpp>
 

@@ -1,8 +1,8 @@
 /// A folder of its own for a test's files, and what tests of readers share.
 #pragma once
 
-#include <npt/core/error.hpp>
-#include <npt/core/platform.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/platform.hpp>
 #include <npt/io/file.hpp>
 
 #include <atomic>

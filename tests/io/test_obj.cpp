@@ -2,7 +2,7 @@
 
 #include <io/scratch.hpp>
 #include <mesh/zoo.hpp>
-#include <npt/core/random.hpp>
+#include <npt/base/random.hpp>
 #include <npt/io/obj.hpp>
 #include <npt/io/obj_reader.hpp>
 #include <npt/io/obj_statements.hpp>

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/aligned.hpp>
+#include <npt/base/aligned.hpp>
 #include <npt/kernel/panel.hpp>
 
 #include <vector>

@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/aligned.hpp>
-#include <npt/core/random.hpp>
+#include <npt/base/aligned.hpp>
+#include <npt/base/random.hpp>
 #include <npt/kernel/matrix_product.hpp>
 #include <npt/kernel/product.hpp>
 

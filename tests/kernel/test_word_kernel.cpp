@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/aligned.hpp>
-#include <npt/core/random.hpp>
+#include <npt/base/aligned.hpp>
+#include <npt/base/random.hpp>
 #include <npt/kernel/panel.hpp>
 #include <npt/kernel/word_kernel.hpp>
 

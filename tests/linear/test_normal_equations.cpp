@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
 #include <npt/linear/normal_equations.hpp>
 
 #include <cmath>

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/random.hpp>
+#include <npt/base/random.hpp>
 #include <npt/linear/similarity.hpp>
 
 #include <cmath>

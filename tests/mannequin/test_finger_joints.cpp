@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/random.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
-#include <npt/core/random.hpp>
 #include <npt/mannequin/finger_joints.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/mesh.hpp>

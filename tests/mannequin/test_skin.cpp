@@ -1,6 +1,6 @@
 // Skin weights and joint regressors at places that are no vertex of the mannequin.
 #include <doctest/doctest.h>
-#include <npt/core/random.hpp>
+#include <npt/base/random.hpp>
 #include <npt/mannequin/skin.hpp>
 
 #include <cmath>

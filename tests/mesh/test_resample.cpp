@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
 #include <mesh/zoo.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
 #include <npt/mesh/permute.hpp>
 #include <npt/mesh/resample.hpp>
 

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/vec3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/mesh/subdivide.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/triangles.hpp>

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/random.hpp>
+#include <npt/base/random.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/union_find.hpp>
 

@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <mesh/zoo.hpp>
-#include <npt/core/random.hpp>
+#include <npt/base/random.hpp>
 #include <npt/mesh/permute.hpp>
 #include <npt/mesh/vertex_order.hpp>
 

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/random.hpp>
+#include <npt/base/random.hpp>
 #include <npt/engine/engine.hpp>
 #include <npt/engine/model.hpp>
 #include <npt/net/reader_net.hpp>

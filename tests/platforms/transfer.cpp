@@ -3,9 +3,9 @@
 ///   transfer WEIGHTS IDENTITY POSE OUT     a transfer by the network of 256 channels
 ///   transfer compare A B                   the largest distance of two meshes' vertices, as a share of A's size; status
 ///                                          1 above 1e-5
+#include <npt/base/thread_executor.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/npt.hpp>
-#include <npt/parallel/thread_executor.hpp>
 
 #include <algorithm>
 #include <chrono>

@@ -2,8 +2,8 @@
 /// Gradients  a, b, x
 #pragma once
 
-#include <npt/core/parameter.hpp>
 #include <npt/kernel/pointwise.hpp>
+#include <npt/layer/parameter.hpp>
 
 #include <array>
 

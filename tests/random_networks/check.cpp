@@ -1,11 +1,11 @@
 // Defines check(), which network.hpp declares.
 #include <doctest/doctest.h>
 
-#include <npt/core/aligned.hpp>
-#include <npt/core/random.hpp>
+#include <npt/base/aligned.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/thread_executor.hpp>
 #include <npt/engine/core.hpp>
 #include <npt/kernel/panel.hpp>
-#include <npt/parallel/thread_executor.hpp>
 #include <npt/tape/gradient_core.hpp>
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 /// all.
 #pragma once
 
-#include <npt/core/random.hpp>
+#include <npt/base/random.hpp>
 
 #include <array>
 #include <cstddef>

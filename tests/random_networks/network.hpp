@@ -1,10 +1,10 @@
 /// A network as engines and tapes see it, without its type: constants, and the compiled loops of its chains.
 #pragma once
 
-#include <npt/core/parameter.hpp>
 #include <npt/engine/row_transforms.hpp>
 #include <npt/graph/expression.hpp>
 #include <npt/graph/lower.hpp>
+#include <npt/layer/parameter.hpp>
 #include <npt/simd/bf16.hpp>
 #include <npt/tape/chain_loops.hpp>
 #include <npt/tape/lower.hpp>

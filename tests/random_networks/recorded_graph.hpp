@@ -1,9 +1,9 @@
 /// A random composition as a graph that is recorded at run time.
 #pragma once
 
-#include <npt/core/parameter.hpp>
 #include <npt/graph/expression.hpp>
 #include <npt/layer/instance_norm.hpp>
+#include <npt/layer/parameter.hpp>
 #include <npt/layer/relu.hpp>
 #include <npt/layer/spadain.hpp>
 #include <npt/layer/tanh.hpp>

@@ -1,7 +1,7 @@
 /// Small meshes for pictures.
 #pragma once
 
-#include <npt/core/vec3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <cmath>

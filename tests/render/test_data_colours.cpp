@@ -4,7 +4,7 @@
 #include <render/data_colours.hpp>
 #include <render/shapes.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include <render/plot.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 
 #include <cmath>
 #include <limits>

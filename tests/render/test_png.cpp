@@ -3,8 +3,8 @@
 
 #include <render/png.hpp>
 
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
 #include <npt/io/file.hpp>
 
 #define STB_IMAGE_IMPLEMENTATION

@@ -3,7 +3,7 @@
 
 #include <render/rasteriser.hpp>
 
-#include <npt/core/random.hpp>
+#include <npt/base/random.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <render/render.hpp>
 #include <render/shapes.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 
 #if NPT_HAS_TBB
 #include <tbb/global_control.h>

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/io/words.hpp>

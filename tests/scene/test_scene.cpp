@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <mesh/zoo.hpp>
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/mesh/appearance.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/scene/affine.hpp>

@@ -1,7 +1,7 @@
 // Boxes for meshes of several pieces.
 #pragma once
 
-#include <npt/core/vec3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <array>

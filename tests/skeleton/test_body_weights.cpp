@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/random.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/core/random.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/skeleton/body_weights.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>

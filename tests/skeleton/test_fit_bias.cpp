@@ -1,9 +1,9 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/skeleton/fit_bias.hpp>
 

@@ -1,9 +1,9 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/skeleton/body_reading.hpp>
 #include <npt/skeleton/rest_posture.hpp>
 

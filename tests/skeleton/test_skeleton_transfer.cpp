@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/metrics.hpp>

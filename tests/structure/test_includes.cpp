@@ -400,15 +400,15 @@ TEST_CASE("the include rule finds each kind of offence") {
   const auto complaints = [&](const std::string& path, const std::string& line) {
     return include_complaints({{path, line}}, rules);
   };
-  CHECK(complaints("io/obj.hpp", "#include <npt/core/error.hpp>").empty());
+  CHECK(complaints("io/obj.hpp", "#include <npt/base/error.hpp>").empty());
   CHECK(complaints("io/obj.hpp", "#include <tiny.h>").empty());
   CHECK(complaints("io/obj.hpp", "#include <vector>").empty());
   CHECK(complaints("io/obj.hpp", "#include <unistd.h>").empty());
   CHECK(complaints("simd/batch.hpp", "#include <xsimd/xsimd.hpp>").empty());
   CHECK(complaints("npt.hpp", "#include <npt/io/obj.hpp>").empty());
 
-  CHECK(complaints("core/error.hpp", "\n  #  include <npt/mesh/mesh.hpp> // why") ==
-        std::vector<std::string>{"core/error.hpp:2: <npt/mesh/mesh.hpp>: module 'core' may not include module 'mesh'"});
+  CHECK(complaints("base/error.hpp", "\n  #  include <npt/mesh/mesh.hpp> // why") ==
+        std::vector<std::string>{"base/error.hpp:2: <npt/mesh/mesh.hpp>: module 'core' may not include module 'mesh'"});
   CHECK(complaints("mesh/mesh.hpp", "#include <npt/simd/batch.hpp>").size() == 1);
   CHECK(complaints("mesh/mesh.hpp", "#include <xsimd/xsimd.hpp>").size() == 1);
   CHECK(complaints("io/ply.hpp", "#include <tiny.h>").size() == 1);
@@ -416,7 +416,7 @@ TEST_CASE("the include rule finds each kind of offence") {
   CHECK(complaints("io/ply.hpp", "#include \"obj.hpp\"").size() == 1);
   CHECK(complaints("io/ply.hpp", "#include <npt/npt.hpp>").size() == 1);
   CHECK(complaints("cellar/wine.hpp", "").size() == 1);
-  CHECK(complaints("nn/graph/fold.hpp", "#include <npt/core/error.hpp>").empty());
+  CHECK(complaints("nn/graph/fold.hpp", "#include <npt/base/error.hpp>").empty());
   CHECK(complaints("nn/graph/fold.hpp", "#include <npt/mesh/mesh.hpp>").size() == 1);
   CHECK(complaints("io/gltf/clip.hpp", "#include <npt/mesh/mesh.hpp>").empty());
 

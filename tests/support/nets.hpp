@@ -1,7 +1,7 @@
 /// Random networks and inputs, and the comparison with the reference.
 #pragma once
 
-#include <npt/core/random.hpp>
+#include <npt/base/random.hpp>
 #include <npt/engine/engine.hpp>
 #include <npt/net/pose_transfer_net.hpp>
 

@@ -1,7 +1,7 @@
 /// Meshes for the tests of deformation transfer: smooth ones to deform, and bad ones.
 #pragma once
 
-#include <npt/core/random.hpp>
+#include <npt/base/random.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/vertex_order.hpp>

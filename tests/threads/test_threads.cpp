@@ -1,12 +1,12 @@
 /// The engine on the executors that need no oneTBB, from one caller and from several. Run under ThreadSanitizer too.
 #include <doctest/doctest.h>
 
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/host_executor.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/thread_executor.hpp>
 #include <npt/engine/engine.hpp>
 #include <npt/net/pose_transfer_net.hpp>
-#include <npt/parallel/host_executor.hpp>
-#include <npt/parallel/thread_executor.hpp>
 
 #include <cstddef>
 #include <cstdint>

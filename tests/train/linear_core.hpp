@@ -2,11 +2,11 @@
 /// vertex by itself. It has the interface of tape::GradientCore.
 #pragma once
 
-#include <npt/core/parameter.hpp>
-#include <npt/core/random.hpp>
+#include <npt/base/default_executor.hpp>
+#include <npt/base/random.hpp>
 #include <npt/data/sample.hpp>
 #include <npt/engine/core.hpp>
-#include <npt/parallel/default_executor.hpp>
+#include <npt/layer/parameter.hpp>
 
 #include <algorithm>
 #include <cstddef>

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/random.hpp>
+#include <npt/base/random.hpp>
 #include <npt/io/file.hpp>
 #include <npt/train/checkpoint.hpp>
 #include <npt/train/slices.hpp>

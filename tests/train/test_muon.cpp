@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/random.hpp>
-#include <npt/parallel/thread_executor.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/thread_executor.hpp>
 #include <npt/train/muon.hpp>
 
 #include <algorithm>

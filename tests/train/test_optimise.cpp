@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/parallel/executor.hpp>
+#include <npt/base/executor.hpp>
 #include <npt/train/adam.hpp>
 #include <npt/train/clip.hpp>
 #include <npt/train/moving_average.hpp>

@@ -3,7 +3,7 @@
 #include <training/group.hpp>
 #include <training/log.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/io/file.hpp>
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/random.hpp>
+#include <npt/base/random.hpp>
 #include <npt/mesh/vertex_order.hpp>
 #include <npt/transfer/detail_refiner.hpp>
 

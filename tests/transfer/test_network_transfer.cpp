@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/net/pose_transfer_net.hpp>
 #include <npt/transfer/network_transfer.hpp>

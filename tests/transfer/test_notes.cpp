@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/transfer/body_method.hpp>
 #include <npt/transfer/notes.hpp>
 

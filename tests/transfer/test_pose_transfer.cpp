@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/mesh/permute.hpp>
 #include <npt/transfer/pose_transfer.hpp>
 

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/transfer/settings.hpp>
 
 TEST_CASE("what is left open is filled in from the weights' file, or by default") {

@@ -4,7 +4,7 @@
 #include <view/embedded.hpp>
 #include <view/page.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
 

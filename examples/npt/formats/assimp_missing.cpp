@@ -1,6 +1,6 @@
 #include <formats/read.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 
 namespace formats {
 

@@ -1,5 +1,5 @@
 /// What the program asks of the operating system: the only place of it that names one (posix.cpp, windows.cpp). The
-/// library's own few calls stand in <npt/core/platform.hpp>.
+/// library's own few calls stand in <npt/base/platform.hpp>.
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 #include <refining/body_method.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 
 namespace refining {
 

@@ -1,6 +1,6 @@
 #include <refining/refinement.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 
 namespace refining {
 

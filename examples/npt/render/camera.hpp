@@ -3,7 +3,7 @@
 /// World: y up, a mesh stands on y = 0 at x = z = 0 and looks along +z; see Figure in surface.hpp.
 #pragma once
 
-#include <npt/core/vec3.hpp>
+#include <npt/base/vec3.hpp>
 
 #include <algorithm>
 #include <cmath>

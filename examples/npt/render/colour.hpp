@@ -3,8 +3,8 @@
 
 #include <render/image.hpp>
 
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/vec3.hpp>
 
 #include <algorithm>
 #include <array>

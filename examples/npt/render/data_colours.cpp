@@ -1,6 +1,6 @@
 #include <render/data_colours.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/normals.hpp>

@@ -2,7 +2,7 @@
 
 #include <render/text.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include <render/png.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/io/file.hpp>
 
 #define STB_IMAGE_IMPLEMENTATION

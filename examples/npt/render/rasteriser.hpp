@@ -5,7 +5,7 @@
 /// test either may win, and the order of the triangles decides.
 #pragma once
 
-#include <npt/core/vec3.hpp>
+#include <npt/base/vec3.hpp>
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 #include <render/render.hpp>
 #include <render/text.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 
 #include <algorithm>
 #include <cmath>

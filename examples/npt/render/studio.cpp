@@ -1,7 +1,7 @@
 #include <render/rasteriser.hpp>
 #include <render/studio.hpp>
 
-#include <npt/parallel/default_executor.hpp>
+#include <npt/base/default_executor.hpp>
 
 #include <algorithm>
 #include <array>

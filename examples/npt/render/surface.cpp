@@ -1,6 +1,6 @@
 #include <render/surface.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/mesh/normals.hpp>
 
 #include <algorithm>

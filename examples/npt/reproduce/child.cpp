@@ -2,7 +2,7 @@
 
 #include "host/host.hpp"
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 
 #include <utility>
 

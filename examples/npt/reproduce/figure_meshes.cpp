@@ -2,10 +2,10 @@
 
 #include "reproduce/systems.hpp"
 
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
 #include <npt/data/augmentation.hpp>
 #include <npt/data/family.hpp>
 #include <npt/data/family_file.hpp>

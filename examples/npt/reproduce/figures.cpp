@@ -3,7 +3,7 @@
 #include "reproduce/child.hpp"
 #include "reproduce/systems.hpp"
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 #include <npt/io/file.hpp>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "reproduce/systems.hpp"
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 
 #include <algorithm>
 #include <cstdio>

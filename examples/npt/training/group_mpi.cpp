@@ -1,6 +1,6 @@
 #include <training/group.hpp>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 
 #include <mpi.h>
 

@@ -2,9 +2,9 @@
 
 #include <render/plot.hpp>
 
-#include <npt/core/error.hpp>
-#include <npt/core/number_text.hpp>
-#include <npt/core/platform.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/number_text.hpp>
+#include <npt/base/platform.hpp>
 #include <npt/io/file.hpp>
 
 #include <cerrno>

@@ -2,7 +2,7 @@
 /// decodes them.
 #pragma once
 
-#include <npt/core/vec3.hpp>
+#include <npt/base/vec3.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -5,8 +5,8 @@
 #include <render/surface.hpp>
 #include <view/embedded.hpp>
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/json.hpp>
 #include <npt/mesh/triangles.hpp>

@@ -5,10 +5,10 @@
 /// what was made of them.
 #include <formats/read.hpp>
 
+#include <npt/base/random.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
-#include <npt/core/random.hpp>
 #include <npt/io/gltf.hpp>
 #include <npt/io/json.hpp>
 #include <npt/io/mesh_file.hpp>

@@ -4,9 +4,9 @@
 /// expressions, other scalars, column-major or strided views) is evaluated once.
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/tensor_adapter.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/tensor_adapter.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/triangles.hpp>

@@ -7,11 +7,11 @@
 ///           don't make a body
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/text.hpp>
 

@@ -10,12 +10,12 @@
 /// Source    Loper et al., "SMPL: A Skinned Multi-Person Linear Model", SIGGRAPH Asia 2015
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/triangles.hpp>
 

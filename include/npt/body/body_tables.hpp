@@ -3,9 +3,9 @@
 /// Source    Loper et al., "SMPL: A Skinned Multi-Person Linear Model", SIGGRAPH Asia 2015
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <cmath>

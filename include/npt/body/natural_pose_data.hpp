@@ -1,5 +1,5 @@
 /// The numbers of the prior of natural poses (natural_poses.hpp). Written by examples/convert/fit_pose_prior.py: change
-/// that, not this. Two digits a number (core/digits.hpp), n of 0 to 4095 for (2 n / 4095 - 1) * largest. Fitted to
+/// that, not this. Two digits a number (base/digits.hpp), n of 0 to 4095 for (2 n / 4095 - 1) * largest. Fitted to
 /// poses under CC0.
 #pragma once
 

@@ -8,12 +8,12 @@
 ///           to 12 components
 #pragma once
 
+#include <npt/base/digits.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/natural_pose_data.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/digits.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <algorithm>
 #include <array>

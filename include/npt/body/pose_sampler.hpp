@@ -4,10 +4,10 @@
 /// Source    Wang et al., "Neural Pose Transfer by Spatially Adaptive Instance Normalization", CVPR 2020, Table 6
 #pragma once
 
+#include <npt/base/random.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/random.hpp>
 
 #include <array>
 #include <cstddef>

@@ -5,15 +5,15 @@
 /// Units     p_k is a relative change: 0.5 makes the part half as long (or thick) again
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <algorithm>
 #include <array>

@@ -2,8 +2,8 @@
 /// A bounding box, which turns and grows with the pose, has no part in it.
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <cmath>
 #include <cstddef>

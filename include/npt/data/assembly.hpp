@@ -1,8 +1,8 @@
 /// The last step of making a sample: from meshes in their own unit to what the network sees, normalised and shuffled.
 #pragma once
 
+#include <npt/base/random.hpp>
 #include <npt/config.hpp>
-#include <npt/core/random.hpp>
 #include <npt/data/draws.hpp>
 #include <npt/data/sample.hpp>
 #include <npt/mesh/normalise.hpp>

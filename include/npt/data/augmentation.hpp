@@ -2,8 +2,8 @@
 /// Shapes    xyz: [V, 3], row major, in the meshes' unit
 #pragma once
 
+#include <npt/base/random.hpp>
 #include <npt/config.hpp>
-#include <npt/core/random.hpp>
 #include <npt/data/sample.hpp>
 
 #include <cmath>

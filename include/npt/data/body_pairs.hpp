@@ -3,12 +3,12 @@
 /// pairs vertices which belongs to which.
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
 #include <npt/data/assembly.hpp>
 #include <npt/data/draws.hpp>
 #include <npt/data/evaluation.hpp>

@@ -6,10 +6,10 @@
 ///           for than a body has, and options out of range
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/data/assembly.hpp>
 #include <npt/data/augmentation.hpp>
 #include <npt/data/draws.hpp>

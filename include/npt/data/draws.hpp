@@ -1,8 +1,8 @@
 /// What is random about a sample: a stream of numbers for each of its parts, and which vertices in which order.
 #pragma once
 
+#include <npt/base/random.hpp>
 #include <npt/config.hpp>
-#include <npt/core/random.hpp>
 
 #include <cstddef>
 #include <cstdint>

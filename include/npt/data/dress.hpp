@@ -2,10 +2,10 @@
 /// Units     metres
 #pragma once
 
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/data/surface_cloud.hpp>
 
 #include <algorithm>

@@ -9,16 +9,16 @@
 /// Source    Wang et al., CVPR 2020, eq. 7
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/executor.hpp>
+#include <npt/base/random.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
 #include <npt/data/augmentation.hpp>
 #include <npt/data/draws.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/topology.hpp>
-#include <npt/parallel/executor.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -7,10 +7,10 @@
 /// centre is 0.2 mm off on average, in 99 of 100 meshes less than 3 mm, and the scale 0.3 % at worst of 1000.
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/data/draws.hpp>
 #include <npt/mesh/points.hpp>
 

@@ -6,9 +6,9 @@
 /// Source    Wang et al., CVPR 2020, Fig. 14: camel to horse, which the pooled feature makes possible
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
 #include <npt/data/assembly.hpp>
 #include <npt/data/draws.hpp>
 #include <npt/data/evaluation.hpp>

@@ -5,8 +5,8 @@
 /// Errors    npt::Error that names the file at fault
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/data/family.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/io/safetensors.hpp>

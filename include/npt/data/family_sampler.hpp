@@ -5,8 +5,8 @@
 ///           more vertices asked for than a species has, and options out of range
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/data/assembly.hpp>
 #include <npt/data/augmentation.hpp>
 #include <npt/data/draws.hpp>

@@ -5,9 +5,9 @@
 /// Numerics  an object and its points depend on the state of `random` only
 #pragma once
 
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <algorithm>
 #include <array>

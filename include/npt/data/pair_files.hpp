@@ -4,8 +4,8 @@
 ///           file that is missing, a truth of another vertex count than its identity
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/io/list_file.hpp>
 #include <npt/io/mesh_file.hpp>

@@ -1,10 +1,10 @@
 /// A body model as samplers and evaluations hold it: shared, fit for random poses, with its edges.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/mesh/topology.hpp>
 
 #include <cstddef>

@@ -5,9 +5,9 @@
 /// Source    Wang et al., CVPR 2020, section 4.1 and Table 6. The number of new poses isn't given there.
 #pragma once
 
+#include <npt/base/random.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/config.hpp>
-#include <npt/core/random.hpp>
 
 #include <array>
 #include <cstddef>

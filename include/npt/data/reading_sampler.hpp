@@ -9,6 +9,9 @@
 /// Numerics  float; a sample depends on (seed, step, index) only
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/limbs.hpp>
@@ -17,9 +20,6 @@
 #include <npt/body/reading_frame.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/data/draws.hpp>
 #include <npt/data/dress.hpp>
 #include <npt/data/sample.hpp>

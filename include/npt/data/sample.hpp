@@ -5,8 +5,8 @@
 ///           the pose mesh's pose
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/topology.hpp>
 

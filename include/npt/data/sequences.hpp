@@ -5,9 +5,9 @@
 /// Units     those of the coordinates, a frame being the unit of time
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/data/prepared_body.hpp>

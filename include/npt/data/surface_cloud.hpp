@@ -1,14 +1,14 @@
 /// A body's surface as candidate points, which samples for a network that reads meshes are drawn from.
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <algorithm>

@@ -9,11 +9,11 @@
 /// Source    Wang et al., CVPR 2020, section 4.2, names the numbers 5 and 13 but not the points
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/deformation/markers.hpp>
 #include <npt/mesh/points.hpp>
 

@@ -5,16 +5,16 @@
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, section 5
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/executor.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/deformation/markers.hpp>
 #include <npt/deformation/registration.hpp>
 #include <npt/deformation/surface.hpp>
 #include <npt/linear/similarity.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/parallel/executor.hpp>
 #include <npt/surface/closest_point.hpp>
 
 #include <algorithm>

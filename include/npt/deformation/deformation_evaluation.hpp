@@ -8,6 +8,7 @@
 /// Source    Wang et al., CVPR 2020, section 4.2, Table 1
 #pragma once
 
+#include <npt/base/executor.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/config.hpp>
 #include <npt/data/assembly.hpp>
@@ -21,7 +22,6 @@
 #include <npt/deformation/markers.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>
-#include <npt/parallel/executor.hpp>
 
 #include <cstddef>
 #include <cstdint>

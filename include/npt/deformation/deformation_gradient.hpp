@@ -10,9 +10,9 @@
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, section 3
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <algorithm>
 #include <array>

@@ -11,15 +11,15 @@
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, section 4
 #pragma once
 
+#include <npt/base/executor.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/deformation/deformation_gradient.hpp>
 #include <npt/deformation/surface.hpp>
 #include <npt/deformation/triangle_sources.hpp>
 #include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/topology.hpp>
-#include <npt/parallel/executor.hpp>
 
 #include <array>
 #include <cstddef>

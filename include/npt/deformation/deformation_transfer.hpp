@@ -15,10 +15,11 @@
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, sections 3 and 4
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/executor.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/deformation/correspondence.hpp>
 #include <npt/deformation/deformation_gradient.hpp>
 #include <npt/deformation/deformation_system.hpp>
@@ -29,7 +30,6 @@
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/union_find.hpp>
-#include <npt/parallel/executor.hpp>
 #include <npt/surface/piece_links.hpp>
 
 #include <algorithm>

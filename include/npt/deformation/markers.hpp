@@ -4,8 +4,8 @@
 /// Errors    npt::Error that names the file and the line, or the marker
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/text.hpp>
 #include <npt/io/words.hpp>

@@ -5,8 +5,8 @@
 /// Complexity  a query of the triangles for each point, as many times as the logarithm of the number of pieces
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/deformation/surface.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/union_find.hpp>

@@ -16,10 +16,11 @@
 /// Source    Sumner and Popovic, "Deformation Transfer for Triangle Meshes", SIGGRAPH 2004, section 5
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/executor.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/deformation/deformation_gradient.hpp>
 #include <npt/deformation/markers.hpp>
 #include <npt/deformation/piece_tree.hpp>
@@ -28,7 +29,6 @@
 #include <npt/deformation/surface.hpp>
 #include <npt/linear/similarity.hpp>
 #include <npt/mesh/normals.hpp>
-#include <npt/parallel/executor.hpp>
 
 #include <algorithm>
 #include <array>

@@ -3,9 +3,9 @@
 /// Errors    npt::Error as SparseCholesky throws it
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/mesh.hpp>
 

@@ -2,8 +2,8 @@
 /// lies on an open border. Across a hole the closest point of every point would be on its border.
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/deformation/surface.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/surface/closest_point.hpp>

@@ -3,9 +3,9 @@
 /// Errors   npt::Error for triangle numbers out of range, and for no pair whose source triangle has an area
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/deformation/correspondence.hpp>
 #include <npt/deformation/surface.hpp>
 #include <npt/mesh/triangles.hpp>

@@ -2,16 +2,16 @@
 /// however many networks a program has.
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/executor.hpp>
+#include <npt/base/pool.hpp>
+#include <npt/base/tensor_adapter.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/pool.hpp>
-#include <npt/core/tensor_adapter.hpp>
 #include <npt/engine/forward.hpp>
 #include <npt/engine/packed_program.hpp>
 #include <npt/engine/row_transforms.hpp>
 #include <npt/engine/transfer_pair.hpp>
 #include <npt/engine/workspace.hpp>
-#include <npt/parallel/executor.hpp>
 
 #include <cstddef>
 #include <memory>

@@ -1,13 +1,13 @@
 /// The engine: a network with packed weights, ready to run. What host applications hold.
 #pragma once
 
+#include <npt/base/default_executor.hpp>
+#include <npt/base/executor.hpp>
 #include <npt/config.hpp>
 #include <npt/engine/core.hpp>
 #include <npt/engine/model.hpp>
 #include <npt/engine/row_transforms.hpp>
 #include <npt/graph/lower.hpp>
-#include <npt/parallel/default_executor.hpp>
-#include <npt/parallel/executor.hpp>
 
 #include <span>
 #include <utility>

@@ -1,6 +1,7 @@
 /// Interprets a packed program: the forward pass.
 #pragma once
 
+#include <npt/base/executor.hpp>
 #include <npt/config.hpp>
 #include <npt/engine/packed_program.hpp>
 #include <npt/engine/row_transforms.hpp>
@@ -9,7 +10,6 @@
 #include <npt/kernel/moments.hpp>
 #include <npt/kernel/pointwise.hpp>
 #include <npt/kernel/product.hpp>
-#include <npt/parallel/executor.hpp>
 
 #include <algorithm>
 #include <array>

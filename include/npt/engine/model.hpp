@@ -1,11 +1,11 @@
 /// A network with values for its parameters.
 #pragma once
 
+#include <npt/base/aligned.hpp>
+#include <npt/base/random.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
-#include <npt/core/parameter.hpp>
-#include <npt/core/random.hpp>
 #include <npt/graph/lower.hpp>
+#include <npt/layer/parameter.hpp>
 
 #include <cmath>
 #include <cstddef>

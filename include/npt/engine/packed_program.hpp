@@ -1,8 +1,8 @@
 /// A program with its weights, packed once for the kernels. It doesn't refer to the model it was made from.
 #pragma once
 
+#include <npt/base/aligned.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
 #include <npt/graph/program.hpp>
 #include <npt/kernel/panel.hpp>
 #include <npt/kernel/product.hpp>

@@ -1,8 +1,8 @@
 /// One transfer of a batch, and the checks of its sizes that engines and gradients share.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 
 #include <cstddef>
 #include <span>

@@ -1,8 +1,8 @@
 /// The memory of a running network. It only ever grows, so that a warm call allocates nothing.
 #pragma once
 
+#include <npt/base/aligned.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
 #include <npt/graph/program.hpp>
 #include <npt/kernel/amx_kernel.hpp>
 #include <npt/kernel/panel.hpp>

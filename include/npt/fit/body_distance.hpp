@@ -10,8 +10,8 @@
 /// Source    Wang et al., CVPR 2020, supplement C.1; priors: Bogo et al., "Keep it SMPL", ECCV 2016, section 3.3
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/body_level.hpp>
 #include <npt/fit/differentiable_body.hpp>
 #include <npt/fit/fit_target.hpp>

@@ -15,11 +15,11 @@
 /// Source    Wang et al., CVPR 2020, supplement C.1
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/body_distance.hpp>
 #include <npt/fit/body_level.hpp>
 #include <npt/fit/fit_target.hpp>

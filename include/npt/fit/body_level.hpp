@@ -5,9 +5,9 @@
 /// Numerics  the same model and count give the same level
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/differentiable_body.hpp>
 #include <npt/mesh/topology.hpp>
 

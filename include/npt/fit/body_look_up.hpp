@@ -6,10 +6,10 @@
 /// Threads   look-ups may run side by side, each caller with a hint of its own
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/fitted_body.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/surface/closest_point.hpp>

@@ -5,10 +5,10 @@
 /// Errors    npt::Error for a body without SMPL's joints or of quite another size
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/body_fitter.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/surface/closest_point.hpp>

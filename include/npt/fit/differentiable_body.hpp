@@ -10,11 +10,11 @@
 ///           derivative of a 3-D rotation in exponential coordinates", 2015
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <algorithm>
 #include <array>

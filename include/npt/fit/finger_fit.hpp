@@ -8,12 +8,12 @@
 /// Threads   a fitter may be used by several threads at a time
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/fitted_body.hpp>
 #include <npt/fit/reading_fit.hpp>

@@ -6,10 +6,10 @@
 /// Errors    npt::Error for a mesh without any area, and for coordinates that are not finite
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/surface/closest_point.hpp>
 

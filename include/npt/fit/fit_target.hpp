@@ -4,10 +4,10 @@
 /// Errors    npt::Error for a mesh without any area
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/surface/closest_point.hpp>

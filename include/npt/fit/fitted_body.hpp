@@ -4,10 +4,10 @@
 /// Source    Loper et al., "SMPL", 2015 (the parameters)
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/points.hpp>
 
 #include <cstddef>

@@ -12,18 +12,18 @@
 /// Source    the idea of hypotheses that are tested: Fischler and Bolles, "Random sample consensus", 1981
 #pragma once
 
+#include <npt/base/executor.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/fitted_body.hpp>
 #include <npt/fit/robust_distance.hpp>
-#include <npt/parallel/executor.hpp>
 #include <npt/surface/closest_point.hpp>
 
 #include <algorithm>

@@ -14,12 +14,12 @@
 ///           methods for tomographic image reconstruction", 1987
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/body_level.hpp>
 #include <npt/linear/nearest_rotation.hpp>
 #include <npt/surface/closest_point.hpp>

@@ -4,9 +4,9 @@
 /// Units     metres
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/body_look_up.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>

@@ -8,13 +8,13 @@
 /// Source    Bogo et al., "Keep it SMPL", ECCV 2016, section 3.3, for the one-sided joints (eq. 4); the rest is ours
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/linear/dense_cholesky.hpp>
 #include <npt/linear/normal_equations.hpp>
 

@@ -21,11 +21,12 @@
 ///           Nocedal and Wright, "Numerical Optimization", 2006, section 10.3 (Levenberg and Marquardt)
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/executor.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/body_level.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/fitted_body.hpp>
@@ -35,7 +36,6 @@
 #include <npt/fit/reading_stages.hpp>
 #include <npt/fit/robust_distance.hpp>
 #include <npt/fit/surface_track.hpp>
-#include <npt/parallel/executor.hpp>
 #include <npt/surface/closest_point.hpp>
 
 #include <algorithm>

@@ -7,9 +7,9 @@
 ///           Nocedal and Wright, "Numerical Optimization", 2006, section 10.3 (Levenberg and Marquardt)
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/body_level.hpp>
 #include <npt/fit/differentiable_body.hpp>
 #include <npt/fit/fit_surface.hpp>

@@ -4,9 +4,9 @@
 /// 40 degrees, which is what a search finds its way home from.
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/body_level.hpp>
 #include <npt/fit/differentiable_body.hpp>
 #include <npt/fit/fit_target.hpp>

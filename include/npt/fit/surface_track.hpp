@@ -13,14 +13,14 @@
 /// Source    Nocedal and Wright, "Numerical Optimization", 2006, section 10.3 (Levenberg and Marquardt)
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/sort.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/sort.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/body_level.hpp>
 #include <npt/fit/differentiable_body.hpp>
 #include <npt/fit/fit_surface.hpp>

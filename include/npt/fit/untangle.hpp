@@ -9,11 +9,11 @@
 /// Source    ours
 #pragma once
 
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/body_look_up.hpp>
 #include <npt/fit/fitted_body.hpp>
 #include <npt/fit/part_motion.hpp>

@@ -3,9 +3,9 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/core/parameter.hpp>
 #include <npt/graph/lower.hpp>
 #include <npt/kernel/panel.hpp>
+#include <npt/layer/parameter.hpp>
 
 #include <algorithm>
 #include <cstddef>

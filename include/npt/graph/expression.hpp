@@ -7,11 +7,11 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/core/parameter.hpp>
 #include <npt/graph/graph.hpp>
 #include <npt/kernel/pointwise.hpp>
 #include <npt/layer/conv1x1.hpp>
 #include <npt/layer/max_pool.hpp>
+#include <npt/layer/parameter.hpp>
 #include <npt/layer/tanh.hpp>
 
 #include <concepts>

@@ -10,7 +10,6 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/core/parameter.hpp>
 #include <npt/graph/expression.hpp>
 #include <npt/graph/fold.hpp>
 #include <npt/graph/lowering.hpp>
@@ -18,6 +17,7 @@
 #include <npt/graph/stages.hpp>
 #include <npt/graph/storage.hpp>
 #include <npt/graph/sweeps.hpp>
+#include <npt/layer/parameter.hpp>
 
 namespace npt::inline NPT_ABI::graph {
 

@@ -2,9 +2,9 @@
 /// Errors    npt::Error that names the path and the system's reason
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/platform.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/platform.hpp>
 
 #include <atomic>
 #include <cerrno>

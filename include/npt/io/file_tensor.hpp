@@ -1,8 +1,8 @@
 /// A tensor as it lies in a file: name, type of the elements, shape and bytes.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/text.hpp>
 
 #include <array>

@@ -4,8 +4,8 @@
 /// Source    glTF 2.0 specification, section 4
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 
 #include <array>
 #include <cstddef>

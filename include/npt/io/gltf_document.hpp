@@ -4,8 +4,8 @@
 /// Source    glTF 2.0 specification, section 3.6; KHR_mesh_quantization
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/glb.hpp>
 #include <npt/io/gltf_uri.hpp>
 #include <npt/io/json_tree.hpp>

@@ -3,8 +3,8 @@
 /// Errors    npt::Error for numbers that don't fit each other, and for vertices out of range
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/io/gltf_document.hpp>
 #include <npt/scene/scene.hpp>
 

@@ -3,8 +3,8 @@
 /// hasn't checked, and each of its numbers would have to be checked again.
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/io/gltf_appearance.hpp>
 #include <npt/io/gltf_clip_reader.hpp>
 #include <npt/io/gltf_document.hpp>

@@ -4,8 +4,8 @@
 /// Source    RFC 2397 (data URIs), RFC 3986 (percent-encoding), RFC 4648 (base64)
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/file.hpp>
 
 #include <array>

@@ -4,9 +4,9 @@
 /// Source    glTF 2.0 specification; what it asks for is checked with Khronos' validator in the tests
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/io/glb.hpp>
 #include <npt/io/json.hpp>
 #include <npt/io/text.hpp>

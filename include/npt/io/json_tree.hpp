@@ -4,8 +4,8 @@
 ///           million values (the tree takes some 100 bytes for each)
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/json.hpp>
 
 #include <algorithm>

@@ -3,8 +3,8 @@
 /// nothing.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/text.hpp>
 #include <npt/io/words.hpp>

@@ -3,8 +3,8 @@
 /// Programs that link the library's prebuilt units (NPT_PREBUILT, config.hpp) only see the declarations.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/ply_header.hpp>
 #include <npt/mesh/mesh.hpp>
 

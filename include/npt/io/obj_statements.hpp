@@ -3,8 +3,8 @@
 /// 99999999999 overflow.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/text.hpp>
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 /// The header of a PLY file: its format, and elements with their properties.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/text.hpp>
 #include <npt/mesh/mesh.hpp>
 

@@ -1,8 +1,8 @@
 /// Reading PLY files; ply.hpp says what is understood.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/ply_header.hpp>
 #include <npt/io/text.hpp>
 #include <npt/mesh/mesh.hpp>

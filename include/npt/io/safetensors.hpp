@@ -7,10 +7,10 @@
 /// Source    https://github.com/huggingface/safetensors, "Format"
 #pragma once
 
+#include <npt/base/as_span.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/sort.hpp>
 #include <npt/config.hpp>
-#include <npt/core/as_span.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/sort.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/file_tensor.hpp>
 #include <npt/io/json.hpp>

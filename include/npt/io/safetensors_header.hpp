@@ -1,8 +1,8 @@
 /// The header of a safetensors file: its JSON to the tensors' places, and back.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/file_tensor.hpp>
 #include <npt/io/json.hpp>
 #include <npt/io/text.hpp>

@@ -4,8 +4,8 @@
 ///           infinity
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/file_tensor.hpp>
 #include <npt/io/text.hpp>
 

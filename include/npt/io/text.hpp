@@ -2,8 +2,8 @@
 /// is the decimal sign. words.hpp splits lines with quotation marks and comments.
 #pragma once
 
+#include <npt/base/number_text.hpp>
 #include <npt/config.hpp>
-#include <npt/core/number_text.hpp>
 
 #include <array>
 #include <charconv>

@@ -17,8 +17,8 @@
 /// with zeros behind columns, channels and rows. The result is a tile as everywhere (panel.hpp).
 #pragma once
 
+#include <npt/base/aligned.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
 #include <npt/kernel/amx_kernel.hpp>
 #include <npt/kernel/amx_operand.hpp>
 #include <npt/kernel/few_columns.hpp>

@@ -1,8 +1,8 @@
 /// Plain matrix products on the micro-kernel, for matrices that no vertices are in: the optimiser's.
 #pragma once
 
+#include <npt/base/aligned.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
 #include <npt/kernel/panel.hpp>
 #include <npt/kernel/product.hpp>
 #include <npt/simd/amx.hpp>

@@ -6,8 +6,8 @@
 /// deviation 0.01.
 #pragma once
 
+#include <npt/base/aligned.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
 #include <npt/kernel/panel.hpp>
 #include <npt/simd/batch.hpp>
 

@@ -4,8 +4,8 @@
 /// row is wasted at any width (with 13 rows at most, 1027 = 79 x 13, 513 = 33 x 13 + 7 x 12, 257 = 17 x 13 + 3 x 12).
 #pragma once
 
+#include <npt/base/aligned.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
 #include <npt/kernel/micro_kernel.hpp>
 
 #include <cstddef>

@@ -5,8 +5,8 @@
 ///                vector registers multiply in the same layout where there are none (word_kernel.hpp)
 #pragma once
 
+#include <npt/base/aligned.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
 #include <npt/kernel/amx_operand.hpp>
 #include <npt/kernel/amx_product.hpp>
 #include <npt/kernel/micro_kernel.hpp>

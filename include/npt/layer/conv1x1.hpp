@@ -5,7 +5,7 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/core/parameter.hpp>
+#include <npt/layer/parameter.hpp>
 
 namespace npt::inline NPT_ABI {
 

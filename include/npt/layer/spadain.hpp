@@ -9,10 +9,10 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/core/parameter.hpp>
 #include <npt/kernel/pointwise.hpp>
 #include <npt/layer/conv1x1.hpp>
 #include <npt/layer/instance_norm.hpp>
+#include <npt/layer/parameter.hpp>
 
 #include <cstddef>
 

@@ -6,8 +6,8 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/core/parameter.hpp>
 #include <npt/kernel/pointwise.hpp>
+#include <npt/layer/parameter.hpp>
 
 #include <array>
 

@@ -5,8 +5,8 @@
 /// Errors    npt::Error for a matrix that isn't positive definite
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 
 #include <cmath>
 #include <cstddef>

@@ -8,8 +8,8 @@
 ///           with the second derivative in place of its bound
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <algorithm>
 #include <array>

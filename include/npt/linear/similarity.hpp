@@ -6,9 +6,9 @@
 ///           1987
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/linear/nearest_rotation.hpp>
 
 #include <array>

@@ -9,9 +9,9 @@
 /// Eigen's own symbols don't carry the instruction set: units of one program that use this header need the same -march.
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>

@@ -4,9 +4,9 @@
 /// Source    proportions of figure drawing, by eye; no scanned or modelled body was measured, but for the joints
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mannequin/loft.hpp>
 
 #include <array>

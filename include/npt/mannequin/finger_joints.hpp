@@ -7,13 +7,13 @@
 ///           bends by two thirds of the middle one
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mannequin/anatomy.hpp>
 #include <npt/mannequin/skin.hpp>
 #include <npt/mannequin/surface.hpp>

@@ -5,8 +5,8 @@
 /// Source    squircle sections: Fernandez Guasti, "Analytic geometry of some rectilinear figures", 1992
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <algorithm>
 #include <array>

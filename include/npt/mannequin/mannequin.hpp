@@ -11,8 +11,8 @@
 #include <npt/config.hpp>
 
 #if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mannequin/anatomy.hpp>
 #include <npt/mannequin/shape.hpp>
 #include <npt/mannequin/skin.hpp>

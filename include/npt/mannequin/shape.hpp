@@ -4,8 +4,8 @@
 /// Plausible within three standard deviations of each; within four the surface still keeps an inside.
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mannequin/anatomy.hpp>
 #include <npt/mannequin/skin.hpp>
 #include <npt/mannequin/surface.hpp>

@@ -4,10 +4,10 @@
 /// Source    joints: Sukumar, "Construction of polygonal interpolants: a maximum entropy approach", 2004
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mannequin/anatomy.hpp>
 
 #include <algorithm>

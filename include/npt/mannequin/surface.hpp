@@ -3,9 +3,9 @@
 /// in a build without optimisation, that no program that starts has to do.
 #pragma once
 
+#include <npt/base/digits.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/digits.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mannequin/surface_data.hpp>
 #include <npt/mesh/triangles.hpp>
 

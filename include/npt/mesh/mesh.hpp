@@ -1,8 +1,8 @@
 /// A polygon mesh as files hold it: positions, faces of any size, and what rides along.
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/appearance.hpp>
 
 #include <cstddef>

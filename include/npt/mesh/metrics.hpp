@@ -6,8 +6,8 @@
 /// Source    Wang et al., CVPR 2020, eq. 7
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
 

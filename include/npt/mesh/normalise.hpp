@@ -6,9 +6,9 @@
 /// Source    Wang et al., CVPR 2020: centre, scale to the unit sphere; the public code only centres.
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/points.hpp>
 
 #include <algorithm>

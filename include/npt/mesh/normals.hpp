@@ -4,8 +4,8 @@
 ///           area times the normal, also for faces that are not flat
 #pragma once
 
+#include <npt/base/sort.hpp>
 #include <npt/config.hpp>
-#include <npt/core/sort.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/vertex_order.hpp>

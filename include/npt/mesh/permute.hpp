@@ -1,8 +1,8 @@
 /// A mesh with its vertices in another order (vertex_order.hpp).
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/vertex_order.hpp>
 

@@ -2,9 +2,9 @@
 /// Shapes    xyz: [V, 3] floats, row major
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <algorithm>
 #include <array>

@@ -6,9 +6,9 @@
 /// Requires  triangle indices below V
 #pragma once
 
+#include <npt/base/as_span.hpp>
+#include <npt/base/random.hpp>
 #include <npt/config.hpp>
-#include <npt/core/as_span.hpp>
-#include <npt/core/random.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>

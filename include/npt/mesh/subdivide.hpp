@@ -3,8 +3,8 @@
 /// Shapes    V vertices and E edges become V + E vertices: the old ones first, then one an edge, ascending
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/config.hpp>
-#include <npt/core/as_span.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/triangles.hpp>

@@ -2,8 +2,8 @@
 /// Requires  a valid mesh (validate.hpp)
 #pragma once
 
+#include <npt/base/sort.hpp>
 #include <npt/config.hpp>
-#include <npt/core/sort.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/union_find.hpp>

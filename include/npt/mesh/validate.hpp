@@ -3,8 +3,8 @@
 /// Errors    npt::Error that names the mesh and the vertex, face or array at fault. Numbers count from 0.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <cstddef>

@@ -3,10 +3,10 @@
 /// Shapes    xyz: [V, 3] floats, row major
 #pragma once
 
+#include <npt/base/as_span.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/sort.hpp>
 #include <npt/config.hpp>
-#include <npt/core/as_span.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/sort.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <algorithm>

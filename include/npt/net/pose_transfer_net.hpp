@@ -9,11 +9,11 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/core/parameter.hpp>
 #include <npt/graph/expression.hpp>
 #include <npt/layer/conv1x1.hpp>
 #include <npt/layer/instance_norm.hpp>
 #include <npt/layer/max_pool.hpp>
+#include <npt/layer/parameter.hpp>
 #include <npt/layer/relu.hpp>
 #include <npt/layer/res_block.hpp>
 #include <npt/layer/tanh.hpp>

@@ -11,20 +11,20 @@
 /// Errors    npt::Error for weights of another network, no points, points in one place or not finite
 #pragma once
 
+#include <npt/base/default_executor.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/sort.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/reading_frame.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/sort.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/engine/engine.hpp>
 #include <npt/engine/model.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/reading_fit.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/net/reader_net.hpp>
-#include <npt/parallel/default_executor.hpp>
 #include <npt/weights/weights_file.hpp>
 
 #include <algorithm>

@@ -4,10 +4,10 @@
 /// Shapes    places: [V, 3], metres, the mannequin's mean shape in its rest pose
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/limbs.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/rig/rest_surface.hpp>
 
 #include <algorithm>

@@ -2,9 +2,9 @@
 /// Shapes    a pose: [24, 3] axis angles in radians
 #pragma once
 
+#include <npt/base/random.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/random.hpp>
 
 #include <array>
 #include <cstddef>

@@ -5,9 +5,9 @@
 /// Errors    npt::Error for joints that a person must have and for two joints of one name
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/rig/rig.hpp>
 
 #include <array>

@@ -9,8 +9,8 @@
 ///           a joint that no rig has, and a name that another joint of the rig has
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/text.hpp>
 #include <npt/io/words.hpp>

@@ -3,11 +3,11 @@
 /// Units     metres
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/mesh.hpp>
 

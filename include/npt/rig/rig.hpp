@@ -8,10 +8,10 @@
 ///           and surfaces without a triangle
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/scene/affine.hpp>
 #include <npt/scene/clip.hpp>

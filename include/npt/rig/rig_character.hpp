@@ -14,12 +14,12 @@
 /// Threads   all members are const
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/rig/humanoid_joints.hpp>
 #include <npt/rig/rig.hpp>

@@ -10,8 +10,8 @@
 ///           out that no rig has, more vertices asked for than a rig has, and options out of range
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/data/assembly.hpp>
 #include <npt/data/augmentation.hpp>
 #include <npt/data/draws.hpp>

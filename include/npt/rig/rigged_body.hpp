@@ -12,12 +12,12 @@
 ///           limbs that no vertex moves with, left and right exchanged
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/triangles.hpp>

@@ -2,9 +2,9 @@
 /// Source    glTF 2.0 specification, section 3.5.3 (transformations), appendix C (interpolation)
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <cmath>
 

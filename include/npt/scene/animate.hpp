@@ -3,8 +3,8 @@
 /// Shapes    motions: [J]; frames: [V, 3]
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/scene/affine.hpp>

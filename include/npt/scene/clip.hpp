@@ -2,8 +2,8 @@
 /// Source    glTF 2.0 specification, section 3.11 and appendix C
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/config.hpp>
-#include <npt/core/as_span.hpp>
 #include <npt/scene/affine.hpp>
 
 #include <algorithm>

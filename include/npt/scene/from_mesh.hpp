@@ -3,8 +3,8 @@
 /// Numerics  texture coordinates that count from the bottom become 1 - v; colours of type uchar are divided by 255
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/validate.hpp>

@@ -9,9 +9,9 @@
 /// Source    glTF 2.0 specification, sections 3.5.3 and 3.7.3
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/validate.hpp>

@@ -3,8 +3,8 @@
 /// Numbers are glTF's: metres, y up, seconds.
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/appearance.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/scene/affine.hpp>

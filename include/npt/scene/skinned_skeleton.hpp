@@ -2,8 +2,8 @@
 /// Shapes    weights: [V, influences], any number of influences a vertex
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <cstddef>
 #include <cstdint>

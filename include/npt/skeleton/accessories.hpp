@@ -8,9 +8,9 @@
 /// Source    ours
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>

@@ -6,10 +6,10 @@
 #include <npt/transfer/body_method.hpp>
 
 #if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#include <npt/base/default_executor.hpp>
+#include <npt/base/executor.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/mesh_view.hpp>
-#include <npt/parallel/default_executor.hpp>
-#include <npt/parallel/executor.hpp>
 #include <npt/reading/reader.hpp>
 #include <npt/skeleton/body_reading.hpp>
 #include <npt/skeleton/body_transfer.hpp>

@@ -8,15 +8,16 @@
 /// Source    docs/transfer.md
 #pragma once
 
+#include <npt/base/default_executor.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/sort.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/sort.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/estimate/confidence.hpp>
 #include <npt/fit/body_look_up.hpp>
 #include <npt/fit/finger_fit.hpp>
@@ -31,7 +32,6 @@
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/weld.hpp>
-#include <npt/parallel/default_executor.hpp>
 #include <npt/reading/reader.hpp>
 #include <npt/skeleton/body_reading.hpp>
 

@@ -3,13 +3,13 @@
 /// Units     metres, radians; centre in the mesh's unit
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/sort.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/sort.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/finger_fit.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/limb_search.hpp>

@@ -13,13 +13,13 @@
 /// Source    skinning as Wang et al., CVPR 2020, supplement C.1; reading and fit: docs/transfer.md
 #pragma once
 
+#include <npt/base/default_executor.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mannequin/finger_joints.hpp>
 #include <npt/mesh/mesh_view.hpp>
-#include <npt/parallel/default_executor.hpp>
 #include <npt/reading/reader.hpp>
 #include <npt/scene/affine.hpp>
 #include <npt/scene/skinned_skeleton.hpp>

@@ -12,14 +12,14 @@
 ///           m^2 from the truth, 17.8 with bone heat, 6.0 with the weights that the people were made with
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/body_look_up.hpp>
 #include <npt/fit/fitted_body.hpp>
 #include <npt/fit/place_patches.hpp>

@@ -12,10 +12,10 @@
 /// Source    Baran and Popovic, "Automatic rigging and animation of 3D characters", SIGGRAPH 2007, section 4 (c = 1)
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/weld.hpp>

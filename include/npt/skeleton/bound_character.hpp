@@ -3,12 +3,12 @@
 /// Units     metres and radians, in the body's coordinates
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/finger_fit.hpp>
 #include <npt/fit/fitted_body.hpp>
 #include <npt/mannequin/finger_joints.hpp>

@@ -17,12 +17,12 @@
 /// Source    ours
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/fitted_body.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_values.hpp>

@@ -10,9 +10,9 @@
 /// Source    Dijkstra, "A note on two problems in connexion with graphs", 1959
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/union_find.hpp>
 

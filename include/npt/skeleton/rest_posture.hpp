@@ -11,11 +11,11 @@
 /// Shapes    axis angles: [24, 3], or [40, 3] with finger joints, which stay; radians, SMPL's order
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/skeleton/body_reading.hpp>
 
 #include <algorithm>

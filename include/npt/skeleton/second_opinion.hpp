@@ -20,13 +20,13 @@
 /// Source    network: Wang et al., CVPR 2020, supplement C.2
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/core/matrix3.hpp>
-#include <npt/core/random.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/engine/engine.hpp>
 #include <npt/engine/model.hpp>
 #include <npt/io/safetensors.hpp>

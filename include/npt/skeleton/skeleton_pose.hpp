@@ -5,10 +5,10 @@
 /// Source    Wang et al., CVPR 2020, supplement C.1
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/fit/fitted_body.hpp>
 
 #include <array>

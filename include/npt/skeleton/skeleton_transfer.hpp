@@ -12,11 +12,11 @@
 /// Source    Wang et al., CVPR 2020, supplement C.1
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/fit/body_fitter.hpp>
 #include <npt/mesh/mesh.hpp>

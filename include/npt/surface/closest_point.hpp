@@ -9,8 +9,8 @@
 /// Threads   queries may run side by side
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/triangles.hpp>
 

@@ -10,8 +10,8 @@
 /// Source    Pinkall and Polthier, "Computing discrete minimal surfaces and their conjugates", 1993
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/topology.hpp>
 
 #include <algorithm>

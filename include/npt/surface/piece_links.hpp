@@ -5,8 +5,8 @@
 /// Complexity  linear in the points, if few lie within `reach` of each other
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
 

@@ -6,8 +6,8 @@
 /// as many as the shapes say, never as the threads, and are merged in order: the same bits for any number of threads.
 #pragma once
 
+#include <npt/base/executor.hpp>
 #include <npt/config.hpp>
-#include <npt/parallel/executor.hpp>
 #include <npt/tape/amx_outer_product.hpp>
 #include <npt/tape/chain_backward.hpp>
 #include <npt/tape/merge.hpp>

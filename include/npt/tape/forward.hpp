@@ -1,9 +1,9 @@
 /// Runs a tape forwards: the network's result, with everything kept that its gradient needs.
 #pragma once
 
+#include <npt/base/executor.hpp>
 #include <npt/config.hpp>
 #include <npt/kernel/moments.hpp>
-#include <npt/parallel/executor.hpp>
 #include <npt/tape/view.hpp>
 
 #include <algorithm>

@@ -2,12 +2,12 @@
 /// many networks a program trains.
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/executor.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/engine/packed_program.hpp>
 #include <npt/engine/transfer_pair.hpp>
 #include <npt/kernel/matrix_product.hpp>
-#include <npt/parallel/executor.hpp>
 #include <npt/simd/amx.hpp>
 #include <npt/tape/backward.hpp>
 #include <npt/tape/forward.hpp>

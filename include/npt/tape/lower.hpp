@@ -10,9 +10,9 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/core/parameter.hpp>
 #include <npt/graph/lower.hpp>
 #include <npt/graph/lowering.hpp>
+#include <npt/layer/parameter.hpp>
 #include <npt/tape/tape.hpp>
 
 #include <array>

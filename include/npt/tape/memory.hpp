@@ -2,8 +2,8 @@
 /// It only ever grows, so that a warm step allocates nothing.
 #pragma once
 
+#include <npt/base/aligned.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
 #include <npt/engine/workspace.hpp>
 #include <npt/kernel/panel.hpp>
 #include <npt/kernel/product.hpp>

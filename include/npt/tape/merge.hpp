@@ -1,9 +1,9 @@
 /// What is merged between the stages of a backward pass: sums over the vertices, maxima, and the chunks' sums.
 #pragma once
 
+#include <npt/base/executor.hpp>
 #include <npt/config.hpp>
 #include <npt/kernel/panel.hpp>
-#include <npt/parallel/executor.hpp>
 #include <npt/tape/amx_outer_product.hpp>
 #include <npt/tape/chain_backward.hpp>
 #include <npt/tape/view.hpp>

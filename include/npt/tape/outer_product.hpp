@@ -5,8 +5,8 @@
 /// registers.
 #pragma once
 
+#include <npt/base/aligned.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
 #include <npt/kernel/amx_kernel.hpp>
 #include <npt/kernel/packed_weights.hpp>
 #include <npt/kernel/panel.hpp>

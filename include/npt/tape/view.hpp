@@ -1,8 +1,8 @@
 /// Where things lie while a tape runs, in either direction.
 #pragma once
 
+#include <npt/base/aligned.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
 #include <npt/engine/workspace.hpp>
 #include <npt/kernel/panel.hpp>
 #include <npt/kernel/pointwise.hpp>

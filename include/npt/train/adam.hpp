@@ -4,8 +4,8 @@
 /// Elementwise and without sums: the same bits for any number of threads.
 #pragma once
 
+#include <npt/base/aligned.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
 #include <npt/simd/batch.hpp>
 
 #include <cmath>

@@ -7,11 +7,11 @@
 ///           replaces the file as a whole or leaves it as it was
 #pragma once
 
+#include <npt/base/aligned.hpp>
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/parameter.hpp>
 #include <npt/io/safetensors.hpp>
+#include <npt/layer/parameter.hpp>
 #include <npt/weights/weights_file.hpp>
 
 #include <algorithm>

@@ -3,8 +3,8 @@
 /// Numerics  squares are summed in double, in a fixed order: the same bits for any number of threads
 #pragma once
 
+#include <npt/base/executor.hpp>
 #include <npt/config.hpp>
-#include <npt/parallel/executor.hpp>
 #include <npt/train/slices.hpp>
 
 #include <array>

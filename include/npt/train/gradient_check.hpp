@@ -8,11 +8,11 @@
 /// The loss is a random linear function of the result; entries of every parameter and of both meshes are moved.
 #pragma once
 
+#include <npt/base/default_executor.hpp>
+#include <npt/base/random.hpp>
 #include <npt/config.hpp>
-#include <npt/core/random.hpp>
 #include <npt/engine/model.hpp>
 #include <npt/layer/conv1x1.hpp>
-#include <npt/parallel/default_executor.hpp>
 #include <npt/train/gradients.hpp>
 
 #include <algorithm>

@@ -11,10 +11,10 @@
 /// Numerics       the same bits for any number of threads
 #pragma once
 
+#include <npt/base/default_executor.hpp>
 #include <npt/config.hpp>
-#include <npt/core/parameter.hpp>
 #include <npt/engine/model.hpp>
-#include <npt/parallel/default_executor.hpp>
+#include <npt/layer/parameter.hpp>
 #include <npt/tape/chain_loops.hpp>
 #include <npt/tape/gradient_core.hpp>
 #include <npt/tape/lower.hpp>

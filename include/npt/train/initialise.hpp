@@ -5,10 +5,10 @@
 ///           followed by ReLU
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/parameter.hpp>
-#include <npt/core/random.hpp>
+#include <npt/layer/parameter.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -8,8 +8,8 @@
 /// Shapes  prediction, truth, identity, gradient: [V, 3], row major
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/mesh/topology.hpp>
 
 #include <cmath>

@@ -9,11 +9,11 @@
 ///           coefficients are theirs); Bernstein and Newhouse, "Old Optimizer, New Norm: An Anthology", 2024
 #pragma once
 
+#include <npt/base/aligned.hpp>
+#include <npt/base/executor.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
-#include <npt/core/parameter.hpp>
 #include <npt/kernel/matrix_product.hpp>
-#include <npt/parallel/executor.hpp>
+#include <npt/layer/parameter.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/core/parameter.hpp>
+#include <npt/layer/parameter.hpp>
 
 #include <algorithm>
 #include <cstddef>

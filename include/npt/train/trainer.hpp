@@ -17,13 +17,13 @@
 /// Source    Wang et al., CVPR 2020, section 4.1 (Adam at 5e-5, batch 8, L = reconstruction + 5e-4 edges)
 #pragma once
 
+#include <npt/base/aligned.hpp>
+#include <npt/base/default_executor.hpp>
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/parameter.hpp>
 #include <npt/data/sample.hpp>
 #include <npt/engine/core.hpp>
-#include <npt/parallel/default_executor.hpp>
+#include <npt/layer/parameter.hpp>
 #include <npt/tape/gradient_core.hpp>
 #include <npt/train/adam.hpp>
 #include <npt/train/checkpoint.hpp>

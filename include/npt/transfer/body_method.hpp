@@ -3,8 +3,8 @@
 /// header; <npt/skeleton/body_method.hpp> has npt::body_method.
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/estimate/confidence.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/scene/affine.hpp>

@@ -21,10 +21,10 @@
 /// Source    Sorkine and Alexa, "As-rigid-as-possible surface modeling", 2007, with the positions as soft constraints
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/pool.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/pool.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/linear/nearest_rotation.hpp>
 #include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/mesh.hpp>

@@ -1,13 +1,13 @@
 /// Which networks a program has compiled in, and the choice among them by what a weights file says of itself.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/parameter.hpp>
 #include <npt/engine/core.hpp>
 #include <npt/engine/engine.hpp>
 #include <npt/engine/model.hpp>
 #include <npt/graph/program.hpp>
+#include <npt/layer/parameter.hpp>
 #include <npt/net/ablation_nets.hpp>
 #include <npt/net/pose_transfer_net.hpp>
 #include <npt/weights/weights_file.hpp>

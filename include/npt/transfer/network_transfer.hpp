@@ -8,11 +8,11 @@
 /// Source    Wang et al., CVPR 2020, section 4.1
 #pragma once
 
+#include <npt/base/as_span.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/pool.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/as_span.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/pool.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/engine/core.hpp>
 #include <npt/engine/transfer_pair.hpp>
 #include <npt/mesh/mesh_view.hpp>

@@ -1,8 +1,8 @@
 /// What a user should know of how a transfer was made, in words: a mesh that doesn't read as a person, or hardly.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/transfer/body_method.hpp>
 
 #include <cmath>

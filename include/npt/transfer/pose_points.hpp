@@ -3,10 +3,10 @@
 /// coordinates, make the result flicker.
 #pragma once
 
+#include <npt/base/as_span.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
 #include <npt/config.hpp>
-#include <npt/core/as_span.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/random.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/resample.hpp>

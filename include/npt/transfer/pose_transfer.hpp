@@ -8,12 +8,13 @@
 /// it. The pose mesh is normalised by itself (Wang et al., CVPR 2020, section 4.1).
 #pragma once
 
+#include <npt/base/aligned.hpp>
+#include <npt/base/as_span.hpp>
+#include <npt/base/default_executor.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/pool.hpp>
+#include <npt/base/tensor_adapter.hpp>
 #include <npt/config.hpp>
-#include <npt/core/aligned.hpp>
-#include <npt/core/as_span.hpp>
-#include <npt/core/error.hpp>
-#include <npt/core/pool.hpp>
-#include <npt/core/tensor_adapter.hpp>
 #include <npt/engine/core.hpp>
 #include <npt/engine/model.hpp>
 #include <npt/io/safetensors.hpp>
@@ -22,7 +23,6 @@
 #include <npt/mesh/metrics.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/parallel/default_executor.hpp>
 #include <npt/scene/affine.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/transfer/body_method.hpp>

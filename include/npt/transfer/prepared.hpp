@@ -1,9 +1,9 @@
 /// What a transfer needs of one mesh, computed once: identities that take many poses, poses that many identities take.
 #pragma once
 
+#include <npt/base/as_span.hpp>
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/as_span.hpp>
-#include <npt/core/error.hpp>
 #include <npt/engine/workspace.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/normalise.hpp>

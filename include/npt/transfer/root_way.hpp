@@ -1,8 +1,8 @@
 /// Where a character that is posed in one place goes: along the pose's way, on its own legs.
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 #include <npt/transfer/body_method.hpp>
 
 #include <algorithm>

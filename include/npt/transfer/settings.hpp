@@ -2,8 +2,8 @@
 /// normalisation (sphere, centre or none), unit ("metre"), refine_radius.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/refinement.hpp>

@@ -2,8 +2,8 @@
 /// nonsense for a figure 172 units tall: the unit is told from the extent, or the mesh is refused.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
 

@@ -9,8 +9,8 @@
 ///           that is not finite; the model is unchanged then
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 #include <npt/engine/model.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/text.hpp>

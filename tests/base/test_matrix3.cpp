@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/matrix3.hpp>
+#include <npt/base/matrix3.hpp>
 
 using npt::Matrix3;
 using npt::Vec3d;

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/sort.hpp>
+#include <npt/base/sort.hpp>
 
 #include <cstddef>
 #include <cstdint>

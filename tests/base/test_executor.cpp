@@ -1,13 +1,13 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/error.hpp>
-#include <npt/parallel/default_executor.hpp>
-#include <npt/parallel/executor.hpp>
-#include <npt/parallel/host_executor.hpp>
+#include <npt/base/default_executor.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/executor.hpp>
+#include <npt/base/host_executor.hpp>
 #if NPT_HAS_TBB
-#include <npt/parallel/tbb_executor.hpp>
+#include <npt/base/tbb_executor.hpp>
 #endif
-#include <npt/parallel/thread_executor.hpp>
+#include <npt/base/thread_executor.hpp>
 
 #include <atomic>
 #include <functional>

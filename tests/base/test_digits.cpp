@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/digits.hpp>
+#include <npt/base/digits.hpp>
 
 #include <cstdint>
 #include <vector>

@@ -1,8 +1,8 @@
 /// The executor on oneTBB: an arena of its own with a given number of threads, or the host's arena.
 #pragma once
 
+#include <npt/base/executor.hpp>
 #include <npt/config.hpp>
-#include <npt/parallel/executor.hpp>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

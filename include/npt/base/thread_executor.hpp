@@ -2,8 +2,8 @@
 /// parallel loop of their own, and for ThreadSanitizer, which doesn't understand oneTBB.
 #pragma once
 
+#include <npt/base/executor.hpp>
 #include <npt/config.hpp>
-#include <npt/parallel/executor.hpp>
 
 #include <algorithm>
 #include <atomic>

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/platform.hpp>
+#include <npt/base/platform.hpp>
 
 #include <cerrno>
 #include <cstdio>

@@ -3,8 +3,8 @@
 /// carry the instruction set, so that one program could not have units for several.
 #pragma once
 
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/core/vec3.hpp>
 
 #include <array>
 #include <cstddef>

@@ -4,11 +4,11 @@
 
 #include <npt/config.hpp>
 #if NPT_HAS_TBB
-#include <npt/parallel/tbb_executor.hpp>
+#include <npt/base/tbb_executor.hpp>
 #elif defined(NPT_DEFAULT_THREADS)
-#include <npt/parallel/thread_executor.hpp>
+#include <npt/base/thread_executor.hpp>
 #else
-#include <npt/parallel/executor.hpp>
+#include <npt/base/executor.hpp>
 #endif
 
 namespace npt::inline NPT_ABI {

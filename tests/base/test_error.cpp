@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/error.hpp>
+#include <npt/base/error.hpp>
 
 TEST_CASE("an error says file, place, found and expected, and leaves out what is empty") {
   const npt::Error full({.file = "a.obj", .place = "line 3", .found = "'v x'", .expected = "three numbers"});

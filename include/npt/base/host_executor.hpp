@@ -1,9 +1,9 @@
 /// The executor on the host application's own parallel loop, so that npt brings no threads of its own.
 #pragma once
 
+#include <npt/base/error.hpp>
+#include <npt/base/executor.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
-#include <npt/parallel/executor.hpp>
 
 #include <algorithm>
 #include <atomic>

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/pool.hpp>
+#include <npt/base/pool.hpp>
 
 #include <set>
 #include <thread>

@@ -5,8 +5,8 @@
 /// Results never depend on the executor: every sum over vertices has a fixed order.
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/core/error.hpp>
 
 #include <algorithm>
 #include <concepts>

@@ -2,8 +2,8 @@
 /// second wherever its header is included.
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/config.hpp>
-#include <npt/core/as_span.hpp>
 
 #include <algorithm>
 #include <cstddef>

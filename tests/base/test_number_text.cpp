@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
-#include <npt/core/number_text.hpp>
-#include <npt/core/random.hpp>
+#include <npt/base/number_text.hpp>
+#include <npt/base/random.hpp>
 
 #include <array>
 #include <charconv>
