@@ -2,9 +2,9 @@
 /// not.
 #include <doctest/doctest.h>
 
+#include <mesh/shapes.hpp>
 #include <npt/deformation/correspondence.hpp>
 #include <npt/deformation/deformation_transfer.hpp>
-#include <surface/shapes.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
 #include <doctest/doctest.h>
 
 #include <io/scratch.hpp>
+#include <mesh/shapes.hpp>
 #include <npt/base/thread_executor.hpp>
 #include <npt/deformation/correspondence.hpp>
 #include <npt/deformation/markers.hpp>
 #include <npt/mesh/permute.hpp>
-#include <surface/shapes.hpp>
 
 #include <algorithm>
 #include <cmath>

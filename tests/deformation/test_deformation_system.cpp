@@ -1,9 +1,9 @@
 #include <doctest/doctest.h>
 
 #include <io/scratch.hpp>
+#include <mesh/shapes.hpp>
 #include <npt/deformation/deformation_system.hpp>
 #include <npt/deformation/triangle_sources.hpp>
-#include <surface/shapes.hpp>
 
 #include <cstdint>
 #include <vector>

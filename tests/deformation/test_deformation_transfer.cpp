@@ -1,10 +1,10 @@
 #include <doctest/doctest.h>
 
 #include <io/scratch.hpp>
+#include <mesh/shapes.hpp>
 #include <npt/base/thread_executor.hpp>
 #include <npt/deformation/deformation_gradient.hpp>
 #include <npt/deformation/deformation_transfer.hpp>
-#include <surface/shapes.hpp>
 
 #include <array>
 #include <cmath>

@@ -1,9 +1,9 @@
 #include <doctest/doctest.h>
 
+#include <mesh/shapes.hpp>
 #include <npt/deformation/deformation_transfer.hpp>
 #include <npt/deformation/piece_tree.hpp>
 #include <npt/deformation/surface.hpp>
-#include <surface/shapes.hpp>
 
 #include <algorithm>
 #include <cmath>

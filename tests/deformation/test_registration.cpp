@@ -1,9 +1,9 @@
 #include <doctest/doctest.h>
 
+#include <mesh/shapes.hpp>
 #include <npt/deformation/registration.hpp>
 #include <npt/deformation/registration_system.hpp>
 #include <npt/deformation/registration_target.hpp>
-#include <surface/shapes.hpp>
 
 #include <array>
 #include <cstdint>

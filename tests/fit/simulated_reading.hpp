@@ -10,7 +10,7 @@
 #include <npt/fit/part_motion.hpp>
 #include <npt/fit/reading_fit.hpp>
 #include <npt/mannequin/mannequin.hpp>
-#include <npt/surface/closest_point.hpp>
+#include <npt/mesh/closest_point.hpp>
 
 #include <algorithm>
 #include <cmath>

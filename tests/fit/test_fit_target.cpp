@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <surface/shapes.hpp>
+#include <mesh/shapes.hpp>
 
 #include <npt/base/error.hpp>
 #include <npt/fit/fit_target.hpp>

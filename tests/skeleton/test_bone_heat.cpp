@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
+#include <mesh/shapes.hpp>
 #include <npt/base/error.hpp>
 #include <npt/skeleton/bone_heat.hpp>
-#include <surface/shapes.hpp>
 
 #include <cmath>
 #include <cstddef>

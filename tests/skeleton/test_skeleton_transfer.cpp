@@ -1,12 +1,12 @@
 #include <doctest/doctest.h>
 
+#include <mesh/shapes.hpp>
 #include <npt/base/error.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>
 #include <npt/skeleton/skeleton_transfer.hpp>
-#include <surface/shapes.hpp>
 
 #include <algorithm>
 #include <cmath>

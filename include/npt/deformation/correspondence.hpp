@@ -13,9 +13,9 @@
 #include <npt/deformation/registration.hpp>
 #include <npt/deformation/surface.hpp>
 #include <npt/linear/similarity.hpp>
+#include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <compare>

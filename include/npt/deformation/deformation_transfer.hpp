@@ -28,9 +28,9 @@
 #include <npt/deformation/triangle_sources.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
+#include <npt/mesh/piece_links.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/union_find.hpp>
-#include <npt/surface/piece_links.hpp>
 
 #include <algorithm>
 #include <array>

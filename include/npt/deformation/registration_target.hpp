@@ -5,8 +5,8 @@
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/deformation/surface.hpp>
+#include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/topology.hpp>
-#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <array>

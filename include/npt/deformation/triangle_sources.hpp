@@ -8,8 +8,8 @@
 #include <npt/config.hpp>
 #include <npt/deformation/correspondence.hpp>
 #include <npt/deformation/surface.hpp>
+#include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <cstddef>

@@ -18,7 +18,7 @@
 #include <npt/fit/pose_prior.hpp>
 #include <npt/fit/robust_distance.hpp>
 #include <npt/linear/dense_cholesky.hpp>
-#include <npt/surface/closest_point.hpp>
+#include <npt/mesh/closest_point.hpp>
 
 #include <algorithm>
 #include <array>

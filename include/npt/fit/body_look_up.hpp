@@ -11,8 +11,8 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/fit/fitted_body.hpp>
+#include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
-#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <cmath>

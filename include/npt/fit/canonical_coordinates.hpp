@@ -11,7 +11,7 @@
 #include <npt/config.hpp>
 #include <npt/fit/body_fitter.hpp>
 #include <npt/mannequin/mannequin.hpp>
-#include <npt/surface/closest_point.hpp>
+#include <npt/mesh/closest_point.hpp>
 
 #include <cstddef>
 #include <memory>

@@ -10,8 +10,8 @@
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
+#include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -8,9 +8,9 @@
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
+#include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>
-#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <cmath>

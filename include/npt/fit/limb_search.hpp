@@ -24,7 +24,7 @@
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/fitted_body.hpp>
 #include <npt/fit/robust_distance.hpp>
-#include <npt/surface/closest_point.hpp>
+#include <npt/mesh/closest_point.hpp>
 
 #include <algorithm>
 #include <array>

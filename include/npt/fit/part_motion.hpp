@@ -22,7 +22,7 @@
 #include <npt/config.hpp>
 #include <npt/fit/body_level.hpp>
 #include <npt/linear/nearest_rotation.hpp>
-#include <npt/surface/closest_point.hpp>
+#include <npt/mesh/closest_point.hpp>
 
 #include <algorithm>
 #include <array>

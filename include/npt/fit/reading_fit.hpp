@@ -36,7 +36,7 @@
 #include <npt/fit/reading_stages.hpp>
 #include <npt/fit/robust_distance.hpp>
 #include <npt/fit/surface_track.hpp>
-#include <npt/surface/closest_point.hpp>
+#include <npt/mesh/closest_point.hpp>
 
 #include <algorithm>
 #include <array>

@@ -18,8 +18,8 @@
 #include <npt/fit/reading_stages.hpp>
 #include <npt/fit/robust_distance.hpp>
 #include <npt/linear/normal_equations.hpp>
+#include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh_view.hpp>
-#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <cmath>

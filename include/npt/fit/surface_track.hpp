@@ -28,8 +28,8 @@
 #include <npt/fit/robust_distance.hpp>
 #include <npt/linear/nearest_rotation.hpp>
 #include <npt/linear/normal_equations.hpp>
+#include <npt/mesh/closest_point.hpp>
 #include <npt/scene/affine.hpp>
-#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <array>

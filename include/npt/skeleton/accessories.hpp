@@ -11,10 +11,10 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
+#include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
-#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <array>

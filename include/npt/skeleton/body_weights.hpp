@@ -24,6 +24,7 @@
 #include <npt/fit/fitted_body.hpp>
 #include <npt/fit/place_patches.hpp>
 #include <npt/mannequin/finger_joints.hpp>
+#include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
@@ -32,7 +33,6 @@
 #include <npt/skeleton/accessories.hpp>
 #include <npt/skeleton/hand_skin.hpp>
 #include <npt/skeleton/held_things.hpp>
-#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <array>

@@ -17,12 +17,12 @@
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/linear/sparse_cholesky.hpp>
+#include <npt/mesh/closest_point.hpp>
+#include <npt/mesh/cotangent.hpp>
+#include <npt/mesh/piece_links.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/weld.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>
-#include <npt/surface/closest_point.hpp>
-#include <npt/surface/cotangent.hpp>
-#include <npt/surface/piece_links.hpp>
 
 #include <algorithm>
 #include <cstddef>

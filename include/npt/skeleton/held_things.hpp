@@ -10,9 +10,9 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
+#include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/union_find.hpp>
-#include <npt/surface/closest_point.hpp>
 
 #include <algorithm>
 #include <array>

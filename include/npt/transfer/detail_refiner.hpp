@@ -27,14 +27,14 @@
 #include <npt/config.hpp>
 #include <npt/linear/nearest_rotation.hpp>
 #include <npt/linear/sparse_cholesky.hpp>
+#include <npt/mesh/cotangent.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/normals.hpp>
+#include <npt/mesh/piece_links.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/weld.hpp>
-#include <npt/surface/cotangent.hpp>
-#include <npt/surface/piece_links.hpp>
 #include <npt/transfer/refinement.hpp>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/surface/cotangent.hpp>
+#include <npt/mesh/cotangent.hpp>
 
 #include <cmath>
 #include <vector>

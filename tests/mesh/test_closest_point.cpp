@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
-#include <npt/surface/closest_point.hpp>
+#include <npt/mesh/closest_point.hpp>
 
 #include <array>
 #include <cmath>

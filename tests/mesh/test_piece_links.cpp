@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/surface/piece_links.hpp>
+#include <npt/mesh/piece_links.hpp>
 
 #include <vector>
 
