@@ -14,10 +14,10 @@
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/io/safetensors.hpp>
-#include <npt/linear/dense_cholesky.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/skeleton/body_transfer.hpp>
 #include <npt/skeleton/fit_bias.hpp>
+#include <npt/solve/dense_cholesky.hpp>
 
 #include <CLI/CLI.hpp>
 

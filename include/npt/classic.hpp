@@ -6,7 +6,7 @@
 #include <npt/deformation/deformation_evaluation.hpp>
 #include <npt/deformation/deformation_transfer.hpp>
 #include <npt/fit/body_fitter.hpp>
-#include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/skeleton/bone_heat.hpp>
 #include <npt/skeleton/skeleton_transfer.hpp>
+#include <npt/solve/sparse_cholesky.hpp>

@@ -3,8 +3,8 @@
 #include <npt/base/random.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/fit/pose_prior.hpp>
-#include <npt/linear/normal_equations.hpp>
 #include <npt/mannequin/mannequin.hpp>
+#include <npt/solve/normal_equations.hpp>
 
 #include <cmath>
 #include <cstddef>

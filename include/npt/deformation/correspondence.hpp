@@ -12,10 +12,10 @@
 #include <npt/deformation/markers.hpp>
 #include <npt/deformation/registration.hpp>
 #include <npt/deformation/surface.hpp>
-#include <npt/linear/similarity.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/triangles.hpp>
+#include <npt/solve/similarity.hpp>
 
 #include <algorithm>
 #include <compare>

@@ -18,8 +18,8 @@
 #include <npt/deformation/deformation_gradient.hpp>
 #include <npt/deformation/surface.hpp>
 #include <npt/deformation/triangle_sources.hpp>
-#include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/topology.hpp>
+#include <npt/solve/sparse_cholesky.hpp>
 
 #include <array>
 #include <cstddef>

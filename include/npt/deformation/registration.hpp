@@ -27,8 +27,8 @@
 #include <npt/deformation/registration_system.hpp>
 #include <npt/deformation/registration_target.hpp>
 #include <npt/deformation/surface.hpp>
-#include <npt/linear/similarity.hpp>
 #include <npt/mesh/normals.hpp>
+#include <npt/solve/similarity.hpp>
 
 #include <algorithm>
 #include <array>

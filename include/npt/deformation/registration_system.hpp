@@ -6,8 +6,8 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/solve/sparse_cholesky.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -17,8 +17,8 @@
 #include <npt/fit/fit_target.hpp>
 #include <npt/fit/pose_prior.hpp>
 #include <npt/fit/robust_distance.hpp>
-#include <npt/linear/dense_cholesky.hpp>
 #include <npt/mesh/closest_point.hpp>
+#include <npt/solve/dense_cholesky.hpp>
 
 #include <algorithm>
 #include <array>

@@ -24,12 +24,12 @@
 #include <npt/fit/body_level.hpp>
 #include <npt/fit/fit_target.hpp>
 #include <npt/fit/fitted_body.hpp>
+#include <npt/fit/lbfgs.hpp>
 #include <npt/fit/pose_prior.hpp>
 #include <npt/fit/robust_distance.hpp>
 #include <npt/fit/start_poses.hpp>
-#include <npt/linear/dense_cholesky.hpp>
-#include <npt/linear/lbfgs.hpp>
 #include <npt/mesh/triangles.hpp>
+#include <npt/solve/dense_cholesky.hpp>
 
 #include <algorithm>
 #include <array>

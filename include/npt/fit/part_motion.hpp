@@ -21,8 +21,8 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/fit/body_level.hpp>
-#include <npt/linear/nearest_rotation.hpp>
 #include <npt/mesh/closest_point.hpp>
+#include <npt/solve/nearest_rotation.hpp>
 
 #include <algorithm>
 #include <array>

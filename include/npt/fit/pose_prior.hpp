@@ -15,8 +15,8 @@
 #include <npt/body/natural_poses.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/linear/dense_cholesky.hpp>
-#include <npt/linear/normal_equations.hpp>
+#include <npt/solve/dense_cholesky.hpp>
+#include <npt/solve/normal_equations.hpp>
 
 #include <algorithm>
 #include <array>

@@ -17,9 +17,9 @@
 #include <npt/fit/pose_prior.hpp>
 #include <npt/fit/reading_stages.hpp>
 #include <npt/fit/robust_distance.hpp>
-#include <npt/linear/normal_equations.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh_view.hpp>
+#include <npt/solve/normal_equations.hpp>
 
 #include <algorithm>
 #include <cmath>

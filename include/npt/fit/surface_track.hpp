@@ -26,10 +26,10 @@
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/fitted_body.hpp>
 #include <npt/fit/robust_distance.hpp>
-#include <npt/linear/nearest_rotation.hpp>
-#include <npt/linear/normal_equations.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/scene/affine.hpp>
+#include <npt/solve/nearest_rotation.hpp>
+#include <npt/solve/normal_equations.hpp>
 
 #include <algorithm>
 #include <array>

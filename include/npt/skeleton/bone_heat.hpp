@@ -16,13 +16,13 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/cotangent.hpp>
 #include <npt/mesh/piece_links.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/weld.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>
+#include <npt/solve/sparse_cholesky.hpp>
 
 #include <algorithm>
 #include <cstddef>

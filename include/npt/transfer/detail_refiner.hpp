@@ -25,8 +25,6 @@
 #include <npt/base/pool.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/linear/nearest_rotation.hpp>
-#include <npt/linear/sparse_cholesky.hpp>
 #include <npt/mesh/cotangent.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
@@ -35,6 +33,8 @@
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/weld.hpp>
+#include <npt/solve/nearest_rotation.hpp>
+#include <npt/solve/sparse_cholesky.hpp>
 #include <npt/transfer/refinement.hpp>
 
 #include <algorithm>

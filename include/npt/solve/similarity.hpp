@@ -9,7 +9,7 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/linear/nearest_rotation.hpp>
+#include <npt/solve/nearest_rotation.hpp>
 
 #include <array>
 #include <cmath>

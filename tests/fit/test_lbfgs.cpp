@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/linear/lbfgs.hpp>
+#include <npt/fit/lbfgs.hpp>
 
 #include <array>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include <npt/base/error.hpp>
 #include <npt/base/random.hpp>
-#include <npt/linear/normal_equations.hpp>
+#include <npt/solve/normal_equations.hpp>
 
 #include <cmath>
 #include <cstddef>

@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/error.hpp>
-#include <npt/linear/dense_cholesky.hpp>
+#include <npt/solve/dense_cholesky.hpp>
 
 #include <cmath>
 #include <cstddef>

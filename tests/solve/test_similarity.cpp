@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
-#include <npt/linear/similarity.hpp>
+#include <npt/solve/similarity.hpp>
 
 #include <cmath>
 #include <span>

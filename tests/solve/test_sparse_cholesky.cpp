@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
-#include <npt/linear/sparse_cholesky.hpp>
+#include <npt/solve/sparse_cholesky.hpp>
 
 #include <cmath>
 #include <limits>

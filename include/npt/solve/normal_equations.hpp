@@ -8,7 +8,7 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/linear/dense_cholesky.hpp>
+#include <npt/solve/dense_cholesky.hpp>
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
-#include <npt/linear/nearest_rotation.hpp>
+#include <npt/solve/nearest_rotation.hpp>
 
 #include <array>
 #include <cmath>
