@@ -5,9 +5,9 @@
 #include <support/eigen_net.hpp>
 #include <support/nets.hpp>
 
-#include <npt/kernel/micro_kernel.hpp>
-#include <npt/kernel/moments.hpp>
-#include <npt/kernel/packed_weights.hpp>
+#include <npt/nn/kernel/micro_kernel.hpp>
+#include <npt/nn/kernel/moments.hpp>
+#include <npt/nn/kernel/packed_weights.hpp>
 
 #include <Eigen/Core>
 

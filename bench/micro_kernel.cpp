@@ -1,7 +1,7 @@
 /// The register tile at every height and several K, in the first-level cache; Eigen on the same product.
 #include <support/common.hpp>
 
-#include <npt/kernel/micro_kernel.hpp>
+#include <npt/nn/kernel/micro_kernel.hpp>
 
 #include <Eigen/Core>
 

@@ -2,7 +2,7 @@
 /// Eigen and plain xtensor over the whole [C, V] matrix, in two passes as the library's definition is.
 #include <support/common.hpp>
 
-#include <npt/kernel/moments.hpp>
+#include <npt/nn/kernel/moments.hpp>
 
 #include <Eigen/Core>
 #include <xtensor/xeval.hpp>

@@ -2,11 +2,11 @@
 /// Eigen and plain xtensor on the same channels in row-major matrices. And tanh alone, beside the C library's.
 #include <support/common.hpp>
 
-#include <npt/kernel/pointwise.hpp>
-#include <npt/layer/instance_norm.hpp>
-#include <npt/layer/relu.hpp>
-#include <npt/layer/spadain.hpp>
-#include <npt/layer/tanh.hpp>
+#include <npt/nn/kernel/pointwise.hpp>
+#include <npt/nn/layer/instance_norm.hpp>
+#include <npt/nn/layer/relu.hpp>
+#include <npt/nn/layer/spadain.hpp>
+#include <npt/nn/layer/tanh.hpp>
 
 #include <Eigen/Core>
 #include <xtensor/xmath.hpp>

@@ -8,13 +8,13 @@
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/body_sampler.hpp>
 #include <npt/data/evaluation.hpp>
-#include <npt/engine/engine.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/net/pose_transfer_net.hpp>
-#include <npt/train/gradients.hpp>
-#include <npt/train/initialise.hpp>
-#include <npt/train/trainer.hpp>
-#include <npt/weights/weights_file.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/train/gradients.hpp>
+#include <npt/nn/train/initialise.hpp>
+#include <npt/nn/train/trainer.hpp>
+#include <npt/nn/weights/weights_file.hpp>
 
 #include <CLI/CLI.hpp>
 

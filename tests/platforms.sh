@@ -189,7 +189,7 @@ arm64() {
   compared arm64 "${emulator[@]}" "$folder/arm64"
   # bfloat16: the micro-kernel's squares against plain sums, a network's error, and no spills.
   aarch64-linux-gnu-g++ -std=c++20 -O2 -march=armv8.2-a+bf16 -Wno-psabi -Iinclude -Itests -isystem "$root/usr/include" -DNPT_NO_TBB -DNPT_DEFAULT_THREADS \
-    tests/support/main.cpp tests/kernel/test_micro_kernel.cpp tests/engine/test_forward.cpp -pthread -o "$folder/arm64-bf16"
+    tests/support/main.cpp tests/nn/kernel/test_micro_kernel.cpp tests/nn/engine/test_forward.cpp -pthread -o "$folder/arm64-bf16"
   check_spills "$folder/arm64-bf16" 30
   echo "bfmmla: $(aarch64-linux-gnu-objdump -d "$folder/arm64-bf16" | grep -c bfmmla) instructions"
   "${emulator[@]}" -cpu max "$folder/arm64-bf16" -tc="*bfloat16*,*bf16*"

@@ -5,7 +5,7 @@
 
 #include <npt/base/aligned.hpp>
 #include <npt/base/random.hpp>
-#include <npt/kernel/panel.hpp>
+#include <npt/nn/kernel/panel.hpp>
 
 #include <benchmark/benchmark.h>
 

@@ -1,4 +1,4 @@
-#include <npt/engine/engine.hpp>
+#include <npt/nn/engine/engine.hpp>
 
 namespace npt::inline NPT_ABI {
 

@@ -1,4 +1,4 @@
-#include <npt/train/gradients.hpp>
+#include <npt/nn/train/gradients.hpp>
 
 namespace npt::inline NPT_ABI {
 

@@ -1,5 +1,5 @@
-#include <npt/train/gradients.hpp>
-#include <npt/train/trainer.hpp>
+#include <npt/nn/train/gradients.hpp>
+#include <npt/nn/train/trainer.hpp>
 
 namespace npt::inline NPT_ABI {
 

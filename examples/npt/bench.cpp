@@ -11,8 +11,8 @@
 
 #include <npt/base/error.hpp>
 #include <npt/base/random.hpp>
-#include <npt/kernel/micro_kernel.hpp>
-#include <npt/kernel/packed_weights.hpp>
+#include <npt/nn/kernel/micro_kernel.hpp>
+#include <npt/nn/kernel/packed_weights.hpp>
 
 #include <algorithm>
 #include <cmath>

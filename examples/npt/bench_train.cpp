@@ -11,8 +11,8 @@
 #include <npt/base/error.hpp>
 #include <npt/data/body_sampler.hpp>
 #include <npt/mannequin/mannequin.hpp>
-#include <npt/train/initialise.hpp>
-#include <npt/train/trainer.hpp>
+#include <npt/nn/train/initialise.hpp>
+#include <npt/nn/train/trainer.hpp>
 
 #include <algorithm>
 #include <chrono>

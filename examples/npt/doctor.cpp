@@ -4,7 +4,7 @@
 #include "subcommand.hpp"
 
 #include <npt/config.hpp>
-#include <npt/simd/batch.hpp>
+#include <npt/nn/simd/batch.hpp>
 
 #if NPT_HAS_TBB
 #include <tbb/info.h>

@@ -1,8 +1,8 @@
 #include "networks.hpp"
 
 #include <npt/base/aligned.hpp>
-#include <npt/engine/engine.hpp>
-#include <npt/graph/explain.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/graph/explain.hpp>
 
 #include <algorithm>
 #include <map>

@@ -3,8 +3,8 @@
 #pragma once
 
 #include <npt/base/default_executor.hpp>
-#include <npt/engine/core.hpp>
 #include <npt/net/reader_net.hpp>
+#include <npt/nn/engine/core.hpp>
 #include <npt/transfer/network_list.hpp>
 #include <npt/transfer/pose_transfer.hpp>
 

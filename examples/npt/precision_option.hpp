@@ -1,7 +1,7 @@
 /// The option --precision of several subcommands.
 #pragma once
 
-#include <npt/engine/packed_program.hpp>
+#include <npt/nn/engine/packed_program.hpp>
 
 #include <CLI/CLI.hpp>
 

@@ -14,9 +14,9 @@
 #include <training/group.hpp>
 #include <training/log.hpp>
 
-#include <npt/train/checkpoint.hpp>
-#include <npt/train/initialise.hpp>
-#include <npt/train/trainer.hpp>
+#include <npt/nn/train/checkpoint.hpp>
+#include <npt/nn/train/initialise.hpp>
+#include <npt/nn/train/trainer.hpp>
 
 #include <algorithm>
 #include <array>

@@ -5,10 +5,10 @@
 
 #include <npt/body/pose_sampler.hpp>
 #include <npt/mesh/normalise.hpp>
-#include <npt/train/adam.hpp>
-#include <npt/train/initialise.hpp>
-#include <npt/train/losses.hpp>
-#include <npt/train/trainer.hpp>
+#include <npt/nn/train/adam.hpp>
+#include <npt/nn/train/initialise.hpp>
+#include <npt/nn/train/losses.hpp>
+#include <npt/nn/train/trainer.hpp>
 
 #include <CLI/CLI.hpp>
 

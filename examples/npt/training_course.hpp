@@ -4,8 +4,8 @@
 #include "training_arguments.hpp"
 
 #include <npt/data/evaluation.hpp>
-#include <npt/data/sample.hpp>
-#include <npt/train/trainer.hpp>
+#include <npt/nn/train/sample.hpp>
+#include <npt/nn/train/trainer.hpp>
 
 #include <cstddef>
 #include <cstdint>

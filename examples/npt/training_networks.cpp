@@ -1,6 +1,6 @@
 #include "training_networks.hpp"
 
-#include <npt/train/gradients.hpp>
+#include <npt/nn/train/gradients.hpp>
 
 #include <algorithm>
 #include <vector>

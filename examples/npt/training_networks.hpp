@@ -4,7 +4,7 @@
 
 #include "networks.hpp"
 
-#include <npt/train/gradients.hpp>
+#include <npt/nn/train/gradients.hpp>
 
 namespace program {
 

@@ -5,11 +5,11 @@
 
 #include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/engine/engine.hpp>
-#include <npt/engine/model.hpp>
-#include <npt/graph/explain.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/net/pose_transfer_net.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/engine/model.hpp>
+#include <npt/nn/graph/explain.hpp>
+#include <npt/nn/weights/weights_file.hpp>
 #include <npt/transfer/pose_transfer.hpp>
-#include <npt/weights/weights_file.hpp>

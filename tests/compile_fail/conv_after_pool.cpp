@@ -1,6 +1,6 @@
 // expect: this layer needs values per vertex, but the expression was pooled
-#include <npt/engine/engine.hpp>
-#include <npt/layer/relu.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/layer/relu.hpp>
 
 // A convolution over the vertices of what no longer has any.
 struct Net {

@@ -1,8 +1,8 @@
 // expect: the channels of this expression (Given) differ from what the layer takes (Wanted)
 // expect: 64
 // expect: 128
-#include <npt/engine/engine.hpp>
-#include <npt/layer/relu.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/layer/relu.hpp>
 
 // 64 channels piped into a convolution that takes 128.
 struct Net {

@@ -1,5 +1,5 @@
 // expect: the channels of this expression (Given) differ from what the layer takes (Wanted)
-#include <npt/engine/engine.hpp>
+#include <npt/nn/engine/engine.hpp>
 
 // A network has to end in three coordinates.
 struct Net {

@@ -1,6 +1,6 @@
 // expect: the channels of this expression (Given) differ from what the layer takes (Wanted)
-#include <npt/engine/engine.hpp>
-#include <npt/layer/res_block.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/layer/res_block.hpp>
 
 // A residual block of 32 channels on an expression of 16.
 struct Net {

@@ -1,6 +1,6 @@
 // expect: only expressions of equal channel counts can be added
-#include <npt/engine/engine.hpp>
-#include <npt/layer/relu.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/layer/relu.hpp>
 
 // 8 channels plus 9 channels.
 struct Net {

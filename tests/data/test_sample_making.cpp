@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 #include <npt/data/assembly.hpp>
 #include <npt/data/augmentation.hpp>
-#include <npt/data/sample.hpp>
+#include <npt/nn/train/sample.hpp>
 
 #include <cmath>
 #include <vector>

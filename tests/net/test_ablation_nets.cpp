@@ -1,10 +1,10 @@
 // The ablations against plain loops in double, and their gradients against finite differences.
 #include <doctest/doctest.h>
 
-#include <npt/engine/engine.hpp>
 #include <npt/net/ablation_nets.hpp>
-#include <npt/train/gradient_check.hpp>
-#include <npt/weights/weights_file.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/train/gradient_check.hpp>
+#include <npt/nn/weights/weights_file.hpp>
 
 #include <cmath>
 #include <cstddef>

@@ -2,9 +2,9 @@
 // networks of every variant, through the library's own readers.
 #include <doctest/doctest.h>
 
-#include <npt/engine/engine.hpp>
 #include <npt/net/pose_transfer_net.hpp>
-#include <npt/weights/weights_file.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/weights/weights_file.hpp>
 
 #include <string>
 #include <vector>

@@ -1,9 +1,9 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
-#include <npt/engine/engine.hpp>
-#include <npt/engine/model.hpp>
 #include <npt/net/reader_net.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/engine/model.hpp>
 
 #include <cmath>
 #include <numeric>

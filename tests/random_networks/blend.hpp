@@ -2,8 +2,8 @@
 /// Gradients  a, b, x
 #pragma once
 
-#include <npt/kernel/pointwise.hpp>
-#include <npt/layer/parameter.hpp>
+#include <npt/nn/kernel/pointwise.hpp>
+#include <npt/nn/layer/parameter.hpp>
 
 #include <array>
 

@@ -4,9 +4,9 @@
 #include <npt/base/aligned.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/thread_executor.hpp>
-#include <npt/engine/core.hpp>
-#include <npt/kernel/panel.hpp>
-#include <npt/tape/gradient_core.hpp>
+#include <npt/nn/engine/core.hpp>
+#include <npt/nn/kernel/panel.hpp>
+#include <npt/nn/tape/gradient_core.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -35,7 +35,7 @@ struct Composition {
   constexpr const Step& operator[](int i) const { return steps[static_cast<std::size_t>(i)]; }
 };
 
-/// Draws a composition. What the engine can't lower (graph/lower.hpp says what) is drawn rarely, not never.
+/// Draws a composition. What the engine can't lower (nn/graph/lower.hpp says what) is drawn rarely, not never.
 class Composer {
  public:
   /// `condition_channels`: those of a hidden tensor that a SPAdaIN is conditioned on.

@@ -1,7 +1,7 @@
 // list_seeds FIRST COUNT: the first COUNT seeds from FIRST on whose typed network can be lowered, both for the engine
 // and for training.
-#include <npt/graph/lower.hpp>
-#include <npt/tape/lower.hpp>
+#include <npt/nn/graph/lower.hpp>
+#include <npt/nn/tape/lower.hpp>
 
 #include <cstdint>
 #include <cstdio>

@@ -1,13 +1,13 @@
 /// A network as engines and tapes see it, without its type: constants, and the compiled loops of its chains.
 #pragma once
 
-#include <npt/engine/row_transforms.hpp>
-#include <npt/graph/expression.hpp>
-#include <npt/graph/lower.hpp>
-#include <npt/layer/parameter.hpp>
-#include <npt/simd/bf16.hpp>
-#include <npt/tape/chain_loops.hpp>
-#include <npt/tape/lower.hpp>
+#include <npt/nn/engine/row_transforms.hpp>
+#include <npt/nn/graph/expression.hpp>
+#include <npt/nn/graph/lower.hpp>
+#include <npt/nn/layer/parameter.hpp>
+#include <npt/nn/simd/bf16.hpp>
+#include <npt/nn/tape/chain_loops.hpp>
+#include <npt/nn/tape/lower.hpp>
 
 #include <cstdint>
 #include <span>

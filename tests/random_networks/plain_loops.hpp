@@ -2,11 +2,11 @@
 /// derivatives by hand. What engines and tapes are compared with.
 #pragma once
 
-#include <npt/graph/expression.hpp>
-#include <npt/layer/instance_norm.hpp>
-#include <npt/layer/relu.hpp>
-#include <npt/layer/spadain.hpp>
-#include <npt/layer/tanh.hpp>
+#include <npt/nn/graph/expression.hpp>
+#include <npt/nn/layer/instance_norm.hpp>
+#include <npt/nn/layer/relu.hpp>
+#include <npt/nn/layer/spadain.hpp>
+#include <npt/nn/layer/tanh.hpp>
 
 #include <algorithm>
 #include <bit>

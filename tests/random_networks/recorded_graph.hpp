@@ -1,12 +1,12 @@
 /// A random composition as a graph that is recorded at run time.
 #pragma once
 
-#include <npt/graph/expression.hpp>
-#include <npt/layer/instance_norm.hpp>
-#include <npt/layer/parameter.hpp>
-#include <npt/layer/relu.hpp>
-#include <npt/layer/spadain.hpp>
-#include <npt/layer/tanh.hpp>
+#include <npt/nn/graph/expression.hpp>
+#include <npt/nn/layer/instance_norm.hpp>
+#include <npt/nn/layer/parameter.hpp>
+#include <npt/nn/layer/relu.hpp>
+#include <npt/nn/layer/spadain.hpp>
+#include <npt/nn/layer/tanh.hpp>
 
 #include <cstddef>
 #include <string>

@@ -4,8 +4,8 @@
 // compile).
 #include <doctest/doctest.h>
 
-#include <npt/layer/instance_norm.hpp>
-#include <npt/layer/spadain.hpp>
+#include <npt/nn/layer/instance_norm.hpp>
+#include <npt/nn/layer/spadain.hpp>
 
 #include <algorithm>
 #include <cstddef>

@@ -2,7 +2,7 @@
 // scalar for each, since compiling them takes longest.
 #include <doctest/doctest.h>
 
-#include <npt/layer/instance_norm.hpp>
+#include <npt/nn/layer/instance_norm.hpp>
 
 #include "typed_network.hpp"
 

@@ -2,13 +2,13 @@
 /// hand.
 #pragma once
 
-#include <npt/graph/expression.hpp>
-#include <npt/layer/conv1x1.hpp>
-#include <npt/layer/instance_norm.hpp>
-#include <npt/layer/max_pool.hpp>
-#include <npt/layer/relu.hpp>
-#include <npt/layer/spadain.hpp>
-#include <npt/layer/tanh.hpp>
+#include <npt/nn/graph/expression.hpp>
+#include <npt/nn/layer/conv1x1.hpp>
+#include <npt/nn/layer/instance_norm.hpp>
+#include <npt/nn/layer/max_pool.hpp>
+#include <npt/nn/layer/relu.hpp>
+#include <npt/nn/layer/spadain.hpp>
+#include <npt/nn/layer/tanh.hpp>
 
 #include <cstddef>
 #include <cstdint>

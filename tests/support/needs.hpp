@@ -6,7 +6,7 @@
 
 #include <doctest/doctest.h>
 
-#include <npt/simd/amx.hpp>
+#include <npt/nn/simd/amx.hpp>
 
 #include <filesystem>
 #include <string>

@@ -1,7 +1,7 @@
 /// Tests that need products of values in one bfloat16 part.
 #pragma once
 
-#include <npt/kernel/amx_kernel.hpp>
+#include <npt/nn/kernel/amx_kernel.hpp>
 
 #include "support/needs.hpp"
 

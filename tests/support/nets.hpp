@@ -2,8 +2,8 @@
 #pragma once
 
 #include <npt/base/random.hpp>
-#include <npt/engine/engine.hpp>
 #include <npt/net/pose_transfer_net.hpp>
+#include <npt/nn/engine/engine.hpp>
 
 #include <cmath>
 #include <cstdint>

@@ -1,13 +1,13 @@
 /// Any network in plain double loops: its operator() called with maps of numbers instead of expressions.
 #pragma once
 
-#include <npt/engine/model.hpp>
-#include <npt/layer/conv1x1.hpp>
-#include <npt/layer/instance_norm.hpp>
-#include <npt/layer/max_pool.hpp>
-#include <npt/layer/relu.hpp>
-#include <npt/layer/spadain.hpp>
-#include <npt/layer/tanh.hpp>
+#include <npt/nn/engine/model.hpp>
+#include <npt/nn/layer/conv1x1.hpp>
+#include <npt/nn/layer/instance_norm.hpp>
+#include <npt/nn/layer/max_pool.hpp>
+#include <npt/nn/layer/relu.hpp>
+#include <npt/nn/layer/spadain.hpp>
+#include <npt/nn/layer/tanh.hpp>
 
 #include <algorithm>
 #include <cmath>

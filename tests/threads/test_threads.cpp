@@ -5,8 +5,8 @@
 #include <npt/base/host_executor.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/thread_executor.hpp>
-#include <npt/engine/engine.hpp>
 #include <npt/net/pose_transfer_net.hpp>
+#include <npt/nn/engine/engine.hpp>
 
 #include <cstddef>
 #include <cstdint>

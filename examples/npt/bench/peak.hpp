@@ -1,9 +1,9 @@
 /// What the processor can do at most, measured now: the yardstick for every kernel.
 #pragma once
 
-#include <npt/simd/amx.hpp>
-#include <npt/simd/batch.hpp>
-#include <npt/simd/bf16.hpp>
+#include <npt/nn/simd/amx.hpp>
+#include <npt/nn/simd/batch.hpp>
+#include <npt/nn/simd/bf16.hpp>
 
 #include <atomic>
 #include <chrono>

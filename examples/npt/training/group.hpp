@@ -2,7 +2,7 @@
 /// process is always alone (group_alone.cpp).
 #pragma once
 
-#include <npt/train/group.hpp>
+#include <npt/nn/train/group.hpp>
 
 #include <memory>
 

@@ -4,9 +4,9 @@
 #include <npt/base/random.hpp>
 #include <npt/config.hpp>
 #include <npt/data/draws.hpp>
-#include <npt/data/sample.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/topology.hpp>
+#include <npt/nn/train/sample.hpp>
 
 #include <algorithm>
 #include <cstddef>

@@ -16,8 +16,8 @@
 #include <npt/data/extreme_vertices.hpp>
 #include <npt/data/prepared_body.hpp>
 #include <npt/data/protocol.hpp>
-#include <npt/data/sample.hpp>
 #include <npt/mesh/triangles.hpp>
+#include <npt/nn/train/sample.hpp>
 
 #include <algorithm>
 #include <cmath>

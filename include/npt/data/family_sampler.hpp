@@ -11,7 +11,7 @@
 #include <npt/data/augmentation.hpp>
 #include <npt/data/draws.hpp>
 #include <npt/data/family.hpp>
-#include <npt/data/sample.hpp>
+#include <npt/nn/train/sample.hpp>
 
 #include <algorithm>
 #include <cstddef>

@@ -22,8 +22,8 @@
 #include <npt/config.hpp>
 #include <npt/data/draws.hpp>
 #include <npt/data/dress.hpp>
-#include <npt/data/sample.hpp>
 #include <npt/data/surface_cloud.hpp>
+#include <npt/nn/train/sample.hpp>
 
 #include <algorithm>
 #include <array>

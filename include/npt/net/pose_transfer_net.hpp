@@ -9,14 +9,14 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/graph/expression.hpp>
-#include <npt/layer/conv1x1.hpp>
-#include <npt/layer/instance_norm.hpp>
-#include <npt/layer/max_pool.hpp>
-#include <npt/layer/parameter.hpp>
-#include <npt/layer/relu.hpp>
-#include <npt/layer/res_block.hpp>
-#include <npt/layer/tanh.hpp>
+#include <npt/nn/graph/expression.hpp>
+#include <npt/nn/layer/conv1x1.hpp>
+#include <npt/nn/layer/instance_norm.hpp>
+#include <npt/nn/layer/max_pool.hpp>
+#include <npt/nn/layer/parameter.hpp>
+#include <npt/nn/layer/relu.hpp>
+#include <npt/nn/layer/res_block.hpp>
+#include <npt/nn/layer/tanh.hpp>
 
 #include <map>
 #include <string>

@@ -19,13 +19,13 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/body/reading_frame.hpp>
 #include <npt/config.hpp>
-#include <npt/engine/engine.hpp>
-#include <npt/engine/model.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/reading_fit.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/net/reader_net.hpp>
-#include <npt/weights/weights_file.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/engine/model.hpp>
+#include <npt/nn/weights/weights_file.hpp>
 
 #include <algorithm>
 #include <array>

@@ -16,8 +16,8 @@
 #include <npt/data/augmentation.hpp>
 #include <npt/data/draws.hpp>
 #include <npt/data/evaluation.hpp>
-#include <npt/data/sample.hpp>
 #include <npt/mesh/resample.hpp>
+#include <npt/nn/train/sample.hpp>
 #include <npt/rig/rig_character.hpp>
 
 #include <algorithm>

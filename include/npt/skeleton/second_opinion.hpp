@@ -27,16 +27,16 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/engine/engine.hpp>
-#include <npt/engine/model.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/net/pose_transfer_net.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/engine/model.hpp>
+#include <npt/nn/weights/weights_file.hpp>
 #include <npt/skeleton/body_reading.hpp>
 #include <npt/skeleton/bound_character.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>
 #include <npt/solve/normal_equations.hpp>
-#include <npt/weights/weights_file.hpp>
 
 #include <algorithm>
 #include <array>

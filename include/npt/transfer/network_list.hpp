@@ -3,14 +3,14 @@
 
 #include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/engine/core.hpp>
-#include <npt/engine/engine.hpp>
-#include <npt/engine/model.hpp>
-#include <npt/graph/program.hpp>
-#include <npt/layer/parameter.hpp>
 #include <npt/net/ablation_nets.hpp>
 #include <npt/net/pose_transfer_net.hpp>
-#include <npt/weights/weights_file.hpp>
+#include <npt/nn/engine/core.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/engine/model.hpp>
+#include <npt/nn/graph/program.hpp>
+#include <npt/nn/layer/parameter.hpp>
+#include <npt/nn/weights/weights_file.hpp>
 
 #include <cstddef>
 #include <cstdint>

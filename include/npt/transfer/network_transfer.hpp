@@ -13,11 +13,12 @@
 #include <npt/base/pool.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/engine/core.hpp>
-#include <npt/engine/transfer_pair.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/vertex_order.hpp>
+#include <npt/nn/engine/core.hpp>
+#include <npt/nn/engine/transfer_pair.hpp>
+#include <npt/nn/weights/weights_file.hpp>
 #include <npt/transfer/body_method.hpp>
 #include <npt/transfer/network_list.hpp>
 #include <npt/transfer/options.hpp>
@@ -25,7 +26,6 @@
 #include <npt/transfer/prepared.hpp>
 #include <npt/transfer/settings.hpp>
 #include <npt/transfer/unit.hpp>
-#include <npt/weights/weights_file.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/engine/packed_program.hpp>
 #include <npt/mesh/normalise.hpp>
+#include <npt/nn/engine/packed_program.hpp>
+#include <npt/nn/weights/weights_file.hpp>
 #include <npt/transfer/body_method.hpp>
 #include <npt/transfer/refinement.hpp>
-#include <npt/weights/weights_file.hpp>
 
 #include <cstdint>
 #include <filesystem>

@@ -15,14 +15,15 @@
 #include <npt/base/pool.hpp>
 #include <npt/base/tensor_adapter.hpp>
 #include <npt/config.hpp>
-#include <npt/engine/core.hpp>
-#include <npt/engine/model.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/triangles.hpp>
+#include <npt/nn/engine/core.hpp>
+#include <npt/nn/engine/model.hpp>
+#include <npt/nn/weights/weights_file.hpp>
 #include <npt/scene/affine.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/transfer/body_method.hpp>
@@ -30,7 +31,6 @@
 #include <npt/transfer/network_transfer.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/prepared.hpp>
-#include <npt/weights/weights_file.hpp>
 
 #include <array>
 #include <cmath>

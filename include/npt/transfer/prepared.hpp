@@ -4,11 +4,11 @@
 #include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/engine/workspace.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/vertex_order.hpp>
+#include <npt/nn/engine/workspace.hpp>
 #include <npt/transfer/body_method.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/pose_points.hpp>

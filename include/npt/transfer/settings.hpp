@@ -5,9 +5,9 @@
 #include <npt/base/error.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/normalise.hpp>
+#include <npt/nn/weights/weights_file.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/refinement.hpp>
-#include <npt/weights/weights_file.hpp>
 
 #include <string>
 
