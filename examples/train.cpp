@@ -9,7 +9,7 @@
 #include <npt/data/body_sampler.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/mannequin/mannequin.hpp>
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/train/gradients.hpp>
 #include <npt/nn/train/initialise.hpp>

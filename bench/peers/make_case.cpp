@@ -1,7 +1,7 @@
 /// Writes a case for the peers: a network's random weights, two random meshes and the result in double, as one
 /// safetensors file. Tensors have the names of the public state dict; "pose", "identity" and "result" are [V, 3].
 #include <npt/io/safetensors.hpp>
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 
 #include <CLI/CLI.hpp>

@@ -3,9 +3,9 @@
 #pragma once
 
 #include <npt/base/default_executor.hpp>
-#include <npt/net/reader_net.hpp>
+#include <npt/nets/network_list.hpp>
+#include <npt/nets/reader_net.hpp>
 #include <npt/nn/engine/core.hpp>
-#include <npt/transfer/network_list.hpp>
 #include <npt/transfer/pose_transfer.hpp>
 
 #include <cstdint>

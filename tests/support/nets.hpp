@@ -2,7 +2,7 @@
 #pragma once
 
 #include <npt/base/random.hpp>
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 
 #include <cmath>

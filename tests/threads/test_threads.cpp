@@ -5,7 +5,7 @@
 #include <npt/base/host_executor.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/thread_executor.hpp>
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 
 #include <cstddef>

@@ -2,7 +2,7 @@
 
 #include <npt/base/error.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/transfer/network_transfer.hpp>
 
 #include <vector>

@@ -22,7 +22,7 @@
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/reading_fit.hpp>
 #include <npt/io/safetensors.hpp>
-#include <npt/net/reader_net.hpp>
+#include <npt/nets/reader_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
 #include <npt/nn/weights/weights_file.hpp>

@@ -29,7 +29,7 @@
 #include <npt/config.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/normalise.hpp>
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
 #include <npt/nn/weights/weights_file.hpp>

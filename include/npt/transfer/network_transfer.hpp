@@ -16,11 +16,11 @@
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/vertex_order.hpp>
+#include <npt/nets/network_list.hpp>
 #include <npt/nn/engine/core.hpp>
 #include <npt/nn/engine/transfer_pair.hpp>
 #include <npt/nn/weights/weights_file.hpp>
 #include <npt/transfer/body_method.hpp>
-#include <npt/transfer/network_list.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/pose_points.hpp>
 #include <npt/transfer/prepared.hpp>

@@ -21,13 +21,13 @@
 #include <npt/mesh/metrics.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/triangles.hpp>
+#include <npt/nets/network_list.hpp>
 #include <npt/nn/engine/core.hpp>
 #include <npt/nn/engine/model.hpp>
 #include <npt/nn/weights/weights_file.hpp>
 #include <npt/scene/affine.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/transfer/body_method.hpp>
-#include <npt/transfer/network_list.hpp>
 #include <npt/transfer/network_transfer.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/prepared.hpp>

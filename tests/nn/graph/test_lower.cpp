@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/graph/lower.hpp>
 
 namespace graph = npt::graph;

@@ -4,7 +4,7 @@
 
 #include <doctest/doctest.h>
 
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/train/gradients.hpp>
 #include <npt/nn/weights/weights_file.hpp>
 

@@ -2,7 +2,7 @@
 // whole network.
 #include <doctest/doctest.h>
 
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/layer/max_pool.hpp>
 #include <npt/nn/layer/res_block.hpp>
 #include <npt/nn/layer/tanh.hpp>

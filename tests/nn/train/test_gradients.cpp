@@ -1,7 +1,7 @@
 // The gradient of the whole network against an independent implementation in double precision.
 #include <doctest/doctest.h>
 
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/train/gradients.hpp>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/model.hpp>
 #include <npt/nn/train/initialise.hpp>
 

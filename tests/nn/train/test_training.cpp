@@ -4,7 +4,7 @@
 #include <npt/data/body_sampler.hpp>
 #include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/metrics.hpp>
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/train/gradients.hpp>
 #include <npt/nn/train/initialise.hpp>

@@ -3,8 +3,8 @@
 
 #include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/net/ablation_nets.hpp>
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/ablation_nets.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/core.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>

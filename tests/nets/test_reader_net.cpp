@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
-#include <npt/net/reader_net.hpp>
+#include <npt/nets/reader_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
 

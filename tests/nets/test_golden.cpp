@@ -2,7 +2,7 @@
 // networks of every variant, through the library's own readers.
 #include <doctest/doctest.h>
 
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/weights/weights_file.hpp>
 

@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/error.hpp>
-#include <npt/transfer/network_list.hpp>
+#include <npt/nets/network_list.hpp>
 #include <npt/transfer/pose_transfer.hpp>
 
 #include <cstring>

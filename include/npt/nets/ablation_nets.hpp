@@ -4,7 +4,7 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/net/pose_transfer_net.hpp>
+#include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/graph/expression.hpp>
 #include <npt/nn/layer/conv1x1.hpp>
 #include <npt/nn/layer/instance_norm.hpp>

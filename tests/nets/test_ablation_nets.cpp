@@ -1,7 +1,7 @@
 // The ablations against plain loops in double, and their gradients against finite differences.
 #include <doctest/doctest.h>
 
-#include <npt/net/ablation_nets.hpp>
+#include <npt/nets/ablation_nets.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/train/gradient_check.hpp>
 #include <npt/nn/weights/weights_file.hpp>
