@@ -6,9 +6,9 @@
 // Without meshes it makes two of the built-in mannequin, whose truth is known, and measures the error at the end.
 // Without --weights it takes those that npt ships.
 #include <npt/adapt/xtensor.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/io/mesh_file.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/npt.hpp>
 
 #include "npt/shipped_weights.hpp"

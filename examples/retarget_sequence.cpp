@@ -4,9 +4,9 @@
 //
 // The sequence is the built-in mannequin between two random poses of the paper's Table 6; the identities are mannequins
 // of other shapes. Without --weights it takes those that npt ships.
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/io/mesh_file.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/npt.hpp>
 
 #include "npt/shipped_weights.hpp"

@@ -1,4 +1,4 @@
 #define NPT_PREBUILDING
-#include <npt/mannequin/mannequin.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 
 npt::BodyTables npt::make_mannequin_tables() { return internal::mannequin_tables(); }

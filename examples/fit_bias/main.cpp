@@ -11,10 +11,10 @@
 // in each other's poses, with this one 5.9e-4.
 #include <npt/base/sort.hpp>
 #include <npt/body/body_file.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/io/safetensors.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/skeleton/body_transfer.hpp>
 #include <npt/skeleton/fit_bias.hpp>
 #include <npt/solve/dense_cholesky.hpp>

@@ -9,8 +9,8 @@
 #include <host/host.hpp>
 
 #include <npt/base/error.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/data/body_sampler.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/nn/train/initialise.hpp>
 #include <npt/nn/train/trainer.hpp>
 

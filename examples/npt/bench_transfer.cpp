@@ -9,10 +9,10 @@
 #include <host/host.hpp>
 
 #include <npt/base/error.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/evaluation.hpp>
 #include <npt/data/sequences.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/subdivide.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/transfer/pose_sequence.hpp>

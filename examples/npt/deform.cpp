@@ -20,8 +20,8 @@
 #include <npt/deformation/markers.hpp>
 
 #include <npt/base/default_executor.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/io/mesh_file.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/validate.hpp>
 
 #include <algorithm>

@@ -19,6 +19,7 @@
 #include <npt/base/default_executor.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/clothes.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/evaluation.hpp>
@@ -27,7 +28,6 @@
 #include <npt/data/pair_files.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/mesh_file.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/rig/rig_sampler.hpp>
 

@@ -9,10 +9,10 @@
 #include <npt/body/body_file.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/clothes.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/io/mesh_file.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/permute.hpp>
 
 #include <array>

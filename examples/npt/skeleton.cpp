@@ -17,8 +17,8 @@
 #include <npt/data/body_pairs.hpp>
 
 #include <npt/base/default_executor.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/io/mesh_file.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/skeleton/body_method.hpp>

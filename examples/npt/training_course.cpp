@@ -7,6 +7,7 @@
 
 #include <npt/base/error.hpp>
 #include <npt/body/body_file.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/data/body_pairs.hpp>
@@ -15,7 +16,6 @@
 #include <npt/data/family_sampler.hpp>
 #include <npt/data/objects.hpp>
 #include <npt/data/reading_sampler.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/rig/clip_poses.hpp>
 #include <npt/rig/humanoid_joints.hpp>
 #include <npt/rig/rig.hpp>

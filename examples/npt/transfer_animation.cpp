@@ -15,6 +15,7 @@
 #include <render/colour.hpp>
 #include <view/page.hpp>
 
+#include <npt/body/joint_names.hpp>
 #include <npt/io/gltf.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/normals.hpp>
@@ -23,7 +24,6 @@
 #include <npt/mesh/validate.hpp>
 #include <npt/scene/animate.hpp>
 #include <npt/scene/pose.hpp>
-#include <npt/skeleton/joint_names.hpp>
 #include <npt/transfer/pose_sequence.hpp>
 #include <npt/transfer/root_way.hpp>
 #include <npt/transfer/unit.hpp>

@@ -5,8 +5,8 @@
 #pragma once
 
 #include <npt/base/vec3.hpp>
-#include <npt/mannequin/anatomy.hpp>
-#include <npt/mannequin/loft.hpp>
+#include <npt/body/mannequin/anatomy.hpp>
+#include <npt/body/mannequin/loft.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 /// The neighbours of a sheet's triangles, and changes of them: splits, flips and collapses of edges.
 #pragma once
 
-#include <npt/mannequin/surface.hpp>
+#include <npt/body/mannequin/surface.hpp>
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
-/// A sculpted half as the text of <npt/mannequin/surface_data.hpp>, whose reader is <npt/mannequin/surface.hpp>.
+/// A sculpted half as the text of <npt/body/mannequin/surface_data.hpp>, whose reader is <npt/body/mannequin/surface.hpp>.
 #pragma once
 
 #include <npt/base/vec3.hpp>
-#include <npt/mannequin/surface.hpp>
+#include <npt/body/mannequin/surface.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
 // Sculpts the mannequin: makes the header that holds its surface, or checks that the header is what sculpting gives.
-// usage: npt_sculpt [--check] include/npt/mannequin/surface_data.hpp
+// usage: npt_sculpt [--check] include/npt/body/mannequin/surface_data.hpp
 #include <npt/io/file.hpp>
 
 #include <chrono>

@@ -5,7 +5,7 @@
 #pragma once
 
 #include <npt/base/vec3.hpp>
-#include <npt/mannequin/surface.hpp>
+#include <npt/body/mannequin/surface.hpp>
 
 #include <algorithm>
 #include <array>

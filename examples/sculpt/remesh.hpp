@@ -6,8 +6,8 @@
 #pragma once
 
 #include <npt/base/vec3.hpp>
-#include <npt/mannequin/loft.hpp>
-#include <npt/mannequin/surface.hpp>
+#include <npt/body/mannequin/loft.hpp>
+#include <npt/body/mannequin/surface.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 
 #include <npt/base/random.hpp>
 #include <npt/body/clothes.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/proportions.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/topology.hpp>
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/proportions.hpp>
-#include <npt/mannequin/mannequin.hpp>
 
 #include <cmath>
 #include <vector>

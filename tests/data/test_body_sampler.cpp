@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/thread_executor.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/data/body_sampler.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/metrics.hpp>
 
 #include <algorithm>

@@ -1,10 +1,10 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/thread_executor.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/data/evaluation.hpp>
-#include <npt/mannequin/mannequin.hpp>
 
 #include <algorithm>
 #include <atomic>

@@ -1,10 +1,10 @@
 #include <doctest/doctest.h>
 
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/data/dress.hpp>
 #include <npt/data/reading_sampler.hpp>
 #include <npt/data/surface_cloud.hpp>
-#include <npt/mannequin/mannequin.hpp>
 
 #include <cmath>
 #include <memory>

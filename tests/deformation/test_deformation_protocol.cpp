@@ -1,10 +1,10 @@
 #include <doctest/doctest.h>
 
 #include <npt/body/body_file.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/data/body_pairs.hpp>
 #include <npt/deformation/control_points.hpp>
 #include <npt/deformation/deformation_evaluation.hpp>
-#include <npt/mannequin/mannequin.hpp>
 
 #include <cmath>
 #include <cstdint>

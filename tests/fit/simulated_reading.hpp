@@ -5,11 +5,11 @@
 #include <npt/base/random.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/part_motion.hpp>
 #include <npt/fit/reading_fit.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/closest_point.hpp>
 
 #include <algorithm>

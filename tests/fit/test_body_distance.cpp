@@ -2,12 +2,12 @@
 
 #include <npt/base/error.hpp>
 #include <npt/base/random.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/fit/body_distance.hpp>
 #include <npt/fit/body_level.hpp>
 #include <npt/fit/fit_target.hpp>
 #include <npt/fit/pose_prior.hpp>
-#include <npt/mannequin/mannequin.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -3,10 +3,10 @@
 #include <npt/base/error.hpp>
 #include <npt/base/random.hpp>
 #include <npt/body/body_file.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/fit/body_fitter.hpp>
 #include <npt/fit/start_poses.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/vertex_order.hpp>
 
 #include <algorithm>

@@ -1,12 +1,12 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
+#include <npt/body/mannequin/finger_joints.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/fit/finger_fit.hpp>
 #include <npt/fit/fit_surface.hpp>
-#include <npt/mannequin/finger_joints.hpp>
-#include <npt/mannequin/mannequin.hpp>
 
 #include <array>
 #include <cstddef>

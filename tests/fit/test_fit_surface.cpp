@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/error.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/fit/fit_surface.hpp>
-#include <npt/mannequin/mannequin.hpp>
 
 #include <cmath>
 #include <cstddef>

@@ -2,9 +2,9 @@
 
 #include <fit/simulated_reading.hpp>
 
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/fit/limb_search.hpp>
 #include <npt/fit/reading_fit.hpp>
-#include <npt/mannequin/mannequin.hpp>
 
 #include <algorithm>
 #include <cstddef>

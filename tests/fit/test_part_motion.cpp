@@ -4,9 +4,9 @@
 
 #include <npt/base/error.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/fit/part_motion.hpp>
 #include <npt/fit/reading_fit.hpp>
-#include <npt/mannequin/mannequin.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/fit/pose_prior.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/solve/normal_equations.hpp>
 
 #include <cmath>

@@ -3,9 +3,9 @@
 #include <fit/simulated_reading.hpp>
 
 #include <npt/base/error.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/fit/reading_fit.hpp>
-#include <npt/mannequin/mannequin.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -2,8 +2,8 @@
 
 #include <fit/simulated_reading.hpp>
 
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/fit/surface_track.hpp>
-#include <npt/mannequin/mannequin.hpp>
 
 #include <cstddef>
 #include <cstdint>

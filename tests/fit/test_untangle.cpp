@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/fit/reading_fit.hpp>
 #include <npt/fit/untangle.hpp>
-#include <npt/mannequin/mannequin.hpp>
 
 #include <cstddef>
 #include <optional>

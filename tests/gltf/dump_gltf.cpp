@@ -7,7 +7,7 @@
 #include <npt/scene/from_mesh.hpp>
 #include <npt/scene/pose.hpp>
 
-#include <npt/mannequin/mannequin.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 
 #include <mesh/zoo.hpp>
 

@@ -1,10 +1,10 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/fit/fit_surface.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/nn/engine/model.hpp>
 #include <npt/reading/reader.hpp>

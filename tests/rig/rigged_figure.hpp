@@ -2,8 +2,8 @@
 #pragma once
 
 #include <npt/body/body_model.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/skeleton.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/scene/animate.hpp>
 #include <npt/scene/from_mesh.hpp>
 

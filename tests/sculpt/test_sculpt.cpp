@@ -1,6 +1,6 @@
 // The sculptor's parts on a sphere: polygons of an implicit figure, remeshing, and the text that holds the result.
 #include <doctest/doctest.h>
-#include <npt/mannequin/surface.hpp>
+#include <npt/body/mannequin/surface.hpp>
 
 #include <algorithm>
 #include <array>

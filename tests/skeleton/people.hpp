@@ -1,8 +1,8 @@
 /// People in natural poses, and the shipped way through bodies, for the tests of the room.
 #pragma once
 
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/reading/reader.hpp>

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/mannequin/mannequin.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/npt.hpp>
 #include <npt/skeleton/body_method.hpp>
 #include <npt/transfer/pose_sequence.hpp>

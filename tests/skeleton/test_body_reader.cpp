@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/mannequin/mannequin.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/skeleton/body_reader.hpp>
 

@@ -1,10 +1,10 @@
 #include <doctest/doctest.h>
 
-#include <npt/mannequin/finger_joints.hpp>
-#include <npt/mannequin/mannequin.hpp>
+#include <npt/body/joint_names.hpp>
+#include <npt/body/mannequin/finger_joints.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/skeleton/body_transfer.hpp>
 #include <npt/skeleton/bound_character.hpp>
-#include <npt/skeleton/joint_names.hpp>
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/skeleton/body_weights.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>
 

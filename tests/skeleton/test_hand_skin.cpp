@@ -2,8 +2,8 @@
 #include <doctest/doctest.h>
 
 #include <npt/body/kinematics.hpp>
-#include <npt/mannequin/finger_joints.hpp>
-#include <npt/mannequin/mannequin.hpp>
+#include <npt/body/mannequin/finger_joints.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/skeleton/body_weights.hpp>
 #include <npt/skeleton/hand_skin.hpp>
 

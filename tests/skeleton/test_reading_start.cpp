@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/skeleton/body_transfer.hpp>
 #include <npt/skeleton/reading_start.hpp>

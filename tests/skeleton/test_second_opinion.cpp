@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/io/safetensors.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/skeleton/body_transfer.hpp>

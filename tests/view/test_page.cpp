@@ -5,7 +5,7 @@
 #include <view/page.hpp>
 
 #include <npt/base/error.hpp>
-#include <npt/mannequin/mannequin.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <nlohmann/json.hpp>

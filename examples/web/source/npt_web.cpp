@@ -7,12 +7,13 @@
 
 #include <npt/base/random.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/joint_names.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/io/gltf.hpp>
 #include <npt/io/json.hpp>
 #include <npt/io/mesh_file.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
@@ -21,7 +22,6 @@
 #include <npt/scene/animate.hpp>
 #include <npt/scene/pose.hpp>
 #include <npt/skeleton/body_method.hpp>
-#include <npt/skeleton/joint_names.hpp>
 #include <npt/transfer/detail_refiner.hpp>
 #include <npt/transfer/pose_sequence.hpp>
 #include <npt/transfer/root_way.hpp>

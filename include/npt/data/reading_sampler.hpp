@@ -17,13 +17,13 @@
 #include <npt/body/limbs.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
-#include <npt/body/reading_frame.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/data/draws.hpp>
 #include <npt/data/dress.hpp>
 #include <npt/data/surface_cloud.hpp>
 #include <npt/nn/train/sample.hpp>
+#include <npt/reading/reading_frame.hpp>
 
 #include <algorithm>
 #include <array>

@@ -7,10 +7,10 @@
 
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/config.hpp>
 #include <npt/fit/body_fitter.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/closest_point.hpp>
 
 #include <cstddef>

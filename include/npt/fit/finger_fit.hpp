@@ -11,6 +11,7 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
@@ -18,7 +19,6 @@
 #include <npt/fit/fitted_body.hpp>
 #include <npt/fit/reading_fit.hpp>
 #include <npt/fit/robust_distance.hpp>
-#include <npt/mannequin/finger_joints.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/triangles.hpp>

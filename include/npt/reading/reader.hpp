@@ -17,7 +17,6 @@
 #include <npt/base/sort.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
-#include <npt/body/reading_frame.hpp>
 #include <npt/config.hpp>
 #include <npt/fit/fit_surface.hpp>
 #include <npt/fit/reading_fit.hpp>
@@ -26,6 +25,7 @@
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
 #include <npt/nn/weights/weights_file.hpp>
+#include <npt/reading/reading_frame.hpp>
 
 #include <algorithm>
 #include <array>

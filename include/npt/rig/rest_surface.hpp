@@ -6,9 +6,9 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_tables.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <algorithm>

@@ -15,6 +15,8 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/mannequin/finger_joints.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
@@ -27,8 +29,6 @@
 #include <npt/fit/part_motion.hpp>
 #include <npt/fit/reading_fit.hpp>
 #include <npt/fit/untangle.hpp>
-#include <npt/mannequin/finger_joints.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/weld.hpp>

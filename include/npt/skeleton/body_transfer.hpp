@@ -17,8 +17,9 @@
 #include <npt/base/error.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/joint_names.hpp>
+#include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/config.hpp>
-#include <npt/mannequin/finger_joints.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/reading/reader.hpp>
 #include <npt/scene/affine.hpp>
@@ -27,7 +28,6 @@
 #include <npt/skeleton/body_reading.hpp>
 #include <npt/skeleton/body_weights.hpp>
 #include <npt/skeleton/bound_character.hpp>
-#include <npt/skeleton/joint_names.hpp>
 #include <npt/transfer/body_method.hpp>
 
 #include <algorithm>

@@ -17,13 +17,13 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/fit/body_look_up.hpp>
 #include <npt/fit/fitted_body.hpp>
 #include <npt/fit/place_patches.hpp>
-#include <npt/mannequin/finger_joints.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>

@@ -6,12 +6,12 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/fit/finger_fit.hpp>
 #include <npt/fit/fitted_body.hpp>
-#include <npt/mannequin/finger_joints.hpp>
 #include <npt/skeleton/body_reading.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>
 

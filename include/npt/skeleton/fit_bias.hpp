@@ -20,13 +20,13 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/mannequin/shape.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/fit/fitted_body.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_values.hpp>
-#include <npt/mannequin/shape.hpp>
 #include <npt/skeleton/body_reading.hpp>
 
 #include <algorithm>

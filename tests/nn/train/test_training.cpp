@@ -1,8 +1,8 @@
 /// Whole networks in training: what the gradients, the samples and the trainer do together.
 #include <doctest/doctest.h>
 
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/data/body_sampler.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/engine.hpp>

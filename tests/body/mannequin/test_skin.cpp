@@ -1,7 +1,7 @@
 // Skin weights and joint regressors at places that are no vertex of the mannequin.
 #include <doctest/doctest.h>
 #include <npt/base/random.hpp>
-#include <npt/mannequin/skin.hpp>
+#include <npt/body/mannequin/skin.hpp>
 
 #include <cmath>
 #include <numeric>

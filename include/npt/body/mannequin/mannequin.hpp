@@ -12,11 +12,11 @@
 
 #if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
 #include <npt/base/vec3.hpp>
+#include <npt/body/mannequin/anatomy.hpp>
+#include <npt/body/mannequin/shape.hpp>
+#include <npt/body/mannequin/skin.hpp>
+#include <npt/body/mannequin/surface.hpp>
 #include <npt/body/skeleton.hpp>
-#include <npt/mannequin/anatomy.hpp>
-#include <npt/mannequin/shape.hpp>
-#include <npt/mannequin/skin.hpp>
-#include <npt/mannequin/surface.hpp>
 #endif
 
 namespace npt::inline NPT_ABI {

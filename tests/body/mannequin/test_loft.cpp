@@ -1,6 +1,6 @@
 // Lofts as implicit surfaces: inside and outside, mirror images, gradients.
 #include <doctest/doctest.h>
-#include <npt/mannequin/loft.hpp>
+#include <npt/body/mannequin/loft.hpp>
 
 #include <cmath>
 #include <vector>

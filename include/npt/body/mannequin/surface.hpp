@@ -5,8 +5,8 @@
 
 #include <npt/base/digits.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/mannequin/surface_data.hpp>
 #include <npt/config.hpp>
-#include <npt/mannequin/surface_data.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <cmath>

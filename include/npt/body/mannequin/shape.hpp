@@ -5,10 +5,10 @@
 #pragma once
 
 #include <npt/base/vec3.hpp>
+#include <npt/body/mannequin/anatomy.hpp>
+#include <npt/body/mannequin/skin.hpp>
+#include <npt/body/mannequin/surface.hpp>
 #include <npt/config.hpp>
-#include <npt/mannequin/anatomy.hpp>
-#include <npt/mannequin/skin.hpp>
-#include <npt/mannequin/surface.hpp>
 
 #include <algorithm>
 #include <array>

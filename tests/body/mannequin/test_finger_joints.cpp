@@ -1,10 +1,10 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
+#include <npt/body/mannequin/finger_joints.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
-#include <npt/mannequin/finger_joints.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <algorithm>

@@ -11,12 +11,12 @@
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/mannequin/anatomy.hpp>
+#include <npt/body/mannequin/skin.hpp>
+#include <npt/body/mannequin/surface.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/mannequin/anatomy.hpp>
-#include <npt/mannequin/skin.hpp>
-#include <npt/mannequin/surface.hpp>
 
 #include <array>
 #include <cmath>

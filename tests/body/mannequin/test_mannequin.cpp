@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/mannequin/mannequin.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <algorithm>

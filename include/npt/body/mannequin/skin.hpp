@@ -5,10 +5,10 @@
 #pragma once
 
 #include <npt/base/vec3.hpp>
+#include <npt/body/mannequin/anatomy.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/mannequin/anatomy.hpp>
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 // The mannequin's surface from its left half, which is data.
 #include <doctest/doctest.h>
-#include <npt/mannequin/anatomy.hpp>
-#include <npt/mannequin/surface.hpp>
-#include <npt/mannequin/surface_data.hpp>
+#include <npt/body/mannequin/anatomy.hpp>
+#include <npt/body/mannequin/surface.hpp>
+#include <npt/body/mannequin/surface_data.hpp>
 
 #include <cmath>
 #include <cstdint>

@@ -5,9 +5,9 @@
 #pragma once
 
 #include <npt/base/vec3.hpp>
+#include <npt/body/mannequin/loft.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/mannequin/loft.hpp>
 
 #include <array>
 #include <utility>

@@ -1,6 +1,6 @@
 // Displacement fields of the shape directions at single places; test_mannequin.cpp has what they do to the body.
 #include <doctest/doctest.h>
-#include <npt/mannequin/shape.hpp>
+#include <npt/body/mannequin/shape.hpp>
 
 #include <vector>
 

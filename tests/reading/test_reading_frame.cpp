@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/body/reading_frame.hpp>
+#include <npt/reading/reading_frame.hpp>
 
 #include <array>
 #include <cmath>
