@@ -6,9 +6,9 @@
 // that has its own idea of when to stop, what to show and where to keep things.
 #include <npt/body/body_file.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
-#include <npt/data/body_pairs.hpp>
-#include <npt/data/body_sampler.hpp>
-#include <npt/data/evaluation.hpp>
+#include <npt/lab/body_pairs.hpp>
+#include <npt/lab/body_sampler.hpp>
+#include <npt/lab/evaluation.hpp>
 #include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/train/gradients.hpp>

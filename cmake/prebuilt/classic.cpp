@@ -2,8 +2,8 @@
 #include <npt/base/default_executor.hpp>
 #include <npt/base/executor.hpp>
 #include <npt/classic.hpp>
-#include <npt/data/evaluation.hpp>
 #include <npt/deformation/deformation_evaluation.hpp>
+#include <npt/lab/evaluation.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <memory>

@@ -1,10 +1,10 @@
 // What draws the samples of trainings, out of the commands, which are compiled at -O1: there it took 40 % of a reader's
 // training and 28 % of a rig's.
 #include <npt/body/natural_poses.hpp>
-#include <npt/data/body_sampler.hpp>
-#include <npt/data/family_sampler.hpp>
-#include <npt/data/reading_sampler.hpp>
-#include <npt/rig/rig_sampler.hpp>
+#include <npt/lab/body_sampler.hpp>
+#include <npt/lab/family_sampler.hpp>
+#include <npt/lab/reading_sampler.hpp>
+#include <npt/lab/rig/rig_sampler.hpp>
 
 #include <memory>
 #include <string>

@@ -10,7 +10,7 @@
 
 #include <npt/base/error.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
-#include <npt/data/body_sampler.hpp>
+#include <npt/lab/body_sampler.hpp>
 #include <npt/nn/train/initialise.hpp>
 #include <npt/nn/train/trainer.hpp>
 

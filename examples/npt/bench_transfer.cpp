@@ -10,9 +10,9 @@
 
 #include <npt/base/error.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
-#include <npt/data/body_pairs.hpp>
-#include <npt/data/evaluation.hpp>
-#include <npt/data/sequences.hpp>
+#include <npt/lab/body_pairs.hpp>
+#include <npt/lab/evaluation.hpp>
+#include <npt/lab/sequences.hpp>
 #include <npt/mesh/subdivide.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/transfer/pose_sequence.hpp>

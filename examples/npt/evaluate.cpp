@@ -18,18 +18,18 @@
 
 #include <npt/base/default_executor.hpp>
 #include <npt/body/body_file.hpp>
-#include <npt/body/clothes.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/proportions.hpp>
-#include <npt/data/body_pairs.hpp>
-#include <npt/data/evaluation.hpp>
-#include <npt/data/family.hpp>
-#include <npt/data/family_file.hpp>
-#include <npt/data/pair_files.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/lab/body_pairs.hpp>
+#include <npt/lab/clothes.hpp>
+#include <npt/lab/evaluation.hpp>
+#include <npt/lab/family.hpp>
+#include <npt/lab/family_file.hpp>
+#include <npt/lab/pair_files.hpp>
+#include <npt/lab/rig/rig_sampler.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/rig/rig_sampler.hpp>
 
 #include <algorithm>
 #include <array>

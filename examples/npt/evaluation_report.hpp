@@ -3,7 +3,7 @@
 
 #include "report.hpp"
 
-#include <npt/data/evaluation.hpp>
+#include <npt/lab/evaluation.hpp>
 
 #include <cstddef>
 #include <cstdio>

@@ -8,11 +8,11 @@
 #include <npt/base/random.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/clothes.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/lab/clothes.hpp>
 #include <npt/mesh/permute.hpp>
 
 #include <array>

@@ -6,7 +6,7 @@
 #include "subcommand.hpp"
 
 #include <npt/body/pose_sampler.hpp>
-#include <npt/data/evaluation.hpp>
+#include <npt/lab/evaluation.hpp>
 
 #include <cstddef>
 #include <cstdio>

@@ -8,8 +8,8 @@
 
 #include <npt/base/error.hpp>
 #include <npt/base/number_text.hpp>
-#include <npt/rig/joint_renaming.hpp>
-#include <npt/rig/rig.hpp>
+#include <npt/lab/rig/joint_renaming.hpp>
+#include <npt/lab/rig/rig.hpp>
 
 #include <cmath>
 #include <filesystem>

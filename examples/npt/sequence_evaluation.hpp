@@ -3,7 +3,7 @@
 
 #include "networks.hpp"
 
-#include <npt/data/sequences.hpp>
+#include <npt/lab/sequences.hpp>
 
 #include <functional>
 #include <vector>

@@ -14,7 +14,7 @@
 #include <formats/read.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/skeleton.hpp>
-#include <npt/data/body_pairs.hpp>
+#include <npt/lab/body_pairs.hpp>
 
 #include <npt/base/default_executor.hpp>
 #include <npt/body/mannequin/mannequin.hpp>

@@ -3,7 +3,7 @@
 
 #include "training_arguments.hpp"
 
-#include <npt/data/evaluation.hpp>
+#include <npt/lab/evaluation.hpp>
 #include <npt/nn/train/sample.hpp>
 #include <npt/nn/train/trainer.hpp>
 

@@ -2,9 +2,9 @@
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
-#include <npt/data/body_pairs.hpp>
 #include <npt/deformation/control_points.hpp>
 #include <npt/deformation/deformation_evaluation.hpp>
+#include <npt/lab/body_pairs.hpp>
 
 #include <cmath>
 #include <cstdint>

@@ -3,7 +3,7 @@
 #include <mesh/shapes.hpp>
 #include <npt/base/error.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
-#include <npt/data/body_pairs.hpp>
+#include <npt/lab/body_pairs.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>
 #include <npt/skeleton/skeleton_transfer.hpp>

@@ -7,11 +7,11 @@
 #include <npt/body/body_file.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/data/augmentation.hpp>
-#include <npt/data/family.hpp>
-#include <npt/data/family_file.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/lab/augmentation.hpp>
+#include <npt/lab/family.hpp>
+#include <npt/lab/family_file.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/permute.hpp>
 #include <npt/mesh/validate.hpp>

@@ -5,7 +5,7 @@
 #pragma once
 
 #include <npt/body/body_model.hpp>
-#include <npt/data/protocol.hpp>
+#include <npt/lab/protocol.hpp>
 #include <npt/mesh/mesh.hpp>
 
 #include <cstddef>

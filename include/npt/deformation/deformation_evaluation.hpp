@@ -11,15 +11,15 @@
 #include <npt/base/executor.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/config.hpp>
-#include <npt/data/assembly.hpp>
-#include <npt/data/draws.hpp>
-#include <npt/data/evaluation.hpp>
-#include <npt/data/prepared_body.hpp>
-#include <npt/data/protocol.hpp>
 #include <npt/deformation/control_points.hpp>
 #include <npt/deformation/correspondence.hpp>
 #include <npt/deformation/deformation_transfer.hpp>
 #include <npt/deformation/markers.hpp>
+#include <npt/lab/assembly.hpp>
+#include <npt/lab/draws.hpp>
+#include <npt/lab/evaluation.hpp>
+#include <npt/lab/prepared_body.hpp>
+#include <npt/lab/protocol.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>
 

@@ -74,7 +74,7 @@ class BasicReader {
 
   const Engine<Network, float, Exec>& engine() const noexcept { return engine_; }
   /// Whether it was trained to tell people from other things (metadata "tells_people"), whose points it then reads to
-  /// belong far from any body (data/reading_sampler.hpp).
+  /// belong far from any body (lab/reading_sampler.hpp).
   bool tells_people() const noexcept { return tells_people_; }
 
  private:

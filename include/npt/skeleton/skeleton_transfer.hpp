@@ -17,8 +17,8 @@
 #include <npt/body/body_model.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/data/evaluation.hpp>
 #include <npt/fit/body_fitter.hpp>
+#include <npt/lab/evaluation.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/points.hpp>

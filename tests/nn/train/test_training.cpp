@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/body/mannequin/mannequin.hpp>
-#include <npt/data/body_sampler.hpp>
+#include <npt/lab/body_sampler.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/engine.hpp>

@@ -1,0 +1,372 @@
+/// Samples for a network that reads meshes: points of a posed surface with their normals, and for each the place on the
+/// resting template where it belongs (its canonical coordinates).
+/// A sample is a body of random shape and proportions in a random pose, turned anywhere about the vertical axis (some
+/// lie or stand on their hands), dressed, shod, with hair, pieces missing, noise; its points are drawn by area. A part
+/// of the samples may be of surfaces that are no person's: all their points belong to one place far from any body.
+/// Shapes    Sample::pose: points [n, 3], centred on their mean, with a root mean square distance of reading_radius;
+///           Sample::identity: normals [n, 3], unit or zero; Sample::truth: half the canonical coordinates, [n, 3], so
+///           that they fit into tanh; Sample::scale: 0.5, network units in a metre of canonical coordinates
+/// Numerics  float; a sample depends on (seed, step, index) only
+#pragma once
+
+#include <npt/base/matrix3.hpp>
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
+#include <npt/body/body_model.hpp>
+#include <npt/body/kinematics.hpp>
+#include <npt/body/pose_sampler.hpp>
+#include <npt/body/proportions.hpp>
+#include <npt/body/skeleton.hpp>
+#include <npt/config.hpp>
+#include <npt/lab/draws.hpp>
+#include <npt/lab/dress.hpp>
+#include <npt/lab/limbs.hpp>
+#include <npt/lab/surface_cloud.hpp>
+#include <npt/nn/train/sample.hpp>
+#include <npt/reading/reading_frame.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <numbers>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// Where the points of a surface belong that is no person's, in canonical coordinates: half a metre and more in front
+/// of every body.
+inline constexpr Vec3f stranger_place{0, 0, 1};
+
+/// A body of a mixture. `weight`: its share of the samples, relative to the others.
+struct WeightedCloud {
+  std::shared_ptr<const SurfaceCloud> cloud;
+  double weight = 1;
+};
+
+struct ReadingSampleOptions {
+  std::uint64_t seed = 0;
+  std::size_t points = 512;
+  double natural = 0.7;   ///< share of poses that `natural_pose` draws; the others are uniform in wide ranges
+  double fallen = 0.15;   ///< share that points anywhere
+  double dressed = 0.45;  ///< share with clothes
+  double plain = 0.15;    ///< share of bare bodies of human proportions without any of the below
+  double patched = 0;     ///< share whose trunk, head, arms and legs come from bodies drawn for each
+  bool mirror = false;    ///< half of the samples mirrored, left for right: for bodies that aren't symmetric
+  double strangers = 0;   ///< share of surfaces that are no person's
+};
+
+class ReadingSampler final : public SampleSource {
+ public:
+  /// Draws the angles [24, 3] of a natural pose.
+  using NaturalPose = std::function<std::array<float, 3 * smpl_joint_count>(Random&)>;
+
+  /// Draws points by area and their unit normals, upright, in any unit, of something that isn't a person. [n] each
+  using Stranger = std::function<void(Random&, std::size_t n, std::vector<Vec3f>& points, std::vector<Vec3f>& normals)>;
+
+  /// Requires  a stranger where options.strangers is above 0
+  ReadingSampler(std::vector<WeightedCloud> bodies, NaturalPose natural_pose, const ReadingSampleOptions& options,
+                 data::Purpose purpose = data::Purpose::training, Stranger stranger = {})
+      : bodies_(std::move(bodies)),
+        natural_pose_(std::move(natural_pose)),
+        stranger_(std::move(stranger)),
+        options_(options),
+        purpose_(purpose) {
+    NPT_ASSERT(!bodies_.empty() && options.points > 0 && (stranger_ || options.strangers <= 0));
+    double sum = 0;
+    for (const WeightedCloud& member : bodies_) {
+      equal_ = equal_ && member.weight == bodies_.front().weight;
+      shares_.push_back(sum += member.weight);
+    }
+  }
+  ReadingSampler(const std::vector<std::shared_ptr<const SurfaceCloud>>& bodies, NaturalPose natural_pose,
+                 const ReadingSampleOptions& options, data::Purpose purpose = data::Purpose::training)
+      : ReadingSampler(equally(bodies), std::move(natural_pose), options, purpose) {}
+
+  std::size_t max_vertices() const override { return options_.points; }
+  std::size_t max_pose_vertices() const override { return options_.points; }
+  bool equal_counts() const override { return true; }
+
+  void fill(std::uint64_t step, std::uint64_t index, Sample& s) const override {
+    const auto random = [&](data::Part part) { return data::random_for(purpose_, options_.seed, step, index, part); };
+    Random choice = random(data::Part::choice), shape = random(data::Part::identity_shape),
+           angles = random(data::Part::pose), order = random(data::Part::identity_order),
+           more = random(data::Part::augmentation), noise = random(data::Part::noise);
+    const std::size_t n = options_.points;
+    s.pose.resize(3 * n), s.identity.resize(3 * n), s.truth.resize(3 * n);
+    thread_local Scratch scratch;
+    const bool strange = options_.strangers > 0 && choice.uniform() < options_.strangers;
+    if (strange)
+      draw_stranger(choice, n, scratch);
+    else
+      draw_person(choice, shape, angles, order, more, n, scratch);
+    const Matrix3 turn = turn_of(more);
+    const double sigma = more.uniform() < 0.5 ? 0 : 0.012 * more.uniform();
+    const bool blind = more.uniform() < 0.08;                 // no normals
+    const float side = more.uniform() < 0.03 ? -1.0F : 1.0F;  // inside out
+    for (std::size_t i = 0; i < n; ++i) {
+      const Drawn& p = scratch.drawn[i];
+      Vec3d at = turn * p.at.as<double>();
+      if (sigma > 0) at += Vec3d{noise.normal(), noise.normal(), noise.normal()} * sigma;
+      const Vec3f normal = blind ? Vec3f{} : (turn * p.normal.as<double>()).as<float>() * side;
+      put(s.pose, i, at.as<float>()), put(s.identity, i, normal);
+      put(s.truth, i, p.canonical * 0.5F);
+    }
+    const auto point = [&s](std::size_t i) {
+      return Vec3f{s.pose[3 * i], s.pose[3 * i + 1], s.pose[3 * i + 2]}.as<double>();
+    };
+    const ReadingFrame frame = reading_frame(n, point);
+    for (std::size_t i = 0; i < n; ++i) put(s.pose, i, frame(point(i)).as<float>());
+    s.edges.clear(), s.triangles.clear();
+    s.scale = 0.5;
+  }
+
+ private:
+  /// x -> linear x + shift, in float: a part's stretch and motion.
+  struct Affine {
+    std::array<float, 9> linear{};
+    Vec3f shift;
+  };
+  /// One body of a sample, with the limbs that are its.
+  struct SkinnedCloud {
+    const SurfaceCloud* cloud = nullptr;
+    std::array<bool, limb_count> limbs{};
+    std::array<Affine, smpl_joint_count> parts;
+    std::vector<float> betas;
+  };
+  struct Skin {
+    std::vector<SkinnedCloud> clouds;
+  };
+  struct Posed {
+    Vec3f at, normal;
+    float key = 0;  ///< points with the greatest ones are taken
+    std::uint32_t point = 0, cloud = 0;
+  };
+  /// A point of a sample, upright and in metres.
+  struct Drawn {
+    Drawn(Vec3f a, Vec3f n, Vec3f c) : at(a), normal(n), canonical(c) {}
+    Vec3f at, normal, canonical;
+  };
+  struct Scratch {
+    std::vector<Posed> posed;
+    std::vector<Posed> chosen;
+    std::vector<Drawn> drawn;
+    std::vector<Vec3f> points, normals;
+  };
+  void draw_person(Random& choice, Random& shape, Random& angles, Random& order, Random& more, std::size_t n,
+                   Scratch& scratch) const {
+    const std::size_t first = pick_body(choice);
+    const bool plain = choice.uniform() < options_.plain;
+    std::array<std::size_t, limb_count> limbs;
+    limbs.fill(first);
+    if (options_.patched > 0 && choice.uniform() < options_.patched) patch(choice, limbs);
+    const bool mirrored = options_.mirror && choice.uniform() < 0.5;
+    thread_local Skin skin;
+    make_skin(limbs, shape, angles, plain, skin);
+    const data::Dress dress = plain ? data::Dress{} : data::draw_dress(more, options_.dressed);
+    draw_points(skin, dress, order, n, scratch);
+    scratch.drawn.clear();
+    for (const Posed& p : scratch.chosen) {
+      Drawn& d = scratch.drawn.emplace_back(p.at, p.normal, skin.clouds[p.cloud].cloud->points()[p.point].canonical);
+      if (mirrored) d.at.x = -d.at.x, d.normal.x = -d.normal.x, d.canonical.x = -d.canonical.x;
+    }
+  }
+
+  /// As high as a person, about.
+  void draw_stranger(Random& choice, std::size_t n, Scratch& scratch) const {
+    stranger_(choice, n, scratch.points, scratch.normals);
+    const ReadingFrame frame = reading_frame(n, [&](std::size_t i) { return scratch.points[i].template as<double>(); });
+    scratch.drawn.clear();
+    for (std::size_t i = 0; i < n; ++i)
+      scratch.drawn.emplace_back(frame(scratch.points[i].template as<double>()).template as<float>(),
+                                 scratch.normals[i], stranger_place);
+  }
+
+  static void put(std::vector<float>& to, std::size_t i, Vec3f p) {
+    to[3 * i] = p.x, to[3 * i + 1] = p.y, to[3 * i + 2] = p.z;
+  }
+
+  static std::vector<WeightedCloud> equally(const std::vector<std::shared_ptr<const SurfaceCloud>>& bodies) {
+    std::vector<WeightedCloud> members;
+    members.reserve(bodies.size());
+    for (const auto& body : bodies) members.push_back({body, 1});
+    return members;
+  }
+  std::size_t pick_body(Random& random) const {
+    if (equal_) return random.below(static_cast<std::uint32_t>(bodies_.size()));
+    const double target = random.uniform() * shares_.back();
+    return static_cast<std::size_t>(std::upper_bound(shares_.begin(), shares_.end() - 1, target) - shares_.begin());
+  }
+  /// Another body for the skull, for the arms, for the legs, or all of them; the trunk stays.
+  void patch(Random& random, std::array<std::size_t, limb_count>& limbs) const {
+    using enum Limb;
+    const auto of = [&limbs](Limb limb) -> std::size_t& { return limbs[static_cast<std::size_t>(limb)]; };
+    of(skull) = pick_body(random);
+    of(left_arm) = of(right_arm) = pick_body(random);
+    of(left_leg) = of(right_leg) = pick_body(random);
+    if (random.uniform() < 0.1) of(right_arm) = pick_body(random);
+    if (random.uniform() < 0.1) of(right_leg) = pick_body(random);
+  }
+
+  /// A limb's skeleton is that of its body; where it hangs, the body says that has the part above.
+  void make_skin(const std::array<std::size_t, limb_count>& limbs, Random& shape, Random& angles, bool plain,
+                 Skin& skin) const {
+    std::array<std::size_t, limb_count> number{};
+    std::size_t count = 0;
+    for (std::size_t l = 0; l < limb_count; ++l) {
+      std::size_t same = 0;
+      while (limbs[same] != limbs[l]) ++same;
+      if (same == l) {
+        if (skin.clouds.size() <= count) skin.clouds.emplace_back();
+        skin.clouds[count].cloud = bodies_[limbs[l]].cloud.get();
+        skin.clouds[count].limbs.fill(false);
+        number[l] = count++;
+      }
+      number[l] = number[same];
+      skin.clouds[number[l]].limbs[l] = true;
+    }
+    skin.clouds.resize(count);
+    std::array<std::array<Vec3d, smpl_joint_count>, limb_count> rest;
+    for (std::size_t c = 0; c < count; ++c) {
+      SkinnedCloud& own = skin.clouds[c];
+      own.betas = sample_shape(shape, own.cloud->body().shape_count());
+      std::ranges::copy(own.cloud->body().joints(own.betas), rest[c].begin());
+    }
+    Proportions proportions = sample_proportions(shape);
+    if (plain) proportions.fill(0);
+    std::array<float, 3 * smpl_joint_count> pose = pose_of(angles);
+    std::array<Vec3d, smpl_joint_count> grown;
+    std::array<RigidMotion, smpl_joint_count> motion;
+    const auto stretch = [&](std::size_t c, std::size_t j) {
+      Matrix3 result = Matrix3::identity();
+      for (std::size_t k = 0; k < body_proportion_count; ++k) {
+        const Matrix3& g = skin.clouds[c].cloud->growth()[j][k];
+        if (!(g == Matrix3{})) result += g * proportions[k];
+      }
+      return result;
+    };
+    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+      const Matrix3 r = rotation_matrix({static_cast<double>(pose[3 * j]), static_cast<double>(pose[3 * j + 1]),
+                                         static_cast<double>(pose[3 * j + 2])});
+      if (j == 0) {
+        grown[0] = rest[number[0]][0];
+        motion[0] = {r, grown[0] - r * grown[0]};
+      } else {
+        const auto parent = static_cast<std::size_t>(smpl_parents[j]);
+        const std::size_t above = number[static_cast<std::size_t>(limb_of(parent))];
+        grown[j] = grown[parent] + stretch(above, parent) * (rest[above][j] - rest[above][parent]);
+        motion[j] = motion[parent] * RigidMotion{r, grown[j] - r * grown[j]};
+      }
+      for (std::size_t c = 0; c < count; ++c) {
+        // The stretch about the joint, then the motion.
+        const Matrix3 own = stretch(c, j), linear = motion[j].rotation * own;
+        const Vec3d shift = motion[j](grown[j] - own * rest[c][j]);
+        Affine& a = skin.clouds[c].parts[j];
+        for (std::size_t row = 0; row < 3; ++row) {
+          const Vec3f values = linear.rows[row].as<float>();
+          a.linear[3 * row] = values.x, a.linear[3 * row + 1] = values.y, a.linear[3 * row + 2] = values.z;
+        }
+        a.shift = shift.as<float>();
+      }
+    }
+  }
+
+  std::array<float, 3 * smpl_joint_count> pose_of(Random& random) const {
+    if (random.uniform() < options_.natural) return natural_pose_(random);
+    std::array<float, 3 * smpl_joint_count> pose =
+        sample_pose(random, random.uniform() < 0.75 ? PoseDistribution::wide : PoseDistribution::paper);
+    const float amount = static_cast<float>(std::min(1.0, 1.3 * random.uniform()));
+    for (std::size_t i = 3; i < pose.size(); ++i) pose[i] *= amount;
+    return pose;
+  }
+
+  /// Most stand upright, some lean, some point anywhere.
+  Matrix3 turn_of(Random& r) const {
+    const Matrix3 yaw = rotation_matrix({0, r.uniform(-std::numbers::pi, std::numbers::pi), 0});
+    if (r.uniform() >= options_.fallen) return rotation_matrix({0.12 * r.normal(), 0, 0.12 * r.normal()}) * yaw;
+    Vec3d axis{r.normal(), r.normal(), r.normal()};
+    return rotation_matrix(normalised(axis) * r.uniform(0, std::numbers::pi)) * yaw;
+  }
+
+  /// Poses candidates, more than are needed, and takes n of them by the area that each stands for now: the n greatest
+  /// of log(u) / area (Efraimidis and Spirakis, 2006).
+  void draw_points(const Skin& skin, const data::Dress& dress, Random& random, std::size_t n, Scratch& scratch) const {
+    const std::size_t tries = std::min(5 * n / 2, SurfaceCloud::candidates);
+    const auto clouds = static_cast<std::uint32_t>(skin.clouds.size());
+    scratch.posed.clear();
+    for (int round = 0; scratch.posed.size() < n; ++round)
+      for (std::size_t i = 0; i < tries * clouds; ++i) {
+        Posed p;
+        if (clouds > 1) p.cloud = random.below(clouds);
+        const SkinnedCloud& own = skin.clouds[p.cloud];
+        const SurfaceCloud& cloud = *own.cloud;
+        p.point = random.below(static_cast<std::uint32_t>(cloud.points().size()));
+        if (!own.limbs[static_cast<std::size_t>(limb_of(cloud.points()[p.point].joint[0]))]) continue;
+        const double u = 1 - random.uniform();
+        float area = 0;
+        if (!place(own, p.point, dress, p, area) && round < 20) continue;
+        if (clouds > 1) area *= 1e5F * cloud.area_of_point();
+        p.key = static_cast<float>(std::log(u)) / std::max(area, 1e-6F);
+        scratch.posed.push_back(p);
+      }
+    const auto middle = scratch.posed.begin() + static_cast<std::ptrdiff_t>(n);
+    if (middle != scratch.posed.end())
+      std::nth_element(scratch.posed.begin(), middle, scratch.posed.end(),
+                       [](const Posed& a, const Posed& b) { return a.key > b.key; });
+    scratch.chosen.assign(scratch.posed.begin(), middle);
+  }
+
+  static Vec3f apply(const std::array<float, 9>& m, Vec3f v) {
+    return {m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z,
+            m[6] * v.x + m[7] * v.y + m[8] * v.z};
+  }
+
+  /// Whether the point is there at all.
+  static bool place(const SkinnedCloud& skin, std::uint32_t k, const data::Dress& dress, Posed& out, float& area) {
+    const SurfaceCloud& cloud = *skin.cloud;
+    const SurfaceCloud::Point& p = cloud.points()[k];
+    const auto weight_of = [&p](auto... joints) {
+      float sum = 0;
+      for (std::size_t i = 0; i < SurfaceCloud::most_joints; ++i)
+        if (((p.joint[i] == joint_index(joints)) || ...)) sum += p.weight[i];
+      return sum;
+    };
+    Vec3f at = p.rest;
+    const std::span<const float> directions = cloud.directions(k);
+    for (std::size_t s = 0; s < skin.betas.size(); ++s) {
+      const float b = skin.betas[s];
+      at += Vec3f{directions[3 * s], directions[3 * s + 1], directions[3 * s + 2]} * b;
+    }
+    float swollen = 1;
+    if (dress.any && !data::clothe(p, weight_of, dress, at, swollen)) return false;
+    std::array<float, 9> linear{};
+    Vec3f shift;
+    for (std::size_t i = 0; i < SurfaceCloud::most_joints; ++i) {
+      const float w = p.weight[i];
+      if (w == 0) break;
+      const Affine& a = skin.parts[p.joint[i]];
+      for (std::size_t e = 0; e < 9; ++e) linear[e] += w * a.linear[e];
+      shift += a.shift * w;
+    }
+    out.at = apply(linear, at) + shift;
+    const Vec3f normal = cross(apply(linear, p.along), apply(linear, p.across));
+    area = length(normal) * p.area * swollen;
+    out.normal = normalised(normal);
+    return true;
+  }
+
+  std::vector<WeightedCloud> bodies_;
+  std::vector<double> shares_;  ///< ascending sums of the weights
+  bool equal_ = true;           ///< all weights
+  NaturalPose natural_pose_;
+  Stranger stranger_;
+  ReadingSampleOptions options_;
+  data::Purpose purpose_;
+};
+
+}  // namespace npt::inline NPT_ABI
