@@ -1,8 +1,8 @@
 // Transfer without networks: what its commands, which are compiled at -O1, and its tests, at -O0, take from here.
 #include <npt/base/default_executor.hpp>
 #include <npt/base/executor.hpp>
-#include <npt/classic.hpp>
-#include <npt/deformation/deformation_evaluation.hpp>
+#include <npt/baseline.hpp>
+#include <npt/baseline/deformation/deformation_evaluation.hpp>
 #include <npt/lab/evaluation.hpp>
 #include <npt/mesh/mesh.hpp>
 

@@ -12,12 +12,12 @@
 #include "transfer_picture.hpp"
 
 #include <formats/read.hpp>
+#include <npt/baseline/deformation/control_points.hpp>
+#include <npt/baseline/deformation/correspondence.hpp>
+#include <npt/baseline/deformation/deformation_evaluation.hpp>
+#include <npt/baseline/deformation/deformation_transfer.hpp>
+#include <npt/baseline/deformation/markers.hpp>
 #include <npt/body/body_file.hpp>
-#include <npt/deformation/control_points.hpp>
-#include <npt/deformation/correspondence.hpp>
-#include <npt/deformation/deformation_evaluation.hpp>
-#include <npt/deformation/deformation_transfer.hpp>
-#include <npt/deformation/markers.hpp>
 
 #include <npt/base/default_executor.hpp>
 #include <npt/body/mannequin/mannequin.hpp>

@@ -17,13 +17,13 @@
 #include <npt/lab/body_pairs.hpp>
 
 #include <npt/base/default_executor.hpp>
+#include <npt/baseline/fit/reading_start.hpp>
+#include <npt/baseline/skeleton/skeleton_transfer.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/skeleton/body_method.hpp>
-#include <npt/skeleton/reading_start.hpp>
-#include <npt/skeleton/skeleton_transfer.hpp>
 
 #include <algorithm>
 #include <array>

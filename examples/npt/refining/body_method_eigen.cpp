@@ -1,6 +1,6 @@
 #include <refining/body_method.hpp>
 
-#include <npt/fit/canonical_coordinates.hpp>
+#include <npt/baseline/fit/canonical_coordinates.hpp>
 #include <npt/skeleton/body_method.hpp>
 
 namespace refining {

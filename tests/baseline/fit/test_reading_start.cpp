@@ -1,0 +1,37 @@
+#include <doctest/doctest.h>
+
+#include <npt/baseline/fit/reading_start.hpp>
+#include <npt/baseline/skeleton/skeleton_transfer.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
+#include <npt/body/natural_poses.hpp>
+#include <npt/mesh/triangles.hpp>
+#include <npt/skeleton/body_transfer.hpp>
+
+#include <vector>
+
+#include "skeleton/people.hpp"
+
+TEST_CASE("a fit that begins where a mesh was read needs no search") {
+  const npt::BodyTransfer transfer(people::shipped_reader());
+  const npt::BodyFitter fitter(npt::borrowed(npt::mannequin()));
+  for (const std::uint64_t seed : {2U, 3U}) {  // as 7 of the first 8 do
+    npt::Random random(812, seed);
+    const npt::NaturalPoses::Pose pose = npt::natural_poses().sample(random);
+    npt::Mesh mesh = npt::to_mesh(npt::mannequin(), npt::sample_shape(random, npt::mannequin().shape_count()), pose);
+    for (npt::Vec3f& p : mesh.positions) p += npt::Vec3f{3, -2, 1};
+    const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
+    const npt::BodyReading reading = transfer.read({mesh.coordinates(), triangles, "person"});
+    REQUIRE(reading.trust() > npt::sure_start);
+    const npt::BodyFit start = npt::start_of(transfer.joints(reading), fitter.model());
+    const npt::BodyFit fit = npt::fit_body(fitter, mesh, "person", &start);
+    CHECK(fit.starts == 1);
+    CHECK(fit.distance < 0.004);
+  }
+}
+
+TEST_CASE("a start of another model is refused") {
+  const npt::BodyFitter fitter(npt::borrowed(npt::mannequin()));
+  npt::BodyFit start;
+  start.axis_angles.resize(6);
+  CHECK_THROWS_AS(npt::fit_body(fitter, npt::to_mesh(npt::mannequin()), "person", &start), npt::Error);
+}
