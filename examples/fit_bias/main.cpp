@@ -1,5 +1,5 @@
 // Learns what fits of other people's bodies are off by, from body models whose joints are known, and puts it into a
-// reader's file, beside its weights: tensor fit_bias/joints. See npt/skeleton/fit_bias.hpp.
+// reader's file, beside its weights: tensor fit_bias/joints. See npt/estimate/fit_bias.hpp.
 //
 //   npt_fit_bias --body human_6890.safetensors --body human_13380.safetensors
 //     examples/weights/readers/human.safetensors result.safetensors
@@ -14,9 +14,9 @@
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/skeleton.hpp>
+#include <npt/estimate/fit_bias.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/skeleton/body_transfer.hpp>
-#include <npt/skeleton/fit_bias.hpp>
 #include <npt/solve/dense_cholesky.hpp>
 
 #include <CLI/CLI.hpp>

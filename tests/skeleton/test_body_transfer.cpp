@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-#include "skeleton/people.hpp"
+#include "estimate/people.hpp"
 
 using people::Person;
 

@@ -18,12 +18,12 @@
 #include <npt/body/proportions.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/reading_frame.hpp>
 #include <npt/lab/draws.hpp>
 #include <npt/lab/dress.hpp>
 #include <npt/lab/limbs.hpp>
 #include <npt/lab/surface_cloud.hpp>
 #include <npt/nn/train/sample.hpp>
-#include <npt/reading/reading_frame.hpp>
 
 #include <algorithm>
 #include <array>

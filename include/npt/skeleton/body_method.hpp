@@ -8,14 +8,14 @@
 #if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
 #include <npt/base/default_executor.hpp>
 #include <npt/base/executor.hpp>
+#include <npt/estimate/body_reading.hpp>
+#include <npt/estimate/fit_bias.hpp>
+#include <npt/estimate/reader.hpp>
+#include <npt/estimate/rest_posture.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/mesh_view.hpp>
-#include <npt/reading/reader.hpp>
-#include <npt/skeleton/body_reading.hpp>
 #include <npt/skeleton/body_transfer.hpp>
 #include <npt/skeleton/bound_character.hpp>
-#include <npt/skeleton/fit_bias.hpp>
-#include <npt/skeleton/rest_posture.hpp>
 #include <npt/skeleton/second_opinion.hpp>
 #endif
 

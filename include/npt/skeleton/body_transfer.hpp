@@ -20,12 +20,12 @@
 #include <npt/body/joint_names.hpp>
 #include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/body_reader.hpp>
+#include <npt/estimate/body_reading.hpp>
+#include <npt/estimate/reader.hpp>
 #include <npt/mesh/mesh_view.hpp>
-#include <npt/reading/reader.hpp>
 #include <npt/scene/affine.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
-#include <npt/skeleton/body_reader.hpp>
-#include <npt/skeleton/body_reading.hpp>
 #include <npt/skeleton/body_weights.hpp>
 #include <npt/skeleton/bound_character.hpp>
 #include <npt/transfer/body_method.hpp>

@@ -21,9 +21,9 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/fit/body_look_up.hpp>
-#include <npt/fit/fitted_body.hpp>
-#include <npt/fit/place_patches.hpp>
+#include <npt/estimate/body_look_up.hpp>
+#include <npt/estimate/fitted_body.hpp>
+#include <npt/estimate/place_patches.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>

@@ -10,9 +10,9 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/fit/finger_fit.hpp>
-#include <npt/fit/fitted_body.hpp>
-#include <npt/skeleton/body_reading.hpp>
+#include <npt/estimate/body_reading.hpp>
+#include <npt/estimate/finger_fit.hpp>
+#include <npt/estimate/fitted_body.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>
 
 #include <array>

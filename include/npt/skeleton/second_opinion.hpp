@@ -27,13 +27,13 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/body_reading.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
 #include <npt/nn/weights/weights_file.hpp>
-#include <npt/skeleton/body_reading.hpp>
 #include <npt/skeleton/bound_character.hpp>
 #include <npt/skeleton/skeleton_pose.hpp>
 #include <npt/solve/normal_equations.hpp>

@@ -9,7 +9,7 @@
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
-#include <npt/fit/fitted_body.hpp>
+#include <npt/estimate/fitted_body.hpp>
 
 #include <array>
 #include <cstddef>

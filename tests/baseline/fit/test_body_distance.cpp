@@ -6,8 +6,8 @@
 #include <npt/baseline/fit/fit_target.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/fit/body_level.hpp>
-#include <npt/fit/pose_prior.hpp>
+#include <npt/estimate/body_level.hpp>
+#include <npt/estimate/pose_prior.hpp>
 
 #include <algorithm>
 #include <cmath>

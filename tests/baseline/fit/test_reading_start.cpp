@@ -9,7 +9,7 @@
 
 #include <vector>
 
-#include "skeleton/people.hpp"
+#include "estimate/people.hpp"
 
 TEST_CASE("a fit that begins where a mesh was read needs no search") {
   const npt::BodyTransfer transfer(people::shipped_reader());

@@ -13,10 +13,10 @@
 #include <npt/base/vec3.hpp>
 #include <npt/baseline/fit/fit_target.hpp>
 #include <npt/config.hpp>
-#include <npt/fit/body_level.hpp>
-#include <npt/fit/differentiable_body.hpp>
-#include <npt/fit/pose_prior.hpp>
-#include <npt/fit/robust_distance.hpp>
+#include <npt/estimate/body_level.hpp>
+#include <npt/estimate/differentiable_body.hpp>
+#include <npt/estimate/pose_prior.hpp>
+#include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/solve/dense_cholesky.hpp>
 

@@ -24,10 +24,10 @@
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/fit/body_level.hpp>
-#include <npt/fit/fitted_body.hpp>
-#include <npt/fit/pose_prior.hpp>
-#include <npt/fit/robust_distance.hpp>
+#include <npt/estimate/body_level.hpp>
+#include <npt/estimate/fitted_body.hpp>
+#include <npt/estimate/pose_prior.hpp>
+#include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/solve/dense_cholesky.hpp>
 

@@ -8,8 +8,8 @@
 #include <npt/baseline/fit/fit_target.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/fit/body_level.hpp>
-#include <npt/fit/differentiable_body.hpp>
+#include <npt/estimate/body_level.hpp>
+#include <npt/estimate/differentiable_body.hpp>
 
 #include <algorithm>
 #include <array>

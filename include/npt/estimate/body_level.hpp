@@ -1,0 +1,168 @@
+/// A body model at one resolution: some of its vertices, spread evenly, with triangles between them.
+///   coarse   vertices far from each other (farthest point sampling); each vertex of the body belongs to the chosen one
+///            that is nearest along its edges, and where three such cells meet there is a triangle
+///   full     all vertices and the body's own triangles
+/// Numerics  the same model and count give the same level
+#pragma once
+
+#include <npt/base/vec3.hpp>
+#include <npt/body/body_model.hpp>
+#include <npt/config.hpp>
+#include <npt/estimate/differentiable_body.hpp>
+#include <npt/mesh/topology.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <queue>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+class BodyLevel {
+ public:
+  /// A vertex that distances are measured at.
+  struct Probe {
+    std::uint32_t vertex = 0;  ///< of this level
+    double area = 0;           ///< share of the body's area; all of them sum to 1
+    Vec3d normal;              ///< unit, in the mean shape's rest pose
+  };
+
+  /// A level of at most `count` vertices, each a probe.
+  BodyLevel(const BodyModel& model, std::size_t count) : BodyLevel(of_probes(model, choose(model, count))) {}
+
+  /// The level of all vertices and triangles, with at most `probe_count` probes.
+  static BodyLevel full(const BodyModel& model, std::size_t probe_count) {
+    BodyLevel level(model, choose(model, model.vertex_count()));
+    level.probes_ = probes_of(model, choose(model, probe_count));
+    return level;
+  }
+
+  const DifferentiableBody& body() const noexcept { return body_; }
+  std::span<const Triangle> triangles() const noexcept { return triangles_; }
+  std::span<const Vec3d> rest_points() const noexcept { return rest_; }
+  std::span<const Probe> probes() const noexcept { return probes_; }
+
+ private:
+  struct Choice {
+    std::vector<std::uint32_t> vertices;  ///< [n] of the body
+    std::vector<std::uint32_t> cell;      ///< [V] which of them each vertex belongs to, or no_index
+  };
+
+  BodyLevel(const BodyModel& model, const Choice& choice) : body_(model, choice.vertices) {
+    const std::vector<Vec3d> all = rest_of(model);
+    for (const std::uint32_t v : choice.vertices) rest_.push_back(all[v]);
+    for (const Triangle& t : model.triangles()) {
+      const Triangle cells{choice.cell[t[0]], choice.cell[t[1]], choice.cell[t[2]]};
+      if (cells[0] != cells[1] && cells[1] != cells[2] && cells[2] != cells[0]) triangles_.push_back(cells);
+    }
+    once();
+  }
+
+  /// A level whose vertices are all probes.
+  static BodyLevel of_probes(const BodyModel& model, const Choice& choice) {
+    BodyLevel level(model, choice);
+    level.probes_ = probes_of(model, choice);
+    for (std::uint32_t i = 0; i < level.probes_.size(); ++i) level.probes_[i].vertex = i;
+    return level;
+  }
+
+  /// The chosen vertices with the area of their cells.
+  static std::vector<Probe> probes_of(const BodyModel& model, const Choice& choice) {
+    const std::vector<Vec3d> points = rest_of(model);
+    std::vector<Probe> probes(choice.vertices.size());
+    for (std::size_t i = 0; i < probes.size(); ++i) probes[i].vertex = choice.vertices[i];
+    double total = 0;
+    for (const Triangle& t : model.triangles()) {
+      const Vec3d normal = cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]);
+      for (const std::uint32_t v : t) {
+        const std::uint32_t cell = choice.cell[v];
+        if (cell == no_index) continue;
+        probes[cell].area += length(normal);
+        total += length(normal);
+        if (choice.vertices[cell] == v) probes[cell].normal += normal;
+      }
+    }
+    for (Probe& probe : probes) {
+      probe.area /= total > 0 ? total : 1;
+      probe.normal = normalised(probe.normal);
+    }
+    return probes;
+  }
+
+  static std::vector<Vec3d> rest_of(const BodyModel& model) {
+    const std::span<const float> xyz = model.tables().v_template;
+    std::vector<Vec3d> points(xyz.size() / 3);
+    for (std::size_t v = 0; v < points.size(); ++v)
+      points[v] = Vec3f{xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]}.as<double>();
+    return points;
+  }
+
+  /// Takes out triangles that stand for the same three cells. Turning order is kept.
+  void once() {
+    for (Triangle& t : triangles_) std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+    std::sort(triangles_.begin(), triangles_.end());
+    triangles_.erase(std::unique(triangles_.begin(), triangles_.end()), triangles_.end());
+  }
+
+  static Choice choose(const BodyModel& model, std::size_t count) {
+    const std::vector<Vec3d> points = rest_of(model);
+    Choice choice;
+    choice.cell.assign(points.size(), no_index);
+    if (count >= points.size()) {
+      for (std::uint32_t v = 0; v < points.size(); ++v) choice.vertices.push_back(v), choice.cell[v] = v;
+      return choice;
+    }
+    std::vector<double> distance(points.size(), std::numeric_limits<double>::infinity());
+    std::uint32_t next = 0;
+    while (choice.vertices.size() < count) {
+      choice.vertices.push_back(next);
+      const Vec3d chosen = points[next];
+      double farthest = -1;
+      for (std::uint32_t v = 0; v < points.size(); ++v) {
+        const Vec3d d = points[v] - chosen;
+        distance[v] = std::min(distance[v], dot(d, d));
+        if (distance[v] > farthest) farthest = distance[v], next = v;
+      }
+    }
+    grow_cells(model, points, choice);
+    return choice;
+  }
+
+  /// Dijkstra from all chosen vertices at once.
+  static void grow_cells(const BodyModel& model, std::span<const Vec3d> points, Choice& choice) {
+    const Neighbours around = neighbours(unique_edges(model.triangles()), points.size());
+    std::vector<double> path(points.size(), std::numeric_limits<double>::infinity());
+    using Entry = std::pair<double, std::uint32_t>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+    for (std::uint32_t c = 0; c < choice.vertices.size(); ++c) {
+      const std::uint32_t v = choice.vertices[c];
+      path[v] = 0;
+      choice.cell[v] = c;
+      open.emplace(0.0, v);
+    }
+    while (!open.empty()) {
+      const auto [length_so_far, v] = open.top();
+      open.pop();
+      if (length_so_far > path[v]) continue;
+      for (const std::uint32_t n : around.of(v)) {
+        const double through = length_so_far + length(points[n] - points[v]);
+        if (through >= path[n]) continue;
+        path[n] = through;
+        choice.cell[n] = choice.cell[v];
+        open.emplace(through, n);
+      }
+    }
+  }
+
+  DifferentiableBody body_;
+  std::vector<Triangle> triangles_;
+  std::vector<Vec3d> rest_;
+  std::vector<Probe> probes_;
+};
+
+}  // namespace npt::inline NPT_ABI

@@ -1,0 +1,86 @@
+/// Where the points of a mesh belong on a body that was fitted to it: each where the body's surface is closest and
+/// faces the same way.
+/// Shapes    V vertices of the body
+/// Units     metres
+/// Numerics  some 1 us a look-up; neighbouring points one after the other are faster, by the last one's answer
+/// Threads   look-ups may run side by side, each caller with a hint of its own
+#pragma once
+
+#include <npt/base/vec3.hpp>
+#include <npt/body/body_model.hpp>
+#include <npt/body/skeleton.hpp>
+#include <npt/config.hpp>
+#include <npt/estimate/fitted_body.hpp>
+#include <npt/mesh/closest_point.hpp>
+#include <npt/mesh/mesh.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// A place on a body.
+struct BodyPlace {
+  Vec3d rest;              ///< on the mean shape at rest
+  std::uint32_t part = 0;  ///< the SMPL joint that moves it most; a finger counts as its hand
+};
+
+class BodyLookUp {
+ public:
+  /// facing: 1: the mesh's triangles turn outwards; -1: inwards; 0: that is not known
+  BodyLookUp(const BodyModel& model, const BodyFit& fit, double facing)
+      : model_(model), facing_(facing), body_(fitted_points(model, fit)), tree_(body_, model.triangles()) {
+    normals_.reserve(model.triangles().size());
+    for (const Triangle& t : model.triangles())
+      normals_.push_back(normalised(cross(body_[t[1]] - body_[t[0]], body_[t[2]] - body_[t[0]])));
+    parts_ = model.tables().weights.heaviest_columns();
+    for (std::uint32_t& part : parts_)
+      while (part >= smpl_joint_count) part = static_cast<std::uint32_t>(model.tables().parents[part]);
+  }
+
+  /// [V] the body's vertices as fitted
+  std::span<const Vec3d> body() const noexcept { return body_; }
+
+  /// outward: the mesh's area vector at the point, 0 where it has none; hint: the last look-up's triangle, or no_index
+  ClosestPoint operator()(Vec3d point, Vec3d outward, std::uint32_t& hint) const {
+    const Vec3d normal = normalised(outward);
+    ClosestPoint c = tree_.closest(
+        point,
+        [&](std::uint32_t t) {
+          const double cosine = dot(normals_[t], normal);
+          return normal == Vec3d{} || (facing_ == 0 ? std::abs(cosine) : facing_ * cosine) > 0.2;
+        },
+        hint);
+    if (c.triangle == no_index) c = tree_.closest(point);
+    hint = c.triangle;
+    return c;
+  }
+
+  /// From the body's surface as such, whichever way it faces.
+  double distance(Vec3d point) const { return std::sqrt(tree_.closest(point).squared_distance); }
+
+  BodyPlace place(const ClosestPoint& on) const {
+    const Triangle& t = model_.triangles()[on.triangle];
+    BodyPlace place;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float* rest = &model_.tables().v_template[3 * std::size_t{t[k]}];
+      place.rest += Vec3f{rest[0], rest[1], rest[2]}.as<double>() * on.weights[k];
+    }
+    place.part = parts_[t[static_cast<std::size_t>(std::ranges::max_element(on.weights) - on.weights.begin())]];
+    return place;
+  }
+
+ private:
+  const BodyModel& model_;
+  double facing_;
+  std::vector<Vec3d> body_;
+  TriangleTree tree_;
+  std::vector<Vec3d> normals_;        ///< of the body's triangles, unit
+  std::vector<std::uint32_t> parts_;  ///< [V]
+};
+
+}  // namespace npt::inline NPT_ABI

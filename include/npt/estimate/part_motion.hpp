@@ -1,0 +1,428 @@
+/// How the parts of a body moved, in closed form, from points of a mesh and where on the resting body each was read to
+/// belong: a start for a fit that no local optimum hides behind, and a residual that tells readings right from wrong.
+///   p = size_j R_j q + t_j   for the points p of part j with the places q
+/// 1. The trunk's similarity, then each part's along the kinematic tree, weighted by skin weight and certainty of the
+///    reading, wild points counted out by iterated weights. A part begins where its parent puts the joint between them;
+///    the fewer and the rounder its points, the more of its motion is the parent's.
+/// 2. Points of a limb whose mirrored place explains them, and their own does not, are taken for the other side's:
+///    first by their distance from the joint that the limb hangs on, which no rotation changes; then by the motion.
+/// Shapes    parts, residuals: [24], SMPL's joints; axis angles: [24, 3], relative to the parent
+/// Units     metres, or any for the points: `size` is their unit in the body's
+/// Threads   a template may be shared by threads
+/// Errors    npt::Error for fewer than 20 points, for values that are not finite, and for a body without SMPL's joints
+/// Source    rotations: Horn, 1987, Umeyama, 1991 (nearest_rotation.hpp); weights: Geman and McClure, "Statistical
+///           methods for tomographic image reconstruction", 1987
+#pragma once
+
+#include <npt/base/error.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
+#include <npt/body/body_model.hpp>
+#include <npt/body/skeleton.hpp>
+#include <npt/config.hpp>
+#include <npt/estimate/body_level.hpp>
+#include <npt/mesh/closest_point.hpp>
+#include <npt/solve/nearest_rotation.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+/// A point of a mesh's surface, and where on the resting body it was read to belong.
+struct ReadPoint {
+  Vec3d point;           ///< of the mesh
+  Vec3d normal;          ///< of the mesh, unit, as its triangles turn; (0, 0, 0): unknown
+  Vec3d place;           ///< on the body's mean shape in its rest pose, or near it
+  double spread = 0.05;  ///< b of the Laplace distribution of the place's error, in metres
+};
+
+/// A point of a body's surface: the sum of the vertices `corners` times `weights`.
+struct BodyPoint {
+  Triangle corners{};
+  std::array<double, 3> weights{};
+  Vec3d rest;  ///< where it is on the mean shape in the rest pose
+};
+
+/// The resting body that places are read on. The level must outlive it.
+class ReadTemplate {
+ public:
+  using Skin = std::array<double, smpl_joint_count>;
+
+  ReadTemplate(const BodyModel& model, const BodyLevel& level)
+      : level_(level), tree_(level.rest_points(), level.triangles()), joints_(model.joints({})) {
+    if (model.joint_count() != smpl_joint_count || !std::ranges::equal(model.tables().parents, smpl_parents))
+      throw Error({.file = "body",
+                   .found = std::to_string(model.joint_count()) + " joints",
+                   .expected = "the 24 joints of SMPL's skeleton"});
+    const SparseMatrix& weights = model.tables().weights;
+    for (const std::uint32_t v : level.body().vertices()) {
+      Skin& skin = skins_.emplace_back();
+      for (std::size_t i = weights.start[v]; i < weights.start[v + 1]; ++i)
+        skin[weights.column[i]] = static_cast<double>(weights.value[i]);
+    }
+  }
+
+  /// [24] of the mean shape.
+  std::span<const Vec3d> joints() const noexcept { return joints_; }
+
+  /// The surface's point that is closest to a place.
+  BodyPoint locate(Vec3d place) const {
+    const ClosestPoint c = tree_.closest(place);
+    return {level_.triangles()[c.triangle], c.weights, c.point};
+  }
+
+  /// The point's weights, which sum to 1.
+  Skin skin(const BodyPoint& at) const {
+    Skin sum{};
+    for (std::size_t c = 0; c < 3; ++c)
+      if (at.weights[c] > 0)
+        for (std::size_t j = 0; j < sum.size(); ++j) sum[j] += at.weights[c] * skins_[at.corners[c]][j];
+    return sum;
+  }
+
+ private:
+  const BodyLevel& level_;
+  TriangleTree tree_;
+  std::vector<Vec3d> joints_;
+  std::vector<Skin> skins_;  ///< by vertex of the level
+};
+
+/// Which places are mirrored before the motion is found: candidates beside what was read.
+struct SwappedLimbs {
+  bool arms = false, legs = false;
+};
+
+/// q -> size rotation q + shift
+struct PartTransform {
+  Matrix3 rotation = Matrix3::identity();
+  double size = 1;
+  Vec3d shift;
+
+  Vec3d operator()(Vec3d q) const { return rotation * q * size + shift; }
+};
+
+struct PartMotion {
+  std::array<PartTransform, smpl_joint_count> parts;
+  double size = 1;                                   ///< of the trunk
+  Vec3d translation;                                 ///< as BodyFit's, for a body of the mean shape
+  std::vector<double> axis_angles;                   ///< [24, 3] relative to the parent, as BodyFit's
+  std::array<double, smpl_joint_count> residuals{};  ///< mean distance of a part's points from where they were read, m
+  /// Of all points and joints, in metres of the body, each distance cut off at 0.3 m. Of readings with errors of 5 cm
+  /// and a tenth of the places wild: 0.07 to 0.10, and 0.10 to 0.17 where both legs were taken for each other.
+  double residual = 0;
+  std::vector<BodyPoint> places;  ///< [n] the surface's points that the places were taken for
+  std::vector<double> certainty;  ///< [n] weights of the points
+};
+
+namespace fit::internal {
+
+class PartMotionSolver {
+ public:
+  PartMotionSolver(const ReadTemplate& rest, std::span<const ReadPoint> points, SwappedLimbs swapped)
+      : rest_(rest), points_(points) {
+    if (points.size() < 20)
+      throw Error({.file = "reading", .found = std::to_string(points.size()) + " points", .expected = "at least 20"});
+    for (const ReadPoint& p : points) {
+      if (!is_finite(p.point) || !is_finite(p.place) || !(p.spread >= 0))
+        throw Error({.file = "reading", .found = "a point or place that is not finite", .expected = "finite numbers"});
+      Read& r = reads_.emplace_back();
+      r.own = rest.locate(p.place);
+      r.skin = rest.skin(r.own);
+      r.certainty = 0.05 / std::max(p.spread, 0.01);
+      total_ += r.certainty;
+      r.limb = limb_of(r.skin);
+      if ((r.limb == Limb::arm && swapped.arms) || (r.limb == Limb::leg && swapped.legs)) mirror(r);
+    }
+    unit_ = total_ / 600;
+  }
+
+  PartMotion operator()() {
+    solve_trunk();
+    choose_sides_by_reach();
+    solve_parts();
+    for (int round = 0; round < 2; ++round) {
+      choose_sides_by_residual();
+      solve_parts();
+    }
+    return result();
+  }
+
+ private:
+  enum class Limb { none, arm, leg };
+
+  struct Read {
+    BodyPoint own;
+    ReadTemplate::Skin skin{};
+    double certainty = 1;
+    Limb limb = Limb::none;
+    bool mirrored = false;
+  };
+
+  static double sum_of(const ReadTemplate::Skin& skin, std::initializer_list<SmplJoint> joints) {
+    double sum = 0;
+    for (const SmplJoint j : joints) sum += skin[joint_index(j)];
+    return sum;
+  }
+  static Limb limb_of(const ReadTemplate::Skin& skin) {
+    using enum SmplJoint;
+    if (sum_of(skin, {left_shoulder, right_shoulder, left_elbow, right_elbow, left_wrist, right_wrist, left_hand,
+                      right_hand}) > 0.5)
+      return Limb::arm;
+    if (sum_of(skin, {left_hip, right_hip, left_knee, right_knee, left_ankle, right_ankle, left_foot, right_foot}) >
+        0.5)
+      return Limb::leg;
+    return Limb::none;
+  }
+  static bool in_trunk(std::size_t j) {
+    using enum SmplJoint;
+    switch (static_cast<SmplJoint>(j)) {
+      case pelvis:
+      case spine1:
+      case spine2:
+      case spine3:
+      case left_collar:
+      case right_collar:
+        return true;
+      default:
+        return false;
+    }
+  }
+  /// Parts that are too small or too round to be asked alone.
+  static bool is_small(std::size_t j) {
+    using enum SmplJoint;
+    switch (static_cast<SmplJoint>(j)) {
+      case left_collar:
+      case right_collar:
+      case left_hand:
+      case right_hand:
+      case left_foot:
+      case right_foot:
+      case spine1:
+      case spine2:
+      case spine3:
+      case neck:
+        return true;
+      default:
+        return false;
+    }
+  }
+
+  /// The place with x negated, and the joints' weights exchanged.
+  void mirror(Read& r) const {
+    Vec3d place = r.own.rest;
+    place.x = -place.x;
+    r.own = rest_.locate(place);
+    ReadTemplate::Skin skin;
+    for (std::size_t j = 0; j < skin.size(); ++j) skin[smpl_mirrored_joints[j]] = r.skin[j];
+    r.skin = skin;
+    r.mirrored = !r.mirrored;
+  }
+
+  static double robust(double squared, double scale) {
+    const double share = scale * scale / (scale * scale + squared);
+    return share * share;
+  }
+
+  /// What a part is held by besides its points.
+  struct Hold {
+    PartTransform from;       ///< the parent's, or the trunk's
+    Vec3d joint;              ///< of the rest pose
+    double joint_weight = 0;  ///< how firmly the joint stays where `from` puts it
+    double stiffness = 0;     ///< how firmly the rotation and the size stay, in weighted square metres
+  };
+
+  /// Weighted Procrustes with weights iterated from `scales`; share(i) is a point's part in it.
+  template <class Share>
+  PartTransform solve(const Hold& hold, std::initializer_list<double> scales, bool by_reach, const Share& share) const {
+    PartTransform part = hold.from;
+    const Vec3d joint = hold.from(hold.joint);
+    bool first = true;
+    for (const double scale : scales) {
+      double total = hold.joint_weight;
+      Vec3d p_centre = joint * hold.joint_weight, q_centre = hold.joint * hold.joint_weight;
+      weights_.assign(reads_.size(), 0.0);
+      for (std::size_t i = 0; i < reads_.size(); ++i) {
+        double w = share(i);
+        if (w < 0.02) continue;
+        const Vec3d p = points_[i].point, q = reads_[i].own.rest;
+        w *= reads_[i].certainty;
+        if (!first) {
+          const Vec3d d = (part(q) - p) / part.size;
+          w *= robust(dot(d, d), scale);
+        } else if (by_reach) {
+          const double off = length(p - joint) / hold.from.size - length(q - hold.joint);
+          w *= robust(off * off, scale);
+        }
+        weights_[i] = w;
+        total += w;
+        p_centre += p * w;
+        q_centre += q * w;
+      }
+      first = false;
+      if (!(total > 0)) return part;
+      p_centre = p_centre / total;
+      q_centre = q_centre / total;
+      const Matrix3 hold_columns = hold.from.rotation.transposed() * (hold.stiffness * hold.from.size);
+      std::array<Vec3d, 3> columns = hold_columns.rows;
+      double p_squares = 3 * hold.stiffness * hold.from.size * hold.from.size;
+      const auto add = [&](Vec3d p, Vec3d q, double w) {
+        const Vec3d a = (q - q_centre) * w, b = p - p_centre;
+        columns[0] += b * a.x, columns[1] += b * a.y, columns[2] += b * a.z;
+        p_squares += w * dot(b, b);
+      };
+      if (hold.joint_weight > 0) add(joint, hold.joint, hold.joint_weight);
+      for (std::size_t i = 0; i < reads_.size(); ++i)
+        if (weights_[i] > 0) add(points_[i].point, reads_[i].own.rest, weights_[i]);
+      const std::array<Vec3d, 3> rotation = nearest_rotation(columns).columns();
+      part.rotation = Matrix3::from_columns(rotation[0], rotation[1], rotation[2]);
+      // The noise is in the places: the regression of places on points has the slope 1 / size.
+      double crossed = 0;
+      for (std::size_t c = 0; c < 3; ++c) crossed += dot(columns[c], rotation[c]);
+      if (crossed > 0) part.size = std::clamp(p_squares / crossed, 0.6 * hold.from.size, 1.6 * hold.from.size);
+      part.shift = p_centre - part.rotation * q_centre * part.size;
+    }
+    return part;
+  }
+
+  void solve_trunk() {
+    const auto share = [this](std::size_t i) {
+      double sum = 0;
+      for (std::size_t j = 0; j < smpl_joint_count; ++j)
+        if (in_trunk(j)) sum += reads_[i].skin[j];
+      return sum;
+    };
+    // The overall size as a start, from how far the points are from their mean; a bent body is smaller.
+    Vec3d p_mean, q_mean;
+    for (std::size_t i = 0; i < reads_.size(); ++i) {
+      p_mean += points_[i].point / static_cast<double>(reads_.size());
+      q_mean += reads_[i].own.rest / static_cast<double>(reads_.size());
+    }
+    double p_squares = 0, q_squares = 0;
+    for (std::size_t i = 0; i < reads_.size(); ++i) {
+      p_squares += dot(points_[i].point - p_mean, points_[i].point - p_mean);
+      q_squares += dot(reads_[i].own.rest - q_mean, reads_[i].own.rest - q_mean);
+    }
+    Hold hold;
+    hold.from.size = q_squares > 0 && p_squares > 0 ? std::sqrt(p_squares / q_squares) : 1;
+    hold.from.shift = p_mean - q_mean * hold.from.size;
+    trunk_ = solve(hold, {1.0, 0.3, 0.2, 0.12, 0.1, 0.1}, false, share);
+    parts_.fill(trunk_);
+  }
+
+  void solve_parts() {
+    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+      Hold hold;
+      hold.joint = rest_.joints()[j];
+      if (j == 0) {
+        hold.from = trunk_;
+        hold.stiffness = 0.1 * unit_;
+      } else {
+        hold.from = parts_[static_cast<std::size_t>(smpl_parents[j])];
+        hold.joint_weight = 8 * unit_;
+        hold.stiffness = (is_small(j) ? 0.1 : 0.02) * unit_;
+      }
+      parts_[j] =
+          solve(hold, {0.15, 0.3, 0.15, 0.1, 0.1}, j > 0, [this, j](std::size_t i) { return reads_[i].skin[j]; });
+    }
+  }
+
+  Vec3d predicted(const Read& r) const {
+    Vec3d sum;
+    for (std::size_t j = 0; j < smpl_joint_count; ++j)
+      if (r.skin[j] > 0) sum += parts_[j](r.own.rest) * r.skin[j];
+    return sum;
+  }
+
+  void choose_sides_by_reach() {
+    using enum SmplJoint;
+    for (std::size_t i = 0; i < reads_.size(); ++i) {
+      Read& r = reads_[i];
+      if (r.limb == Limb::none) continue;
+      const bool arm = r.limb == Limb::arm, left = r.own.rest.x > 0;
+      const std::size_t own = joint_index(arm ? left ? left_shoulder : right_shoulder : left ? left_hip : right_hip);
+      const std::size_t other = smpl_mirrored_joints[own];
+      const double radius = length(r.own.rest - rest_.joints()[own]) * trunk_.size;
+      const double excess = length(points_[i].point - trunk_(rest_.joints()[own])) - radius;
+      const double mirrored = length(points_[i].point - trunk_(rest_.joints()[other])) - radius;
+      if (excess > 0.12 * trunk_.size && mirrored < 0.05 * trunk_.size) mirror(r);
+    }
+  }
+
+  void choose_sides_by_residual() {
+    for (std::size_t i = 0; i < reads_.size(); ++i) {
+      Read& r = reads_[i];
+      if (r.limb == Limb::none) continue;
+      const double own = length(predicted(r) - points_[i].point) / trunk_.size;
+      if (own < 0.12) continue;
+      Read other = r;
+      mirror(other);
+      if (length(predicted(other) - points_[i].point) / trunk_.size < 0.5 * own) r = other;
+    }
+  }
+
+  PartMotion result() const {
+    PartMotion m;
+    m.parts = parts_;
+    m.size = trunk_.size;
+    m.axis_angles.resize(3 * smpl_joint_count);
+    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+      Matrix3 relative = parts_[j].rotation;
+      if (j > 0) relative = parts_[static_cast<std::size_t>(smpl_parents[j])].rotation.transposed() * relative;
+      const Vec3d a = axis_angle(relative);
+      m.axis_angles[3 * j] = a.x, m.axis_angles[3 * j + 1] = a.y, m.axis_angles[3 * j + 2] = a.z;
+    }
+    m.translation = parts_[0](rest_.joints()[0]) - rest_.joints()[0];
+    std::array<double, smpl_joint_count> share{};
+    double all = 0;
+    for (std::size_t i = 0; i < reads_.size(); ++i) {
+      const Read& r = reads_[i];
+      const double off = std::min(length(predicted(r) - points_[i].point) / trunk_.size, cut_off);
+      // A place that had to be mirrored was read wrong.
+      all += r.certainty * (r.mirrored ? std::max(off, 0.1) : off);
+      for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+        m.residuals[j] += r.certainty * r.skin[j] * off;
+        share[j] += r.certainty * r.skin[j];
+      }
+      m.places.push_back(r.own);
+      m.certainty.push_back(r.certainty);
+    }
+    double gaps = 0;
+    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+      if (share[j] > 0) m.residuals[j] /= share[j];
+      if (j == 0) continue;
+      const Vec3d joint = rest_.joints()[j];
+      const Vec3d gap = parts_[j](joint) - parts_[static_cast<std::size_t>(smpl_parents[j])](joint);
+      gaps += std::min(length(gap) / trunk_.size, cut_off) / static_cast<double>(smpl_joint_count - 1);
+    }
+    m.residual = all / total_ + 0.5 * gaps;
+    return m;
+  }
+
+  static constexpr double cut_off = 0.3;
+
+  const ReadTemplate& rest_;
+  std::span<const ReadPoint> points_;
+  std::vector<Read> reads_;
+  double total_ = 0, unit_ = 1;
+  PartTransform trunk_;
+  std::array<PartTransform, smpl_joint_count> parts_;
+  mutable std::vector<double> weights_;
+};
+
+}  // namespace fit::internal
+
+/// The motion of a body's parts from read points.
+inline PartMotion part_motion(const ReadTemplate& rest, std::span<const ReadPoint> points, SwappedLimbs swapped = {}) {
+  return fit::internal::PartMotionSolver(rest, points, swapped)();
+}
+
+}  // namespace npt::inline NPT_ABI

@@ -1,0 +1,154 @@
+/// Reads meshes: for points of a surface, where on the resting template body each belongs (canonical coordinates).
+/// What a network says of one direction of view errs between left and right, front and back; so it reads the points
+/// turned in several directions about the vertical axis. Each reading stands by itself; their median is one more, and
+/// how much they differ says how sure a point is.
+///   const auto reader = npt::Reader::open("reader.safetensors");
+///   std::vector<npt::Reading> readings = reader.read(samples);
+/// Shapes    samples: [n] points with normals, drawn by area (estimate/fit_surface.hpp), 1000 to 2000 of them; any place,
+///           any unit
+/// Threads   all members are const and may be called by any number of threads at a time
+/// Numerics  the same bits for any number of threads
+/// Errors    npt::Error for weights of another network, no points, points in one place or not finite
+#pragma once
+
+#include <npt/base/default_executor.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/sort.hpp>
+#include <npt/base/vec3.hpp>
+#include <npt/body/kinematics.hpp>
+#include <npt/config.hpp>
+#include <npt/estimate/fit_surface.hpp>
+#include <npt/estimate/reading_fit.hpp>
+#include <npt/estimate/reading_frame.hpp>
+#include <npt/io/safetensors.hpp>
+#include <npt/nets/reader_net.hpp>
+#include <npt/nn/engine/engine.hpp>
+#include <npt/nn/engine/model.hpp>
+#include <npt/nn/weights/weights_file.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <numbers>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+struct ReaderOptions {
+  int turns = 8;                          ///< directions about the vertical axis in which a mesh is read
+  Matrix3 upright = Matrix3::identity();  ///< turns the mesh first: for meshes whose vertical axis isn't y
+};
+
+template <class Exec = DefaultExecutor>
+class BasicReader {
+ public:
+  using Network = ReaderNet<>;
+
+  static BasicReader open(const std::filesystem::path& weights, int threads = 0) {
+    return BasicReader(SafetensorsFile::read(weights), Exec(threads));
+  }
+  BasicReader(const SafetensorsFile& file, Exec executor)
+      : engine_(loaded(file), std::move(executor)), tells_people_(file.find_metadata("tells_people") != nullptr) {}
+  BasicReader(const Model<Network>& model, Exec executor) : engine_(model, std::move(executor)) {}
+
+  /// The median of all readings, and then each of them: turns + 1 readings, or one for a single turn.
+  std::vector<Reading> read(std::span<const FitSurface::Sample> samples, const ReaderOptions& options = {}) const {
+    const std::vector<std::vector<Vec3f>> places = places_of(samples, options);
+    std::vector<Reading> readings;
+    if (places.size() > 1) readings.push_back(median_of(samples, places));
+    for (const std::vector<Vec3f>& own : places) {
+      Reading& reading = readings.emplace_back();
+      for (std::size_t i = 0; i < samples.size(); ++i) {
+        const double spread = places.size() > 1 ? readings.front()[i].spread : usual_spread;
+        reading.push_back({samples[i].point, samples[i].normal, own[i].as<double>(), spread});
+      }
+    }
+    return readings;
+  }
+
+  const Engine<Network, float, Exec>& engine() const noexcept { return engine_; }
+  /// Whether it was trained to tell people from other things (metadata "tells_people"), whose points it then reads to
+  /// belong far from any body (lab/reading_sampler.hpp).
+  bool tells_people() const noexcept { return tells_people_; }
+
+ private:
+  /// Metres; of places in bodies that no training had.
+  static constexpr double usual_spread = 0.05;
+
+  static Model<Network> loaded(const SafetensorsFile& file) {
+    Model<Network> model;
+    load(model, file);
+    return model;
+  }
+
+  /// [turns][n] in metres.
+  std::vector<std::vector<Vec3f>> places_of(std::span<const FitSurface::Sample> samples,
+                                            const ReaderOptions& options) const {
+    if (samples.empty()) throw Error({.file = "reading", .found = "no points", .expected = "points of a surface"});
+    if (options.turns < 1)
+      throw Error({.file = "turns", .found = std::to_string(options.turns), .expected = "at least 1"});
+    const ReadingFrame frame = reading_frame(samples.size(), [samples](std::size_t i) { return samples[i].point; });
+    if (!std::isfinite(frame.scale))
+      throw Error(
+          {.file = "reading", .found = "points in one place, or not finite", .expected = "points of a surface"});
+    // The sum is three times the volume of a closed surface, negative where its faces are turned inwards.
+    double volume = 0;
+    for (const auto& s : samples) volume += dot(frame(s.point), s.normal);
+    const double outward = volume < 0 ? -1 : 1;
+    const auto turns = static_cast<std::size_t>(options.turns);
+    std::vector<std::vector<float>> points(turns), normals(turns), results(turns);
+    std::vector<TransferPair<float>> pairs;
+    for (std::size_t t = 0; t < turns; ++t) {
+      const double angle = 2 * std::numbers::pi * static_cast<double>(t) / static_cast<double>(turns);
+      const Matrix3 turn = rotation_matrix({0, angle, 0}) * options.upright;
+      for (const auto& s : samples) {
+        const Vec3f p = (turn * frame(s.point)).template as<float>();
+        const Vec3f q = (turn * s.normal * outward).template as<float>();
+        points[t].insert(points[t].end(), {p.x, p.y, p.z});
+        normals[t].insert(normals[t].end(), {q.x, q.y, q.z});
+      }
+      results[t].resize(points[t].size());
+      pairs.push_back({.pose = points[t], .identity = normals[t], .result = results[t]});
+    }
+    engine_.run(pairs);
+    std::vector<std::vector<Vec3f>> places(turns);
+    for (std::size_t t = 0; t < turns; ++t)
+      for (std::size_t i = 0; i < results[t].size(); i += 3)
+        places[t].push_back(Vec3f{results[t][i], results[t][i + 1], results[t][i + 2]} * 2.0F);
+    return places;
+  }
+
+  /// For each point the reading with the least sum of distances from the others, and half the median distance from it
+  /// (at least 1 cm) for its spread.
+  static Reading median_of(std::span<const FitSurface::Sample> samples, const std::vector<std::vector<Vec3f>>& places) {
+    Reading reading;
+    std::vector<float> distances;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      std::size_t best = 0;
+      float least = 0;
+      for (std::size_t a = 0; a < places.size(); ++a) {
+        float sum = 0;
+        for (const auto& other : places) sum += length(places[a][i] - other[i]);
+        if (a == 0 || sum < least) best = a, least = sum;
+      }
+      distances.clear();
+      for (const auto& other : places) distances.push_back(length(places[best][i] - other[i]));
+      const double spread = std::max(0.01, static_cast<double>(median(std::span(distances))));
+      reading.push_back({samples[i].point, samples[i].normal, places[best][i].as<double>(), spread});
+    }
+    return reading;
+  }
+
+  Engine<Network, float, Exec> engine_;
+  bool tells_people_ = false;
+};
+
+using Reader = BasicReader<>;
+
+}  // namespace npt::inline NPT_ABI

@@ -1,0 +1,141 @@
+#include <doctest/doctest.h>
+
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
+#include <npt/body/kinematics.hpp>
+#include <npt/body/skeleton.hpp>
+#include <npt/estimate/fit_bias.hpp>
+#include <npt/io/safetensors.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using npt::joint_index;
+using npt::SmplJoint;
+
+constexpr std::size_t columns = npt::FitBias::columns, rows = npt::FitBias::rows;
+
+/// A mesh in which a body lies with these angles, at the distance of another model's.
+npt::BodyReading reading_of(std::uint64_t seed, double distance = 0.006) {
+  npt::Random random(seed);
+  npt::BodyReading reading;
+  reading.fit.relative_distance = distance;
+  for (std::size_t i = 0; i < rows; ++i)
+    reading.fit.body.axis_angles.push_back(static_cast<float>(0.4 * random.normal()));
+  for (std::size_t i = 0; i < npt::FitBias::shape_count; ++i)
+    reading.fit.body.betas.push_back(static_cast<float>(random.normal()));
+  return reading;
+}
+
+double angle(const npt::BodyReading& reading, SmplJoint joint, std::size_t axis) {
+  return static_cast<double>(reading.fit.body.axis_angles[3 * joint_index(joint) + axis]);
+}
+
+/// [24] in space.
+std::array<npt::Matrix3, npt::smpl_joint_count> in_space(const std::vector<float>& angles) {
+  npt::BodyReading reading;
+  reading.fit.body.axis_angles = angles;
+  std::array<npt::Matrix3, npt::smpl_joint_count> all;
+  for (std::size_t j = 0; j < all.size(); ++j) {
+    const int parent = npt::smpl_parents[j];
+    all[j] = parent < 0 ? reading.joint_rotation(j) : all[static_cast<std::size_t>(parent)] * reading.joint_rotation(j);
+  }
+  return all;
+}
+
+double difference(const npt::Matrix3& a, const npt::Matrix3& b) { return std::sqrt((a - b).squared_norm()); }
+
+/// The pelvis turns about its own y axis by `factor` times an input.
+npt::FitBias pelvis_with(std::size_t input, float factor) {
+  std::vector<float> b(rows * columns);
+  b[(3 * joint_index(SmplJoint::pelvis) + 1) * columns + input] = factor;
+  return npt::FitBias(b);
+}
+/// The same with the left hip's angle about x.
+npt::FitBias pelvis_with_hip(float factor) { return pelvis_with(3 * (joint_index(SmplJoint::left_hip) - 1), factor); }
+
+npt::FileTensor tensor_of(const std::vector<float>& values, npt::TensorShape shape) {
+  return {.name = npt::FitBias::tensor, .shape = std::move(shape), .bytes = std::as_bytes(std::span(values))};
+}
+
+}  // namespace
+
+TEST_CASE("a joint turns in its own frame by what both poses' angles say, the others keep theirs in space") {
+  const npt::BodyReading identity = reading_of(1), pose = reading_of(2);
+  const auto before = in_space(pose.fit.body.axis_angles);
+  const auto after = in_space(pelvis_with_hip(0.2F).angles(identity, pose));
+  const double turn = 0.2 * (angle(pose, SmplJoint::left_hip, 0) - angle(identity, SmplJoint::left_hip, 0));
+  REQUIRE(std::abs(turn) > 0.01);
+  CHECK(difference(after[0], before[0] * npt::rotation_matrix({0, turn, 0})) < 1e-6);
+  for (std::size_t j = 1; j < npt::smpl_joint_count; ++j) CHECK(difference(after[j], before[j]) < 1e-6);
+}
+
+TEST_CASE("a build's posture is taken out, and stays between meshes of one build") {
+  npt::BodyReading identity = reading_of(1), pose = reading_of(2);
+  constexpr std::size_t shape = 12;
+  const npt::FitBias bias = pelvis_with(npt::FitBias::angle_count + shape, 0.05F);
+  const double turn =
+      0.05 * (static_cast<double>(pose.fit.body.betas[shape]) - static_cast<double>(identity.fit.body.betas[shape]));
+  REQUIRE(std::abs(turn) > 0.01);
+  const npt::Matrix3 before = pose.joint_rotation(0);
+  CHECK(difference(in_space(bias.angles(identity, pose))[0], before * npt::rotation_matrix({0, turn, 0})) < 1e-6);
+  identity.fit.body.betas = pose.fit.body.betas;
+  CHECK(difference(in_space(bias.angles(identity, pose))[0], before) < 1e-6);
+}
+
+TEST_CASE("between equal poses nothing changes, and no turn is greater than 0.35 of a radian") {
+  const npt::BodyReading identity = reading_of(1), pose = reading_of(2);
+  const npt::FitBias bias = pelvis_with_hip(100);
+  CHECK(difference(in_space(bias.angles(pose, pose))[0], pose.joint_rotation(0)) < 1e-6);
+  const npt::Matrix3 turned = bias.correction(pose)[0];
+  CHECK(difference(turned, npt::rotation_matrix({0, std::copysign(0.35, angle(pose, SmplJoint::left_hip, 0)), 0})) <
+        1e-9);
+}
+
+TEST_CASE("it counts where both keep a distance from the body as people of other models do") {
+  const npt::BodyReading person = reading_of(1), mannequin = reading_of(2, 0.001), stylised = reading_of(2, 0.011);
+  CHECK(npt::FitBias::share(person, person) == 1);
+  for (const npt::BodyReading* other : {&mannequin, &stylised}) {
+    CHECK(npt::FitBias::share(person, *other) == 0);
+    CHECK(npt::FitBias::share(*other, person) == 0);
+    CHECK(pelvis_with_hip(1).angles(person, *other) == other->fit.body.axis_angles);
+    CHECK(pelvis_with_hip(1).angles(*other, person) == person.fit.body.axis_angles);
+  }
+}
+
+TEST_CASE("a file without the numbers, with others or with broken ones is refused") {
+  const auto opened = [](const npt::FileTensor& tensor) {
+    const std::filesystem::path path = std::filesystem::temp_directory_path() / "npt_test_fit_bias.safetensors";
+    npt::write_safetensors(path, std::vector{tensor});
+    const npt::SafetensorsFile file = npt::SafetensorsFile::read(path);
+    std::filesystem::remove(path);
+    return npt::FitBias(file);
+  };
+  std::vector<float> values(rows * columns, 0.01F);
+  CHECK_NOTHROW(opened(tensor_of(values, npt::FitBias::shape())));
+  CHECK_THROWS_WITH_AS(opened(tensor_of(values, {24, 3, 5, 19})),
+                       doctest::Contains("found [24, 3, 5, 19], expected [24, 3, 95]"), npt::Error);
+  npt::FileTensor other = tensor_of(values, npt::FitBias::shape());
+  other.name = "another";
+  CHECK_THROWS_WITH_AS(opened(other), doctest::Contains("no tensor 'joints'"), npt::Error);
+  values[5] = std::numeric_limits<float>::quiet_NaN();
+  CHECK_THROWS_WITH_AS(opened(tensor_of(values, npt::FitBias::shape())), doctest::Contains("NaN"), npt::Error);
+}
+
+TEST_CASE("the shipped reader's file holds it, and it leaves the mannequin alone") {
+  const npt::SafetensorsFile shipped =
+      npt::SafetensorsFile::read(std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/readers/human.safetensors");
+  const npt::FitBias bias(shipped.part("fit_bias/"));
+  const npt::BodyReading person = reading_of(3), same = reading_of(4);
+  CHECK(bias.angles(person, same) != same.fit.body.axis_angles);
+  CHECK(bias.angles(reading_of(3, 0.001), reading_of(4, 0.001)) == same.fit.body.axis_angles);
+}
