@@ -4,7 +4,7 @@
 #include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/skeleton/body_transfer.hpp>
-#include <npt/skeleton/bound_character.hpp>
+#include <npt/skin/bound_character.hpp>
 
 #include <algorithm>
 #include <array>

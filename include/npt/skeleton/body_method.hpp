@@ -15,8 +15,8 @@
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/skeleton/body_transfer.hpp>
-#include <npt/skeleton/bound_character.hpp>
 #include <npt/skeleton/second_opinion.hpp>
+#include <npt/skin/bound_character.hpp>
 #endif
 
 #include <filesystem>

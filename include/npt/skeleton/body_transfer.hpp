@@ -26,8 +26,8 @@
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/scene/affine.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
-#include <npt/skeleton/body_weights.hpp>
-#include <npt/skeleton/bound_character.hpp>
+#include <npt/skin/body_weights.hpp>
+#include <npt/skin/bound_character.hpp>
 #include <npt/transfer/body_method.hpp>
 
 #include <algorithm>

@@ -34,8 +34,8 @@
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
 #include <npt/nn/weights/weights_file.hpp>
-#include <npt/skeleton/bound_character.hpp>
-#include <npt/skeleton/skeleton_pose.hpp>
+#include <npt/skin/bound_character.hpp>
+#include <npt/skin/skeleton_pose.hpp>
 #include <npt/solve/normal_equations.hpp>
 
 #include <algorithm>

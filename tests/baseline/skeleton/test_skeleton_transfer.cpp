@@ -6,7 +6,7 @@
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/lab/body_pairs.hpp>
 #include <npt/mesh/metrics.hpp>
-#include <npt/skeleton/skeleton_pose.hpp>
+#include <npt/skin/skeleton_pose.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -21,7 +21,7 @@
 #include <npt/mesh/piece_links.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/weld.hpp>
-#include <npt/skeleton/skeleton_pose.hpp>
+#include <npt/skin/skeleton_pose.hpp>
 #include <npt/solve/sparse_cholesky.hpp>
 
 #include <algorithm>

@@ -25,7 +25,7 @@
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
-#include <npt/skeleton/skeleton_pose.hpp>
+#include <npt/skin/skeleton_pose.hpp>
 
 #include <cstddef>
 #include <memory>

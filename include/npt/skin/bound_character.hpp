@@ -13,7 +13,7 @@
 #include <npt/estimate/body_reading.hpp>
 #include <npt/estimate/finger_fit.hpp>
 #include <npt/estimate/fitted_body.hpp>
-#include <npt/skeleton/skeleton_pose.hpp>
+#include <npt/skin/skeleton_pose.hpp>
 
 #include <array>
 #include <cstddef>

@@ -30,9 +30,9 @@
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/union_find.hpp>
 #include <npt/mesh/weld.hpp>
-#include <npt/skeleton/accessories.hpp>
-#include <npt/skeleton/hand_skin.hpp>
-#include <npt/skeleton/held_things.hpp>
+#include <npt/skin/accessories.hpp>
+#include <npt/skin/hand_skin.hpp>
+#include <npt/skin/held_things.hpp>
 
 #include <algorithm>
 #include <array>

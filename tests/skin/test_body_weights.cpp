@@ -3,8 +3,8 @@
 #include <npt/base/random.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/skeleton/body_weights.hpp>
-#include <npt/skeleton/skeleton_pose.hpp>
+#include <npt/skin/body_weights.hpp>
+#include <npt/skin/skeleton_pose.hpp>
 
 #include <algorithm>
 #include <array>

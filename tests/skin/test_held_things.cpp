@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/skeleton/held_things.hpp>
+#include <npt/skin/held_things.hpp>
 
 #include <array>
 #include <cstddef>
@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "skeleton/boxes.hpp"
+#include "skin/boxes.hpp"
 
 namespace {
 

@@ -4,8 +4,8 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
-#include <npt/skeleton/body_weights.hpp>
-#include <npt/skeleton/hand_skin.hpp>
+#include <npt/skin/body_weights.hpp>
+#include <npt/skin/hand_skin.hpp>
 
 #include <algorithm>
 #include <array>

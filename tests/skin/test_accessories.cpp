@@ -1,12 +1,12 @@
 #include <doctest/doctest.h>
 
-#include <npt/skeleton/accessories.hpp>
+#include <npt/skin/accessories.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "skeleton/boxes.hpp"
+#include "skin/boxes.hpp"
 
 namespace {
 
