@@ -6,7 +6,7 @@
 #include <npt/transfer/notes.hpp>
 #include <npt/transfer/pose_sequence.hpp>
 #if __has_include(<Eigen/SparseCholesky>)
-#include <npt/skeleton/body_method.hpp>
+#include <npt/transfer/body_method.hpp>
 #include <npt/transfer/detail_refiner.hpp>
 #endif
 

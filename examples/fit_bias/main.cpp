@@ -16,8 +16,8 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/estimate/fit_bias.hpp>
 #include <npt/io/safetensors.hpp>
-#include <npt/skeleton/body_transfer.hpp>
 #include <npt/solve/dense_cholesky.hpp>
+#include <npt/transfer/body_transfer.hpp>
 
 #include <CLI/CLI.hpp>
 

@@ -7,7 +7,7 @@
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/transfer/body_method.hpp>
+#include <npt/transfer/body_interface.hpp>
 #include <npt/transfer/pose_sequence.hpp>
 #include <npt/transfer/prepared.hpp>
 

@@ -23,7 +23,7 @@
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
-#include <npt/skeleton/body_method.hpp>
+#include <npt/transfer/body_method.hpp>
 
 #include <algorithm>
 #include <array>

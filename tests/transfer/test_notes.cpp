@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/error.hpp>
-#include <npt/transfer/body_method.hpp>
+#include <npt/transfer/body_interface.hpp>
 #include <npt/transfer/notes.hpp>
 
 #include <string>

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <npt/body/body_model.hpp>
-#include <npt/transfer/body_method.hpp>
+#include <npt/transfer/body_interface.hpp>
 
 #include <vector>
 

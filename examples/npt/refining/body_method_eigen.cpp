@@ -1,7 +1,7 @@
 #include <refining/body_method.hpp>
 
 #include <npt/baseline/fit/canonical_coordinates.hpp>
-#include <npt/skeleton/body_method.hpp>
+#include <npt/transfer/body_method.hpp>
 
 namespace refining {
 

@@ -21,7 +21,7 @@
 #include <npt/npt.hpp>
 #include <npt/scene/animate.hpp>
 #include <npt/scene/pose.hpp>
-#include <npt/skeleton/body_method.hpp>
+#include <npt/transfer/body_method.hpp>
 #include <npt/transfer/detail_refiner.hpp>
 #include <npt/transfer/pose_sequence.hpp>
 #include <npt/transfer/root_way.hpp>

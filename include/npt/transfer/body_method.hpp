@@ -1,92 +1,119 @@
-/// What a transfer knows of the way through bodies: both meshes are read as people, a body is fitted to each, and the
-/// identity takes the other's joint angles. Its parts (reader, fit, skinning) take 2 s to parse and stay out of this
-/// header; <npt/skeleton/body_method.hpp> has npt::body_method.
+/// The way through bodies for npt::PoseTransfer: TransferOptions{.body = npt::body_method}.
+/// Programs that link the library's prebuilt units (NPT_PREBUILT, config.hpp) only see its declaration.
 #pragma once
 
-#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/confidence.hpp>
+#include <npt/transfer/body_interface.hpp>
+
+#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#include <npt/base/default_executor.hpp>
+#include <npt/base/executor.hpp>
+#include <npt/estimate/body_reading.hpp>
+#include <npt/estimate/fit_bias.hpp>
+#include <npt/estimate/reader.hpp>
+#include <npt/estimate/rest_posture.hpp>
+#include <npt/io/safetensors.hpp>
 #include <npt/mesh/mesh_view.hpp>
-#include <npt/scene/affine.hpp>
-#include <npt/scene/skinned_skeleton.hpp>
+#include <npt/skin/bound_character.hpp>
+#include <npt/transfer/body_transfer.hpp>
+#include <npt/transfer/second_opinion.hpp>
+#endif
 
 #include <filesystem>
 #include <memory>
 #include <span>
-#include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
 
-/// How a transfer is made.
-enum class Method {
-  automatic,  ///< through bodies where both meshes read as people, else by the pose transfer network
-  body,       ///< through bodies, whatever the meshes are
-  network     ///< by the pose transfer network
-};
+#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
 
-/// A mesh as a body method read it: how a body lies in it. Made for one method, read by it alone.
-class BodyRead {
+namespace skeleton::internal {
+
+class ReadBody final : public BodyRead {
  public:
-  BodyRead() = default;
-  BodyRead(const BodyRead&) = delete;
-  BodyRead& operator=(const BodyRead&) = delete;
-  virtual ~BodyRead() = default;
-
-  double trust = 0;   ///< 0 to 1
-  std::string notes;  ///< what the user should know: "lies, or its vertical axis is z"
+  explicit ReadBody(BodyReading body) : reading(std::move(body)) {
+    trust = reading.trust();
+    notes = reading.notes();
+  }
+  BodyReading reading;
 };
 
-/// The joint angles that a mesh was read in.
-struct ReadJoints {
-  std::vector<float> axis_angles;  ///< [J, 3], radians
-  Vec3d root;                      ///< where the root joint is, in the mesh's unit and place
-  double leg = 0;                  ///< from the hip over the knee to the ankle, in the mesh's unit; of both the mean
-};
-
-/// An identity bound to its body.
-class BodyBinding {
+class BoundBody final : public BodyBinding {
  public:
-  BodyBinding() = default;
-  BodyBinding(const BodyBinding&) = delete;
-  BodyBinding& operator=(const BodyBinding&) = delete;
-  virtual ~BodyBinding() = default;
+  explicit BoundBody(BoundCharacter bound) : character(std::move(bound)) {}
+  BoundCharacter character;
 };
 
-/// Threads   all members may be called by any number of threads at a time
-/// Errors    npt::Error for meshes without a triangle that has an area, and for coordinates that are not finite
-class BodyMethod {
+class TransferByBodies final : public BodyMethod {
  public:
-  BodyMethod() = default;
-  BodyMethod(const BodyMethod&) = delete;
-  BodyMethod& operator=(const BodyMethod&) = delete;
-  virtual ~BodyMethod() = default;
+  TransferByBodies(const SafetensorsFile& reader, int threads) : transfer_(Reader(reader, DefaultExecutor(threads))) {
+    if (const SafetensorsFile bias = reader.part("fit_bias/"); !bias.tensors().empty())
+      bias_ = std::make_unique<const FitBias>(bias);
+    const SafetensorsFile network = reader.part("second_opinion/");
+    if (!network.tensors().empty()) opinion_ = std::make_unique<const SecondOpinion>(network, DefaultExecutor(1));
+  }
 
-  virtual std::shared_ptr<const BodyRead> read(const MeshView& mesh) const = 0;
-  /// The next frame of a sequence, from the last one's reading.
-  virtual std::shared_ptr<const BodyRead> follow(const MeshView& frame, const BodyRead& last) const = 0;
-  virtual std::shared_ptr<const BodyBinding> bind(const MeshView& identity, const BodyRead& read) const = 0;
-  /// The identity's vertices with the pose's joint angles, in its own unit and place. result: [V, 3]
-  virtual void pose(const BodyBinding& identity, const BodyRead& pose, std::span<float> result) const = 0;
+  std::shared_ptr<const BodyRead> read(const MeshView& mesh) const override {
+    return std::make_shared<const ReadBody>(transfer_.read(mesh));
+  }
+  std::shared_ptr<const BodyRead> follow(const MeshView& frame, const BodyRead& last) const override {
+    return std::make_shared<const ReadBody>(transfer_.follow(frame, static_cast<const ReadBody&>(last).reading));
+  }
+  std::shared_ptr<const BodyBinding> bind(const MeshView& identity, const BodyRead& read) const override {
+    return std::make_shared<const BoundBody>(transfer_.bind(identity, static_cast<const ReadBody&>(read).reading));
+  }
+  void pose(const BodyBinding& identity, const BodyRead& pose, std::span<float> result) const override {
+    transfer_.pose(static_cast<const BoundBody&>(identity).character, angles(identity, pose), result);
+  }
+  ReadJoints joints(const BodyRead& read) const override {
+    return transfer_.joints(static_cast<const ReadBody&>(read).reading);
+  }
+  SkinnedSkeleton skeleton(const BodyBinding& identity) const override {
+    return transfer_.skeleton(static_cast<const BoundBody&>(identity).character);
+  }
+  std::vector<Affine> motions(const BodyBinding& identity, const BodyRead& pose) const override {
+    return transfer_.motions(static_cast<const BoundBody&>(identity).character, angles(identity, pose));
+  }
 
-  virtual ReadJoints joints(const BodyRead& read) const = 0;
-  /// The identity's skeleton and skin weights, in its own unit, place and pose.
-  virtual SkinnedSkeleton skeleton(const BodyBinding& identity) const = 0;
-  /// [J] How the joints move to the pose's angles: blended by all skin weights, these give what pose() does.
-  virtual std::vector<Affine> motions(const BodyBinding& identity, const BodyRead& pose) const = 0;
+ private:
+  /// The joint angles that the identity takes.
+  std::vector<float> angles(const BodyBinding& identity, const BodyRead& pose) const {
+    const BodyReading& reading = static_cast<const ReadBody&>(pose).reading;
+    expect_body(reading, "pose");
+    const BoundCharacter& character = static_cast<const BoundBody&>(identity).character;
+    std::vector<float> result =
+        bias_ == nullptr ? reading.fit.body.axis_angles : bias_->angles(character.reading, reading);
+    result = character.angles(result, reading);
+    if (opinion_ != nullptr)
+      result = opinion_->angles(transfer_.fingered_body(), character, reading, std::move(result));
+    return from_own_rest(character.reading, result);
+  }
+
+  BodyTransfer transfer_;
+  std::unique_ptr<const FitBias> bias_;  ///< these two where the reader's file holds them
+  std::unique_ptr<const SecondOpinion> opinion_;
 };
 
-/// Opens a reader's weights. `threads` 0: as many as the process may use.
-using MakeBodyMethod = std::shared_ptr<const BodyMethod> (*)(const std::filesystem::path& reader, int threads);
+inline std::shared_ptr<const BodyMethod> open_body_method(const std::filesystem::path& reader, int threads) {
+  if constexpr (std::is_same_v<DefaultExecutor, SerialExecutor>) threads = 1;
+  return std::make_shared<const TransferByBodies>(SafetensorsFile::read(reader), threads);
+}
 
-/// How a transfer was made, and how sure it is.
-struct TransferReport {
-  Method method = Method::network;  ///< body or network
-  bool read = false;                ///< whether both meshes were read as bodies
-  double identity_trust = 0, pose_trust = 0;
-  std::string identity_notes, pose_notes;
+}  // namespace skeleton::internal
 
-  double trust() const { return identity_trust < pose_trust ? identity_trust : pose_trust; }
-};
+#endif
+
+/// Opens the way through bodies: a reader's weights (.safetensors), the mannequin with proportions.
+/// Errors    npt::Error for weights that are missing, broken, or another network's
+#ifdef NPT_PREBUILT
+std::shared_ptr<const BodyMethod> body_method(const std::filesystem::path& reader, int threads);
+#else
+inline std::shared_ptr<const BodyMethod> body_method(const std::filesystem::path& reader, int threads) {
+  return skeleton::internal::open_body_method(reader, threads);
+}
+#endif
 
 }  // namespace npt::inline NPT_ABI

@@ -20,7 +20,7 @@
 #include <npt/nn/engine/core.hpp>
 #include <npt/nn/engine/transfer_pair.hpp>
 #include <npt/nn/weights/weights_file.hpp>
-#include <npt/transfer/body_method.hpp>
+#include <npt/transfer/body_interface.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/pose_points.hpp>
 #include <npt/transfer/prepared.hpp>

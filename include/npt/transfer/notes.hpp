@@ -3,7 +3,7 @@
 
 #include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/transfer/body_method.hpp>
+#include <npt/transfer/body_interface.hpp>
 
 #include <cmath>
 #include <string>

@@ -5,7 +5,7 @@
 #include <npt/mesh/normalise.hpp>
 #include <npt/nn/engine/packed_program.hpp>
 #include <npt/nn/weights/weights_file.hpp>
-#include <npt/transfer/body_method.hpp>
+#include <npt/transfer/body_interface.hpp>
 #include <npt/transfer/refinement.hpp>
 
 #include <cstdint>

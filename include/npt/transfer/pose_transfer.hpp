@@ -27,7 +27,7 @@
 #include <npt/nn/weights/weights_file.hpp>
 #include <npt/scene/affine.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
-#include <npt/transfer/body_method.hpp>
+#include <npt/transfer/body_interface.hpp>
 #include <npt/transfer/network_transfer.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/prepared.hpp>
@@ -49,7 +49,7 @@
 namespace npt::inline NPT_ABI {
 
 /// A network with its weights, and all that stands between meshes and it. With TransferOptions::body, people in any
-/// pose and of any proportions go another way, through bodies (transfer/body_method.hpp), and the network takes the
+/// pose and of any proportions go another way, through bodies (transfer/body_interface.hpp), and the network takes the
 /// rest.
 ///
 /// Threads   all members are const and may be called by any number of threads at a time

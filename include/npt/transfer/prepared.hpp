@@ -9,7 +9,7 @@
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/vertex_order.hpp>
 #include <npt/nn/engine/workspace.hpp>
-#include <npt/transfer/body_method.hpp>
+#include <npt/transfer/body_interface.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/pose_points.hpp>
 #include <npt/transfer/unit.hpp>

@@ -5,7 +5,7 @@
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/skeleton/body_transfer.hpp>
+#include <npt/transfer/body_transfer.hpp>
 
 #include <vector>
 

@@ -10,7 +10,7 @@
 #include <npt/baseline/fit/body_fitter.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/config.hpp>
-#include <npt/transfer/body_method.hpp>
+#include <npt/transfer/body_interface.hpp>
 
 namespace npt::inline NPT_ABI {
 

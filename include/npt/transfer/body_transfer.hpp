@@ -28,7 +28,7 @@
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/skin/body_weights.hpp>
 #include <npt/skin/bound_character.hpp>
-#include <npt/transfer/body_method.hpp>
+#include <npt/transfer/body_interface.hpp>
 
 #include <algorithm>
 #include <array>

@@ -5,8 +5,8 @@
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/mesh/normalise.hpp>
-#include <npt/skeleton/body_transfer.hpp>
-#include <npt/skeleton/second_opinion.hpp>
+#include <npt/transfer/body_transfer.hpp>
+#include <npt/transfer/second_opinion.hpp>
 
 #include <array>
 #include <cstdint>

@@ -3,8 +3,8 @@
 #include <npt/body/joint_names.hpp>
 #include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
-#include <npt/skeleton/body_transfer.hpp>
 #include <npt/skin/bound_character.hpp>
+#include <npt/transfer/body_transfer.hpp>
 
 #include <algorithm>
 #include <array>

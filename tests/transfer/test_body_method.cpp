@@ -2,7 +2,7 @@
 
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/npt.hpp>
-#include <npt/skeleton/body_method.hpp>
+#include <npt/transfer/body_method.hpp>
 #include <npt/transfer/pose_sequence.hpp>
 
 #include <filesystem>
