@@ -394,8 +394,8 @@ TEST_CASE("include/npt holds headers only") {
 
 TEST_CASE("the include rule finds each kind of offence") {
   const Rules rules = parse_rules(
-      "module config:\nmodule core: config\nmodule simd: core\nmodule mesh: core\nmodule io: mesh\nmodule nn/graph: "
-      "core\n"
+      "module config:\nmodule base: config\nmodule nn/simd: base\nmodule mesh: base\nmodule io: mesh\nmodule nn/graph: "
+      "base\n"
       "library xsimd/: nn/simd\nlibrary tiny.h: io/obj.hpp\nsystem unistd.h\n");
   const auto complaints = [&](const std::string& path, const std::string& line) {
     return include_complaints({{path, line}}, rules);
