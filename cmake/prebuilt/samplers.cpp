@@ -2,8 +2,8 @@
 // training and 28 % of a rig's.
 #include <npt/body/natural_poses.hpp>
 #include <npt/lab/body_sampler.hpp>
+#include <npt/lab/correspondence_sampler.hpp>
 #include <npt/lab/family_sampler.hpp>
-#include <npt/lab/reading_sampler.hpp>
 #include <npt/lab/rig/rig_sampler.hpp>
 
 #include <memory>
@@ -22,8 +22,8 @@ std::vector<std::unique_ptr<SampleSource>> samplers(const std::vector<WeightedBo
   std::vector<std::unique_ptr<SampleSource>> all;
   all.push_back(std::make_unique<BodySampler>(bodies));
   all.push_back(std::make_unique<FamilySampler>(std::move(family), held_out));
-  all.push_back(std::make_unique<ReadingSampler>(
-      std::move(clouds), [](Random& random) { return natural_poses().sample(random); }, ReadingSampleOptions{}));
+  all.push_back(std::make_unique<CorrespondenceSampler>(
+      std::move(clouds), [](Random& random) { return natural_poses().sample(random); }, CorrespondenceSampleOptions{}));
   all.push_back(std::make_unique<RigSampler>(std::move(rigs)));
   return all;
 }

@@ -169,15 +169,16 @@ void explain(const npt_transfer& transfer, const npt_identity& identity, const n
     notes += (notes.empty() ? "" : "\n") + note;
   set(last_notes, notes.c_str());
   report.method = made.method == npt::Method::body ? NPT_BODY : NPT_NETWORK;
-  report.identity_trust = made.read ? made.identity_trust : -1;
-  report.pose_trust = made.read ? made.pose_trust : -1;
+  report.identity_trust = made.read ? made.identity_confidence : -1;
+  report.pose_trust = made.read ? made.pose_confidence : -1;
 }
 
 void run(const npt_transfer& transfer, const npt_identity& identity, const npt_pose& pose, float* result) {
   try {
     transfer.transfer(identity.prepared, pose.prepared, {result, 3 * identity.prepared.vertex_count()});
   } catch (const npt::Error& error) {
-    throw npt::with_trust(error, transfer.transfer.report(identity.prepared, pose.prepared), identity.name, pose.name);
+    throw npt::with_confidence(error, transfer.transfer.report(identity.prepared, pose.prepared), identity.name,
+                               pose.name);
   }
 }
 
@@ -265,7 +266,7 @@ npt_status npt_run(const npt_transfer* transfer, const npt_mesh* identity, const
     try {
       transfer->transfer.run({&job, 1});
     } catch (const npt::Error& error) {
-      throw npt::with_trust(error, report, name_of(identity, "identity"), name_of(pose, "pose"));
+      throw npt::with_confidence(error, report, name_of(identity, "identity"), name_of(pose, "pose"));
     }
   });
 }

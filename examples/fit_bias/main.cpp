@@ -72,8 +72,8 @@ void add(const npt::BodyTransfer& transfer, const npt::BodyModel& body, std::spa
   constexpr double trusted = 0.85, misread = 0.7;  // radians
   std::vector<float> xyz(3 * body.vertex_count());
   body.posed(betas, pose, xyz);
-  const npt::BodyReading reading = transfer.read({.xyz = xyz, .triangles = body.triangles(), .name = "body"});
-  if (reading.trust() < trusted) return;
+  const npt::BodyEstimate reading = transfer.read({.xyz = xyz, .triangles = body.triangles(), .name = "body"});
+  if (reading.confidence() < trusted) return;
   const npt::BodyFit& fit = reading.fit.body;
   const auto fitted = transfer.body().bone_motions(fit.betas, fit.axis_angles), real = body.bone_motions(betas, pose);
   Sample sample;
@@ -146,7 +146,7 @@ std::vector<std::array<double, columns + 1>> learn(const std::vector<Sample>& sa
 
 void run(const Arguments& arguments) {
   const npt::SafetensorsFile file = npt::SafetensorsFile::read(arguments.reader);
-  const npt::BodyTransfer transfer(npt::Reader(file, npt::DefaultExecutor(0)));
+  const npt::BodyTransfer transfer(npt::CorrespondenceEstimator(file, npt::DefaultExecutor(0)));
   const std::vector<Sample> samples = measure(arguments, transfer);
   if (samples.size() < 2)
     throw npt::Error({.file = "bodies", .found = "no mesh that reads as a person", .expected = "at least one"});

@@ -28,7 +28,7 @@ const Extras& extras_of(const NetworkType& network) {
           }};
     };
     npt::AllNetworks::for_each(add);
-    add.operator()<npt::ReaderNet<>>();
+    add.operator()<npt::CorrespondenceNet<>>();
     return all;
   }();
   return list.at(network.program);
@@ -45,7 +45,7 @@ npt::AlignedBuffer<float> random_values(const NetworkType& network, std::uint64_
 
 const NetworkType* find_network(const Variant& variant) {
   if (variant.net == "reader") {
-    static const NetworkType reader = npt::network_type<npt::ReaderNet<>, npt::DefaultExecutor>();
+    static const NetworkType reader = npt::network_type<npt::CorrespondenceNet<>, npt::DefaultExecutor>();
     return &reader;
   }
   return npt::find_network<npt::AllNetworks, npt::DefaultExecutor>(variant.metadata());

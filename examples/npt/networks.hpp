@@ -3,8 +3,8 @@
 #pragma once
 
 #include <npt/base/default_executor.hpp>
+#include <npt/nets/correspondence_net.hpp>
 #include <npt/nets/network_list.hpp>
-#include <npt/nets/reader_net.hpp>
 #include <npt/nn/engine/core.hpp>
 #include <npt/transfer/pose_transfer.hpp>
 
@@ -29,7 +29,7 @@ struct Variant {
 
   /// As weights files say it.
   npt::Metadata metadata() const {
-    if (net == "reader") return npt::variant_metadata<npt::ReaderNet<>>();
+    if (net == "reader") return npt::variant_metadata<npt::CorrespondenceNet<>>();
     npt::Metadata metadata{{"bottleneck", std::to_string(bottleneck)}, {"order", order}, {"feature", feature}};
     if (net != "full") metadata["net"] = net;
     return metadata;

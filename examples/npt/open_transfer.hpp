@@ -18,7 +18,7 @@ namespace program {
 /// Errors    npt::Error for weights that are missing, broken, or of another network than asked for
 PoseTransfer open_transfer(const TransferArguments& arguments);
 
-using npt::method_notes, npt::with_trust;
+using npt::method_notes, npt::with_confidence;
 
 /// Metres in a unit of an identity whose result is a GLB, where numbers are metres, told from its size or by --unit; 1
 /// where its own file says them in metres, and where its unit can't be told. `note`: what the user should know of it.

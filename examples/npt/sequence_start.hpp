@@ -33,14 +33,14 @@ void start_where_it_reads(const PoseTransfer& transfer, npt::PoseSequence<npt::D
                           const npt::Mesh& first, std::size_t vertices, npt::PreparedPose& pose, std::size_t count,
                           const Load& load) {
   constexpr double better = 0.03;
-  if (pose.body() == nullptr || pose.body()->trust >= npt::high_confidence) return;
+  if (pose.body() == nullptr || pose.body()->confidence >= npt::high_confidence) return;
   npt::PreparedPose tried;
   const auto prepare = [vertices](npt::PoseSequence<npt::DefaultExecutor>& sequence, const npt::Mesh& mesh,
                                   npt::PreparedPose& prepared) {
     const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
     sequence.prepare({mesh.coordinates(), triangles, "pose"}, vertices, prepared);
   };
-  double most = pose.body()->trust + better;
+  double most = pose.body()->confidence + better;
   std::optional<npt::Mesh> best;
   for (std::size_t k = 0; k < count && most < npt::high_confidence; ++k) {
     try {
@@ -48,8 +48,8 @@ void start_where_it_reads(const PoseTransfer& transfer, npt::PoseSequence<npt::D
       if (mesh.vertex_count() != first.vertex_count()) continue;
       npt::PoseSequence<npt::DefaultExecutor> other(transfer);
       prepare(other, mesh, tried);
-      if (tried.body() == nullptr || tried.body()->trust <= most) continue;
-      most = tried.body()->trust;
+      if (tried.body() == nullptr || tried.body()->confidence <= most) continue;
+      most = tried.body()->confidence;
       best = std::move(mesh);
     } catch (const npt::Error&) {
       continue;

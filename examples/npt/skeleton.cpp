@@ -17,7 +17,7 @@
 #include <npt/lab/body_pairs.hpp>
 
 #include <npt/base/default_executor.hpp>
-#include <npt/baseline/fit/reading_start.hpp>
+#include <npt/baseline/fit/fit_start.hpp>
 #include <npt/baseline/skeleton/skeleton_transfer.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/io/mesh_file.hpp>
@@ -126,7 +126,7 @@ class Skeleton {
     const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
     try {
       const auto read = reader_->read({mesh.coordinates(), triangles, name});
-      if (read->trust < npt::sure_start) return std::nullopt;
+      if (read->confidence < npt::sure_start) return std::nullopt;
       return npt::start_of(reader_->joints(*read), fitter_->model());
     } catch (const npt::Error&) {
       return std::nullopt;  // what is wrong with the mesh, the fit says

@@ -12,10 +12,10 @@
 #include <npt/body/proportions.hpp>
 #include <npt/lab/body_pairs.hpp>
 #include <npt/lab/body_sampler.hpp>
+#include <npt/lab/correspondence_sampler.hpp>
 #include <npt/lab/family_file.hpp>
 #include <npt/lab/family_sampler.hpp>
 #include <npt/lab/objects.hpp>
-#include <npt/lab/reading_sampler.hpp>
 #include <npt/lab/rig/clip_poses.hpp>
 #include <npt/lab/rig/humanoid_joints.hpp>
 #include <npt/lab/rig/rig.hpp>
@@ -214,7 +214,7 @@ void use_readings(TrainingCourse& course, const TrainingArguments& a, const std:
     throw npt::Error({"--rig", {}, "no person", "people's rigs, or --body: the others are what isn't to be read"});
   const bool with_rigs = rigs.size() > others.size();
   const double strangers = others.empty() ? 0.08 : 0.16;  // half of the latter are animals
-  npt::ReadingSampler::Stranger stranger = npt::draw_object_surface;
+  npt::CorrespondenceSampler::Stranger stranger = npt::draw_object_surface;
   course.tells_people = true;
   course.trained_on += "; no people: made objects";
   if (!others.empty()) {
@@ -234,13 +234,14 @@ void use_readings(TrainingCourse& course, const TrainingArguments& a, const std:
     const auto pose = [clips, share](npt::Random& random) {
       return share > 0 && random.uniform() < share ? clips->sample(random) : npt::natural_poses().sample(random);
     };
-    return std::make_unique<npt::ReadingSampler>(clouds, pose,
-                                                 npt::ReadingSampleOptions{.seed = seed,
-                                                                           .points = points,
-                                                                           .patched = with_rigs ? 0.4 : 0.0,
-                                                                           .mirror = with_rigs,
-                                                                           .strangers = strangers},
-                                                 purpose, stranger);
+    return std::make_unique<npt::CorrespondenceSampler>(
+        clouds, pose,
+        npt::CorrespondenceSampleOptions{.seed = seed,
+                                         .points = points,
+                                         .patched = with_rigs ? 0.4 : 0.0,
+                                         .mirror = with_rigs,
+                                         .strangers = strangers},
+        purpose, stranger);
   };
   for (const StageArguments& stage : parse_stages(a)) {
     if (stage.vertices == 0)

@@ -99,11 +99,11 @@ class Transferring {
     try {
       transfer_(prepared_identity_, prepared_pose_, result.coordinates());
     } catch (const npt::Error& error) {
-      throw program::with_trust(error, report, job.identity.string(), job.pose.string());
+      throw program::with_confidence(error, report, job.identity.string(), job.pose.string());
     }
     npt::recompute_normals(result);
     outcome.read = report.read;
-    outcome.trust = report.trust();
+    outcome.confidence = report.confidence();
     outcome.method = report.method == npt::Method::network ? "network" : "body";
     outcome.notes = program::method_notes(report, job.identity.string(), job.pose.string());
     if (report.method == npt::Method::network) {
@@ -435,7 +435,7 @@ class Transfer {
   std::string way() const {
     for (auto outcome = outcomes_.rbegin(); outcome != outcomes_.rend(); ++outcome)
       if (outcome->status == Status::done && outcome->method == "body")
-        return "through bodies, trust " + std::to_string(std::lround(100 * outcome->trust)) + " %";
+        return "through bodies, confidence " + std::to_string(std::lround(100 * outcome->confidence)) + " %";
       else if (outcome->status == Status::done)
         break;
     return description_;
@@ -549,7 +549,7 @@ void add(CLI::App& command) {
   command.add_option("--shard", o->shard,
                      "3/16: only the third of sixteen parts of the pairs, for the jobs of a cluster");
   command.add_option("--report", o->report,
-                     "File of JSON lines, one a pair: files, status, method, trust, notes, seconds or error");
+                     "File of JSON lines, one a pair: files, status, method, confidence, notes, seconds or error");
   command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)");
   command.add_option("--view", o->page, "Also write a page to look at them in a browser (.html)");
   command.callback([o] { run(*o); });

@@ -174,14 +174,15 @@ class AnimationTransfer {
     std::snprintf(time, sizeof time, "%.2f s", seconds);
     std::cout << job_.out.string() << ": " << frames_.size() << (frames_.size() == 1 ? " frame" : " frames") << " of "
               << frames_.clip_name() << how_ << " in " << time << " ("
-              << (by_body ? "through bodies, trust " + std::to_string(std::lround(100 * done_.worst.trust())) + " %"
+              << (by_body ? "through bodies, confidence " +
+                                std::to_string(std::lround(100 * done_.worst.confidence())) + " %"
                           : transfer.description())
               << ")\n";
     JobOutcome outcome;
     outcome.status = JobOutcome::Status::done;
     outcome.read = done_.worst.read;
     outcome.method = by_body ? "body" : "network";
-    outcome.trust = done_.worst.trust();
+    outcome.confidence = done_.worst.confidence();
     outcome.seconds = seconds;
     outcome.notes = notes;
     outcome.frames = frames_.size();
@@ -216,7 +217,7 @@ class AnimationTransfer {
     const std::vector<npt::Triangle> own = npt::triangulate(identity_);
     const std::string name = job_.identity.string();
     const npt::MeshView view{identity_.coordinates(), own, name};
-    std::vector<npt::ReadJoints> poses;
+    std::vector<npt::JointPose> poses;
     std::string worst_name, of_unit;
     npt::PreparedIdentity prepared;
     npt::PreparedPose pose;
@@ -240,9 +241,9 @@ class AnimationTransfer {
         try {
           transfer(prepared, pose, result);
         } catch (const npt::Error& error) {
-          throw with_trust(error, report, name, pose_name);
+          throw with_confidence(error, report, name, pose_name);
         }
-        if (i == 0 || report.trust() < done_.worst.trust()) done_.worst = report, worst_name = pose_name;
+        if (i == 0 || report.confidence() < done_.worst.confidence()) done_.worst = report, worst_name = pose_name;
         if (report.method != npt::Method::body) done_.skeleton.reset();
         if (done_.skeleton) done_.motions.push_back(transfer.motions(prepared, pose));
         if (report.method == npt::Method::body) poses.push_back(transfer.joints(pose));
@@ -261,7 +262,7 @@ class AnimationTransfer {
   }
 
   /// Takes the frames, which all have their root joint in one place, along the pose's way, from where the identity is.
-  void follow_root(double leg, const std::vector<npt::ReadJoints>& poses) {
+  void follow_root(double leg, const std::vector<npt::JointPose>& poses) {
     std::vector<double> lowest_of;
     for (const std::vector<float>& xyz : done_.positions) lowest_of.push_back(npt::bounding_box(xyz).low.y);
     const std::vector<npt::Vec3d> way =
@@ -456,10 +457,12 @@ void rig(const fs::path& file, const fs::path& out, const AnimationArguments& an
   const npt::MeshView view{mesh.coordinates(), triangles, name};
   const npt::PreparedIdentity prepared = transfer.prepare_identity(view);
   auto skeleton = named_skeleton(transfer, prepared, animation.names);
-  const long trust = std::lround(100 * prepared.body()->trust);
-  if (!skeleton || prepared.body()->trust < npt::least_confidence)
-    throw npt::Error(
-        {name, {}, "a mesh that doesn't read as a person (trust " + std::to_string(trust) + " %)", "a person"});
+  const long confidence = std::lround(100 * prepared.body()->confidence);
+  if (!skeleton || prepared.body()->confidence < npt::least_confidence)
+    throw npt::Error({name,
+                      {},
+                      "a mesh that doesn't read as a person (confidence " + std::to_string(confidence) + " %)",
+                      "a person"});
   std::string note;
   const double metres = metres_in(transfer, view, file, out, note);
   for (npt::Vec3d& joint : skeleton->joints) joint = joint * metres;
@@ -467,12 +470,12 @@ void rig(const fs::path& file, const fs::path& out, const AnimationArguments& an
   npt::add_skeleton(made, *skeleton);
   npt::write_scene(out, made.scene);
   if (!note.empty()) std::cerr << "npt: note: " << note << '\n';
-  if (prepared.body()->trust < npt::high_confidence)
-    std::cerr << "npt: note: " << name << " reads as a person with a trust of only " << trust
+  if (prepared.body()->confidence < npt::high_confidence)
+    std::cerr << "npt: note: " << name << " reads as a person with a confidence of only " << confidence
               << " %: look at the result before using it\n";
   char time[32];
   std::snprintf(time, sizeof time, "%.2f s", watch.seconds());
-  std::cout << out.string() << ": " << skeleton->joint_count() << " joints in " << time << " (trust " << trust
+  std::cout << out.string() << ": " << skeleton->joint_count() << " joints in " << time << " (confidence " << confidence
             << " %)\n";
 }
 

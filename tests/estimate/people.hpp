@@ -3,7 +3,7 @@
 
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
-#include <npt/estimate/reader.hpp>
+#include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
 
@@ -14,9 +14,9 @@
 
 namespace people {
 
-inline npt::Reader shipped_reader(int threads = 1) {
-  return npt::Reader::open(std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/readers/human.safetensors",
-                           threads);
+inline npt::CorrespondenceEstimator shipped_reader(int threads = 1) {
+  return npt::CorrespondenceEstimator::open(
+      std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/readers/human.safetensors", threads);
 }
 
 struct Person {

@@ -23,7 +23,7 @@ const npt::FingerFitter& finger_fitter() {
 
 /// A mannequin in a natural pose, and the fit that only lacks the fingers.
 struct PersonWithHands {
-  npt::ReadingFit fit;
+  npt::CorrespondenceFit fit;
   npt::FitSurface surface;
 
   PersonWithHands(std::uint64_t seed, const std::array<npt::HandBend, 2>& hands)
@@ -33,9 +33,9 @@ struct PersonWithHands {
                 npt::mannequin().triangles()) {}
 
  private:
-  static npt::ReadingFit fit_in_natural_pose(std::uint64_t seed) {
+  static npt::CorrespondenceFit fit_in_natural_pose(std::uint64_t seed) {
     npt::Random random(77, seed);
-    npt::ReadingFit fit;
+    npt::CorrespondenceFit fit;
     fit.part_distances.fill(0.012);
     const auto pose = npt::natural_poses().sample(random);
     fit.body.axis_angles.assign(pose.begin(), pose.end());
@@ -60,7 +60,7 @@ TEST_CASE("a fist is found, whichever hand makes it and however the faces turn")
     hands[side] = fist;
     const PersonWithHands person(4 + side, hands);
     for (const double facing : {1.0, 0.0}) {
-      npt::ReadingFit fit = person.fit;
+      npt::CorrespondenceFit fit = person.fit;
       fit.facing = facing;
       const auto found = finger_fitter()(person.surface, fit);
       CHECK(found[1 - side] == npt::HandBend{});
@@ -92,7 +92,7 @@ TEST_CASE("a finger that points is told from the others; the next frame starts f
 
 TEST_CASE("where there is no hand, nothing is found") {
   const PersonWithHands person(7, {});
-  npt::ReadingFit elsewhere = person.fit;
+  npt::CorrespondenceFit elsewhere = person.fit;
   elsewhere.body.translation = {10, 0, 0};
   CHECK(finger_fitter()(person.surface, elsewhere) == std::array<npt::HandBend, 2>{});
 }

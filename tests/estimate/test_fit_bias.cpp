@@ -25,9 +25,9 @@ using npt::SmplJoint;
 constexpr std::size_t columns = npt::FitBias::columns, rows = npt::FitBias::rows;
 
 /// A mesh in which a body lies with these angles, at the distance of another model's.
-npt::BodyReading reading_of(std::uint64_t seed, double distance = 0.006) {
+npt::BodyEstimate reading_of(std::uint64_t seed, double distance = 0.006) {
   npt::Random random(seed);
-  npt::BodyReading reading;
+  npt::BodyEstimate reading;
   reading.fit.relative_distance = distance;
   for (std::size_t i = 0; i < rows; ++i)
     reading.fit.body.axis_angles.push_back(static_cast<float>(0.4 * random.normal()));
@@ -36,13 +36,13 @@ npt::BodyReading reading_of(std::uint64_t seed, double distance = 0.006) {
   return reading;
 }
 
-double angle(const npt::BodyReading& reading, SmplJoint joint, std::size_t axis) {
+double angle(const npt::BodyEstimate& reading, SmplJoint joint, std::size_t axis) {
   return static_cast<double>(reading.fit.body.axis_angles[3 * joint_index(joint) + axis]);
 }
 
 /// [24] in space.
 std::array<npt::Matrix3, npt::smpl_joint_count> in_space(const std::vector<float>& angles) {
-  npt::BodyReading reading;
+  npt::BodyEstimate reading;
   reading.fit.body.axis_angles = angles;
   std::array<npt::Matrix3, npt::smpl_joint_count> all;
   for (std::size_t j = 0; j < all.size(); ++j) {
@@ -70,7 +70,7 @@ npt::FileTensor tensor_of(const std::vector<float>& values, npt::TensorShape sha
 }  // namespace
 
 TEST_CASE("a joint turns in its own frame by what both poses' angles say, the others keep theirs in space") {
-  const npt::BodyReading identity = reading_of(1), pose = reading_of(2);
+  const npt::BodyEstimate identity = reading_of(1), pose = reading_of(2);
   const auto before = in_space(pose.fit.body.axis_angles);
   const auto after = in_space(pelvis_with_hip(0.2F).angles(identity, pose));
   const double turn = 0.2 * (angle(pose, SmplJoint::left_hip, 0) - angle(identity, SmplJoint::left_hip, 0));
@@ -80,7 +80,7 @@ TEST_CASE("a joint turns in its own frame by what both poses' angles say, the ot
 }
 
 TEST_CASE("a build's posture is taken out, and stays between meshes of one build") {
-  npt::BodyReading identity = reading_of(1), pose = reading_of(2);
+  npt::BodyEstimate identity = reading_of(1), pose = reading_of(2);
   constexpr std::size_t shape = 12;
   const npt::FitBias bias = pelvis_with(npt::FitBias::angle_count + shape, 0.05F);
   const double turn =
@@ -93,7 +93,7 @@ TEST_CASE("a build's posture is taken out, and stays between meshes of one build
 }
 
 TEST_CASE("between equal poses nothing changes, and no turn is greater than 0.35 of a radian") {
-  const npt::BodyReading identity = reading_of(1), pose = reading_of(2);
+  const npt::BodyEstimate identity = reading_of(1), pose = reading_of(2);
   const npt::FitBias bias = pelvis_with_hip(100);
   CHECK(difference(in_space(bias.angles(pose, pose))[0], pose.joint_rotation(0)) < 1e-6);
   const npt::Matrix3 turned = bias.correction(pose)[0];
@@ -102,9 +102,9 @@ TEST_CASE("between equal poses nothing changes, and no turn is greater than 0.35
 }
 
 TEST_CASE("it counts where both keep a distance from the body as people of other models do") {
-  const npt::BodyReading person = reading_of(1), mannequin = reading_of(2, 0.001), stylised = reading_of(2, 0.011);
+  const npt::BodyEstimate person = reading_of(1), mannequin = reading_of(2, 0.001), stylised = reading_of(2, 0.011);
   CHECK(npt::FitBias::share(person, person) == 1);
-  for (const npt::BodyReading* other : {&mannequin, &stylised}) {
+  for (const npt::BodyEstimate* other : {&mannequin, &stylised}) {
     CHECK(npt::FitBias::share(person, *other) == 0);
     CHECK(npt::FitBias::share(*other, person) == 0);
     CHECK(pelvis_with_hip(1).angles(person, *other) == other->fit.body.axis_angles);
@@ -135,7 +135,7 @@ TEST_CASE("the shipped reader's file holds it, and it leaves the mannequin alone
   const npt::SafetensorsFile shipped =
       npt::SafetensorsFile::read(std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/readers/human.safetensors");
   const npt::FitBias bias(shipped.part("fit_bias/"));
-  const npt::BodyReading person = reading_of(3), same = reading_of(4);
+  const npt::BodyEstimate person = reading_of(3), same = reading_of(4);
   CHECK(bias.angles(person, same) != same.fit.body.axis_angles);
   CHECK(bias.angles(reading_of(3, 0.001), reading_of(4, 0.001)) == same.fit.body.axis_angles);
 }

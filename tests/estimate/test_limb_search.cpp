@@ -1,10 +1,10 @@
 #include <doctest/doctest.h>
 
-#include <estimate/simulated_reading.hpp>
+#include <estimate/simulated_correspondences.hpp>
 
 #include <npt/body/mannequin/mannequin.hpp>
+#include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/limb_search.hpp>
-#include <npt/estimate/reading_fit.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -15,8 +15,8 @@
 
 namespace {
 
-const npt::ReadingFitter& limb_fitter() {
-  static const npt::ReadingFitter shared(npt::borrowed(npt::mannequin()));
+const npt::CorrespondenceFitter& limb_fitter() {
+  static const npt::CorrespondenceFitter shared(npt::borrowed(npt::mannequin()));
   return shared;
 }
 
@@ -24,18 +24,18 @@ const npt::ReadingFitter& limb_fitter() {
 struct MislaidLimbs {
   simulated::Posed posed;
   npt::FitSurface surface;
-  npt::ReadingFit right, wrong;
+  npt::CorrespondenceFit right, wrong;
 };
 
 MislaidLimbs mislay(std::uint64_t seed, npt::LimbPair pair) {
   npt::Random random(seed);
   const simulated::Posed posed = simulated::draw(npt::mannequin(), {}, random);
   const npt::FitSurface surface(posed.points, npt::mannequin().triangles());
-  const npt::Reading reading =
+  const npt::Correspondences reading =
       simulated::read(surface, posed.points, npt::mannequin().triangles(), simulated::mannequin_places(),
                       npt::mannequin().tables().weights, 1000, {}, random);
-  const npt::ReadingFit right = limb_fitter().fit(surface, reading);
-  npt::ReadingFit wrong = right;
+  const npt::CorrespondenceFit right = limb_fitter().fit(surface, reading);
+  npt::CorrespondenceFit wrong = right;
   const npt::NaturalPoses::Pose other = npt::natural_poses().sample(random);
   for (const std::size_t j : pair == npt::LimbPair::legs ? std::vector<std::size_t>{1, 2, 4, 5, 7, 8}
                                                          : std::vector<std::size_t>{13, 14, 16, 17, 18, 19})
@@ -56,7 +56,7 @@ TEST_CASE("limbs in the wrong place are found again") {
       if (m.wrong.relative_distance < 2 * m.right.relative_distance) continue;  // the fit found back alone
       ++mislaid;
       const std::vector<npt::BodyFit> starts = search(m.surface, m.wrong.body, pair, 1, {}, 4);
-      const npt::ReadingFit fit = limb_fitter().nearest(m.surface, m.wrong, starts);
+      const npt::CorrespondenceFit fit = limb_fitter().nearest(m.surface, m.wrong, starts);
       CHECK(starts.size() <= 4);
       CHECK(fit.relative_distance <= m.wrong.relative_distance);
       found += simulated::error(npt::mannequin(), fit.body, m.posed.points) < 0.03;
@@ -83,7 +83,9 @@ TEST_CASE("a search changes nothing but the limbs, and finds the same each time"
 
 TEST_CASE("each part's own distance tells limbs in the wrong place") {
   const MislaidLimbs m = mislay(2, npt::LimbPair::arms);
-  const auto of = [](const npt::ReadingFit& fit, npt::SmplJoint j) { return fit.part_distances[npt::joint_index(j)]; };
+  const auto of = [](const npt::CorrespondenceFit& fit, npt::SmplJoint j) {
+    return fit.part_distances[npt::joint_index(j)];
+  };
   using enum npt::SmplJoint;
   const double right = std::max(of(m.right, left_elbow), of(m.right, right_elbow)),
                wrong = std::max(of(m.wrong, left_elbow), of(m.wrong, right_elbow));

@@ -1,12 +1,12 @@
 #include <doctest/doctest.h>
 
-#include <estimate/simulated_reading.hpp>
+#include <estimate/simulated_correspondences.hpp>
 
 #include <npt/base/error.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
+#include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/part_motion.hpp>
-#include <npt/estimate/reading_fit.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,7 @@ using npt::Vec3d;
 
 struct Case {
   simulated::Posed posed;
-  npt::Reading reading;
+  npt::Correspondences reading;
 };
 
 Case make(std::uint64_t seed, const simulated::Noise& noise) {
@@ -34,9 +34,9 @@ Case make(std::uint64_t seed, const simulated::Noise& noise) {
   return c;
 }
 
-const npt::ReadTemplate& rest() {
+const npt::CorrespondenceTemplate& rest() {
   static const npt::BodyLevel level(npt::mannequin(), 1200);
-  static const npt::ReadTemplate surface(npt::mannequin(), level);
+  static const npt::CorrespondenceTemplate surface(npt::mannequin(), level);
   return surface;
 }
 
@@ -75,7 +75,7 @@ TEST_CASE("so do noisy places of which some are wild, roughly; and the residual 
     CAPTURE(seed);
     CHECK(rotation_error(c, motion) < 80);
     CHECK(motion.residual < 0.11);
-    for (npt::ReadPoint& p : c.reading) p.place.x = -p.place.x;
+    for (npt::PointCorrespondence& p : c.reading) p.place.x = -p.place.x;
     CHECK(npt::part_motion(rest(), c.reading).residual > 1.2 * motion.residual);
   }
 }
@@ -83,7 +83,7 @@ TEST_CASE("so do noisy places of which some are wild, roughly; and the residual 
 TEST_CASE("a mesh in another unit has another size, and the same rotations") {
   Case c = make(7, {});
   const npt::PartMotion before = npt::part_motion(rest(), c.reading);
-  for (npt::ReadPoint& p : c.reading) p.point *= 100;
+  for (npt::PointCorrespondence& p : c.reading) p.point *= 100;
   const npt::PartMotion after = npt::part_motion(rest(), c.reading);
   CHECK(after.size == doctest::Approx(100 * before.size));
   CHECK(after.residual == doctest::Approx(before.residual));
@@ -92,7 +92,7 @@ TEST_CASE("a mesh in another unit has another size, and the same rotations") {
 
 TEST_CASE("too few points, places that are no numbers, and a body with other joints are errors") {
   Case c = make(8, {});
-  npt::Reading few(c.reading.begin(), c.reading.begin() + 19);
+  npt::Correspondences few(c.reading.begin(), c.reading.begin() + 19);
   CHECK_THROWS_AS(npt::part_motion(rest(), few), npt::Error);
   c.reading[3].place.y = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_AS(npt::part_motion(rest(), c.reading), npt::Error);

@@ -4,7 +4,7 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
-#include <npt/estimate/body_reading.hpp>
+#include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/rest_posture.hpp>
 
 #include <array>
@@ -17,8 +17,8 @@ namespace {
 using enum npt::SmplJoint;
 
 /// A T pose, a joint turned about x beyond people's.
-npt::BodyReading at_rest(npt::SmplJoint joint, float radians, double distance) {
-  npt::BodyReading reading;
+npt::BodyEstimate at_rest(npt::SmplJoint joint, float radians, double distance) {
+  npt::BodyEstimate reading;
   reading.fit.body.axis_angles.assign(72, 0.0F);
   reading.fit.body.axis_angles[3 * npt::joint_index(joint)] = radians;
   reading.fit.relative_distance = distance;
@@ -41,7 +41,7 @@ double about_x(const std::vector<float>& angles, npt::SmplJoint joint) {
 TEST_CASE("a character of its own build in a T pose keeps its head where it is; people take the pose's angles") {
   std::vector<float> pose(72, 0.0F);
   pose[3 * npt::joint_index(head)] = 0.3F;
-  const npt::BodyReading stylised = at_rest(head, 0.2F, 0.012), person = at_rest(head, 0.2F, 0.007);
+  const npt::BodyEstimate stylised = at_rest(head, 0.2F, 0.012), person = at_rest(head, 0.2F, 0.007);
   CHECK(npt::own_rest(stylised) == 1);
   CHECK(npt::own_rest(person) == 0);
   CHECK(npt::from_own_rest(person, pose) == pose);
@@ -53,8 +53,8 @@ TEST_CASE("a character of its own build in a T pose keeps its head where it is; 
 TEST_CASE("who moves isn't at rest, wherever it looks") {
   CHECK(npt::own_rest(at_rest(left_shoulder, 0.8F, 0.012)) == 0);
   CHECK(npt::own_rest(at_rest(left_hand, 0.8F, 0.012)) == 1);  // fingers
-  CHECK(npt::own_rest(npt::BodyReading{}) == 0);
-  npt::BodyReading aside = at_rest(pelvis, 0, 0.012);
+  CHECK(npt::own_rest(npt::BodyEstimate{}) == 0);
+  npt::BodyEstimate aside = at_rest(pelvis, 0, 0.012);
   aside.fit.body.axis_angles[1] = 2;
   CHECK(npt::own_rest(aside) == 1);
   // The result looks where the pose does.

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <estimate/simulated_reading.hpp>
+#include <estimate/simulated_correspondences.hpp>
 
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/estimate/surface_track.hpp>

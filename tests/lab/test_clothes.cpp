@@ -11,7 +11,7 @@
 #include <set>
 #include <vector>
 
-#include "small_body.hpp"
+#include "body/small_body.hpp"
 
 TEST_CASE("a dressed body is the body, with pieces around it that move along") {
   const npt::BodyModel& body = npt::mannequin();

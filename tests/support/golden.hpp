@@ -1,4 +1,4 @@
-/// Reading the golden cases.
+/// Reads the golden cases.
 #pragma once
 
 #include <npt/io/safetensors.hpp>

@@ -37,7 +37,7 @@ TEST_CASE("people go through bodies, things to the network, and the report says 
   transfer.run({&people, 1});
   CHECK(report.method == npt::Method::body);
   CHECK(report.read);
-  CHECK(report.trust() > 0.85);
+  CHECK(report.confidence() > 0.85);
   // The mannequin is one body in two poses: the result is the other mesh.
   double worst = 0;
   for (std::size_t i = 0; i < result.size(); ++i)
@@ -46,8 +46,8 @@ TEST_CASE("people go through bodies, things to the network, and the report says 
   const npt::TransferJob thing{{a.coordinates(), faces, "a"}, {ball.coordinates(), of_ball, "ball"}, result, &report};
   transfer.run({&thing, 1});
   CHECK(report.method == npt::Method::network);
-  CHECK(report.pose_trust < 0.6);
-  CHECK(report.identity_trust > 0.85);
+  CHECK(report.pose_confidence < 0.6);
+  CHECK(report.identity_confidence > 0.85);
 }
 
 TEST_CASE("what doesn't read as a person and comes out torn is refused, unless it is asked for") {
@@ -56,7 +56,7 @@ TEST_CASE("what doesn't read as a person and comes out torn is refused, unless i
                        npt::Error);
   CHECK_NOTHROW((void)open_with(npt::Method::network)(ball, person));
   CHECK_NOTHROW((void)npt::PoseTransfer::open(weights_folder / "human.safetensors",
-                                              {.body = npt::body_method, .keep_torn = true}, 1)(ball, person));
+                                              {.body = npt::body_method, .keep_distorted = true}, 1)(ball, person));
 }
 
 TEST_CASE("prepared meshes, a sequence's first frame and one call give the same bits, with any number of threads") {

@@ -45,9 +45,9 @@ TEST_CASE("a person takes another's natural pose to 3 cm, whatever direction bot
   const npt::BodyTransfer& transfer = shipped_body_transfer();
   const Person a(1), b(2);  // 21, 19 of 88 mm remain; of the slower 4 and 5, 39, 47 of 91
   const npt::BoundCharacter character = transfer.bind(a.view());
-  const npt::BodyReading reading = transfer.read(b.view());
-  CHECK(character.reading.trust() > 0.85);
-  CHECK(reading.trust() > 0.85);
+  const npt::BodyEstimate reading = transfer.read(b.view());
+  CHECK(character.reading.confidence() > 0.85);
+  CHECK(reading.confidence() > 0.85);
   std::vector<float> result(a.mesh.coordinates().size());
   transfer.pose(character, reading, result);
   const npt::Mesh truth = npt::to_mesh(npt::mannequin(), a.betas, b.pose);
@@ -56,9 +56,9 @@ TEST_CASE("a person takes another's natural pose to 3 cm, whatever direction bot
   // In another unit and place.
   npt::Mesh far = b.mesh;
   for (npt::Vec3f& p : far.positions) p = p * 100.0F + npt::Vec3f{512, 0, -256};
-  const npt::BodyReading other = transfer.read({far.coordinates(), npt::mannequin().triangles(), "far"});
+  const npt::BodyEstimate other = transfer.read({far.coordinates(), npt::mannequin().triangles(), "far"});
   CHECK(other.metres == doctest::Approx(reading.metres / 100).epsilon(1e-4));
-  CHECK(other.trust() == doctest::Approx(reading.trust()).epsilon(0.05));
+  CHECK(other.confidence() == doctest::Approx(reading.confidence()).epsilon(0.05));
 }
 
 TEST_CASE("a skeleton's motions, blended by all weights, are the pose; its joints lie in the mesh and have names") {
@@ -66,7 +66,7 @@ TEST_CASE("a skeleton's motions, blended by all weights, are the pose; its joint
   Person a(4), b(5);
   for (npt::Vec3f& p : a.mesh.positions) p = p * 100.0F + npt::Vec3f{7, -30, 2};
   const npt::BoundCharacter character = transfer.bind(a.view());
-  const npt::BodyReading reading = transfer.read(b.view());
+  const npt::BodyEstimate reading = transfer.read(b.view());
   std::vector<float> result(a.mesh.coordinates().size());
   transfer.pose(character, reading, result);
   const npt::SkinnedSkeleton skeleton = transfer.skeleton(character, npt::JointNames::mixamo);
@@ -138,6 +138,6 @@ TEST_CASE("results of another size, and meshes in which no body lies, are errors
   const npt::BoundCharacter character = transfer.bind(a.view());
   std::vector<float> small(9), result(a.mesh.coordinates().size());
   CHECK_THROWS_AS(transfer.pose(character, character.reading, small), npt::Error);
-  CHECK_THROWS_WITH_AS(transfer.pose(character, npt::BodyReading{}, result), doctest::Contains("no body can lie"),
+  CHECK_THROWS_WITH_AS(transfer.pose(character, npt::BodyEstimate{}, result), doctest::Contains("no body can lie"),
                        npt::Error);
 }

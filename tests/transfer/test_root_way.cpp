@@ -5,8 +5,8 @@
 #include <vector>
 
 TEST_CASE("a character goes as far as its legs are longer, and its lowest point comes to the ground") {
-  const std::array<npt::ReadJoints, 3> poses{npt::ReadJoints{{}, {1, 5, 2}, 0.8}, npt::ReadJoints{{}, {1, 5.5, 4}, 1.0},
-                                             npt::ReadJoints{{}, {2, 5, 6}, 1.2}};
+  const std::array<npt::JointPose, 3> poses{npt::JointPose{{}, {1, 5, 2}, 0.8}, npt::JointPose{{}, {1, 5.5, 4}, 1.0},
+                                            npt::JointPose{{}, {2, 5, 6}, 1.2}};
   const std::array<double, 3> lowest{-1, -1.25, -1};
   const std::vector<npt::Vec3d> way = npt::root_way(2, poses, lowest, 0.5);
   REQUIRE(way.size() == 3);
@@ -17,8 +17,8 @@ TEST_CASE("a character goes as far as its legs are longer, and its lowest point 
 }
 
 TEST_CASE("without legs there is no way") {
-  const std::array<npt::ReadJoints, 1> poses{npt::ReadJoints{{}, {1, 5, 2}, 0}};
+  const std::array<npt::JointPose, 1> poses{npt::JointPose{{}, {1, 5, 2}, 0}};
   CHECK(npt::root_way(2, poses, std::array{0.0}, 0).empty());
-  CHECK(npt::root_way(0, std::array{npt::ReadJoints{{}, {}, 1}}, std::array{0.0}, 0).empty());
+  CHECK(npt::root_way(0, std::array{npt::JointPose{{}, {}, 1}}, std::array{0.0}, 0).empty());
   CHECK(npt::root_way(1, {}, {}, 0).empty());
 }

@@ -235,13 +235,13 @@ class Sequence {
   std::optional<npt::SkinnedSkeleton> skeleton_;
   std::vector<std::vector<float>> positions_;
   std::vector<std::vector<npt::Affine>> motions_;
-  std::vector<npt::ReadJoints> poses_;
+  std::vector<npt::JointPose> poses_;
 };
 
 std::string text_of(const npt::TransferReport& report) {
   return std::string("{\"method\":") + (report.method == npt::Method::network ? "\"network\"" : "\"body\"") +
-         ",\"read\":" + (report.read ? "true" : "false") + ",\"identityTrust\":" + number(report.identity_trust) +
-         ",\"poseTrust\":" + number(report.pose_trust) + ",\"identityNotes\":" + quoted(report.identity_notes) +
+         ",\"read\":" + (report.read ? "true" : "false") + ",\"identityTrust\":" + number(report.identity_confidence) +
+         ",\"poseTrust\":" + number(report.pose_confidence) + ",\"identityNotes\":" + quoted(report.identity_notes) +
          ",\"poseNotes\":" + quoted(report.pose_notes) + "}";
 }
 

@@ -15,9 +15,9 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/fitted_body.hpp>
-#include <npt/estimate/reading_fit.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
@@ -244,7 +244,7 @@ class FingerFitter {
   const BodyModel& model() const noexcept { return *model_; }
 
   /// Of both hands, left and right, for a fit of SMPL's 24 joints. `start`: of the last frame of a sequence.
-  std::array<HandBend, 2> operator()(const FitSurface& surface, const ReadingFit& fit,
+  std::array<HandBend, 2> operator()(const FitSurface& surface, const CorrespondenceFit& fit,
                                      const std::array<HandBend, 2>& start = {}) const {
     std::array<HandBend, 2> result;
     for (std::size_t side = 0; side < 2; ++side)
@@ -255,7 +255,7 @@ class FingerFitter {
   }
 
  private:
-  /// ReadingFit::part_distances of a hand below which its fingers are as they were fitted: of the hands that are told
+  /// CorrespondenceFit::part_distances of a hand below which its fingers are as they were fitted: of the hands that are told
   /// above the fists have 0.010 to 0.015, most others less than this, which saves their search, 5 ms a hand.
   static constexpr double least_distance = 0.007;
 

@@ -24,7 +24,7 @@
 #include <npt/body/proportions.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/body_reading.hpp>
+#include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_values.hpp>
@@ -55,10 +55,10 @@ class FitBias {
   /// How much it counts for a pair, from 0 to 1: where both meshes keep a distance from the body as people of other
   /// models do. The mannequin's is 0.001, other models' bodies' and dressed people's 0.006 to 0.008; a stylised man's,
   /// whose joints are his own, 0.011: with it he would have 24e-4 instead of 19e-4.
-  static double share(const BodyReading& identity, const BodyReading& pose) {
-    const auto of_one = [](const BodyReading& reading) {
+  static double share(const BodyEstimate& identity, const BodyEstimate& pose) {
+    const auto of_one = [](const BodyEstimate& reading) {
       const double distance = reading.fit.relative_distance;
-      return BodyReading::falling(distance, 0.0085, 0.0105) * (1 - BodyReading::falling(distance, 0.002, 0.005));
+      return BodyEstimate::falling(distance, 0.0085, 0.0105) * (1 - BodyEstimate::falling(distance, 0.002, 0.005));
     };
     return std::min(of_one(identity), of_one(pose));
   }
@@ -72,7 +72,7 @@ class FitBias {
   }
 
   /// [24] exp(share B x) of a mesh's fit, in the joints' own frames.
-  Rotations correction(const BodyReading& reading, double share = 1) const {
+  Rotations correction(const BodyEstimate& reading, double share = 1) const {
     const std::array<double, columns> x = inputs(reading.fit.body);
     Rotations result;
     for (std::size_t j = 0; j < smpl_joint_count; ++j) {
@@ -88,7 +88,7 @@ class FitBias {
   }
 
   /// [24, 3] the joint angles for the identity in the pose.
-  std::vector<float> angles(const BodyReading& identity, const BodyReading& pose) const {
+  std::vector<float> angles(const BodyEstimate& identity, const BodyEstimate& pose) const {
     std::vector<float> result = pose.fit.body.axis_angles;
     const double share = FitBias::share(identity, pose);
     if (!(share > 0)) return result;

@@ -72,7 +72,7 @@ class LimbSearch {
   }
 
   /// At most `count` fits with other poses of a pair of limbs, the best first; may hold the pose that the fit has.
-  /// read: other angles of the whole body, as the motions of other readings; facing: as ReadingFit's.
+  /// read: other angles of the whole body, as the motions of other readings; facing: as CorrespondenceFit's.
   template <class Exec = SerialExecutor>
   std::vector<BodyFit> operator()(const FitSurface& surface, const BodyFit& fit, LimbPair pair, double facing,
                                   std::span<const Angles> read, std::size_t count,

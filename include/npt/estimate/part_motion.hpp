@@ -38,7 +38,7 @@
 namespace npt::inline NPT_ABI {
 
 /// A point of a mesh's surface, and where on the resting body it was read to belong.
-struct ReadPoint {
+struct PointCorrespondence {
   Vec3d point;           ///< of the mesh
   Vec3d normal;          ///< of the mesh, unit, as its triangles turn; (0, 0, 0): unknown
   Vec3d place;           ///< on the body's mean shape in its rest pose, or near it
@@ -53,11 +53,11 @@ struct BodyPoint {
 };
 
 /// The resting body that places are read on. The level must outlive it.
-class ReadTemplate {
+class CorrespondenceTemplate {
  public:
   using Skin = std::array<double, smpl_joint_count>;
 
-  ReadTemplate(const BodyModel& model, const BodyLevel& level)
+  CorrespondenceTemplate(const BodyModel& model, const BodyLevel& level)
       : level_(level), tree_(level.rest_points(), level.triangles()), joints_(model.joints({})) {
     if (model.joint_count() != smpl_joint_count || !std::ranges::equal(model.tables().parents, smpl_parents))
       throw Error({.file = "body",
@@ -127,11 +127,12 @@ namespace fit::internal {
 
 class PartMotionSolver {
  public:
-  PartMotionSolver(const ReadTemplate& rest, std::span<const ReadPoint> points, SwappedLimbs swapped)
+  PartMotionSolver(const CorrespondenceTemplate& rest, std::span<const PointCorrespondence> points,
+                   SwappedLimbs swapped)
       : rest_(rest), points_(points) {
     if (points.size() < 20)
       throw Error({.file = "reading", .found = std::to_string(points.size()) + " points", .expected = "at least 20"});
-    for (const ReadPoint& p : points) {
+    for (const PointCorrespondence& p : points) {
       if (!is_finite(p.point) || !is_finite(p.place) || !(p.spread >= 0))
         throw Error({.file = "reading", .found = "a point or place that is not finite", .expected = "finite numbers"});
       Read& r = reads_.emplace_back();
@@ -161,18 +162,18 @@ class PartMotionSolver {
 
   struct Read {
     BodyPoint own;
-    ReadTemplate::Skin skin{};
+    CorrespondenceTemplate::Skin skin{};
     double certainty = 1;
     Limb limb = Limb::none;
     bool mirrored = false;
   };
 
-  static double sum_of(const ReadTemplate::Skin& skin, std::initializer_list<SmplJoint> joints) {
+  static double sum_of(const CorrespondenceTemplate::Skin& skin, std::initializer_list<SmplJoint> joints) {
     double sum = 0;
     for (const SmplJoint j : joints) sum += skin[joint_index(j)];
     return sum;
   }
-  static Limb limb_of(const ReadTemplate::Skin& skin) {
+  static Limb limb_of(const CorrespondenceTemplate::Skin& skin) {
     using enum SmplJoint;
     if (sum_of(skin, {left_shoulder, right_shoulder, left_elbow, right_elbow, left_wrist, right_wrist, left_hand,
                       right_hand}) > 0.5)
@@ -221,7 +222,7 @@ class PartMotionSolver {
     Vec3d place = r.own.rest;
     place.x = -place.x;
     r.own = rest_.locate(place);
-    ReadTemplate::Skin skin;
+    CorrespondenceTemplate::Skin skin;
     for (std::size_t j = 0; j < skin.size(); ++j) skin[smpl_mirrored_joints[j]] = r.skin[j];
     r.skin = skin;
     r.mirrored = !r.mirrored;
@@ -409,8 +410,8 @@ class PartMotionSolver {
 
   static constexpr double cut_off = 0.3;
 
-  const ReadTemplate& rest_;
-  std::span<const ReadPoint> points_;
+  const CorrespondenceTemplate& rest_;
+  std::span<const PointCorrespondence> points_;
   std::vector<Read> reads_;
   double total_ = 0, unit_ = 1;
   PartTransform trunk_;
@@ -421,7 +422,8 @@ class PartMotionSolver {
 }  // namespace fit::internal
 
 /// The motion of a body's parts from read points.
-inline PartMotion part_motion(const ReadTemplate& rest, std::span<const ReadPoint> points, SwappedLimbs swapped = {}) {
+inline PartMotion part_motion(const CorrespondenceTemplate& rest, std::span<const PointCorrespondence> points,
+                              SwappedLimbs swapped = {}) {
   return fit::internal::PartMotionSolver(rest, points, swapped)();
 }
 

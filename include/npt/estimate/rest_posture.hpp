@@ -16,7 +16,7 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/body_reading.hpp>
+#include <npt/estimate/body_estimate.hpp>
 
 #include <algorithm>
 #include <array>
@@ -40,7 +40,7 @@ inline constexpr std::array<Vec3d, smpl_joint_count> people_at_rest{{
 }};
 
 /// [24] How the joints are bent beyond people's at rest, as axis angles; the root without its direction.
-inline std::array<Vec3d, smpl_joint_count> bend_beyond_rest(const BodyReading& reading) {
+inline std::array<Vec3d, smpl_joint_count> bend_beyond_rest(const BodyEstimate& reading) {
   std::array<Vec3d, smpl_joint_count> bend;
   for (std::size_t j = 0; j < smpl_joint_count; ++j) {
     const Matrix3 own = j == 0 ? reading.facing_front() * reading.joint_rotation(0) : reading.joint_rotation(j);
@@ -53,9 +53,9 @@ inline std::array<Vec3d, smpl_joint_count> bend_beyond_rest(const BodyReading& r
 }  // namespace skeleton::internal
 
 /// How far the mesh stands as a character of its own at rest, from 0 to 1: w above.
-inline double own_rest(const BodyReading& reading) {
+inline double own_rest(const BodyEstimate& reading) {
   // People's distance is 0.006 to 0.008, dressed or not; a stylised man's 0.011.
-  const double strange = 1 - BodyReading::falling(reading.fit.relative_distance, 0.0085, 0.0105);
+  const double strange = 1 - BodyEstimate::falling(reading.fit.relative_distance, 0.0085, 0.0105);
   if (reading.fit.body.axis_angles.empty() || !(strange > 0)) return 0;
   // A stylised man in a T pose is bent by up to 14 degrees, people who stand with their arms down by 60.
   double most = 0;
@@ -63,11 +63,11 @@ inline double own_rest(const BodyReading& reading) {
   for (std::size_t j = 0; j < smpl_joint_count; ++j)
     if (j != joint_index(SmplJoint::left_hand) && j != joint_index(SmplJoint::right_hand))
       most = std::max(most, length(bend[j]));
-  return strange * BodyReading::falling(most, 0.35, 0.5);
+  return strange * BodyEstimate::falling(most, 0.35, 0.5);
 }
 
 /// A pose's angles for an identity: the same, or from its own rest.
-inline std::vector<float> from_own_rest(const BodyReading& identity, std::span<const float> axis_angles) {
+inline std::vector<float> from_own_rest(const BodyEstimate& identity, std::span<const float> axis_angles) {
   std::vector<float> result(axis_angles.begin(), axis_angles.end());
   const double weight = own_rest(identity);
   if (!(weight > 0)) return result;

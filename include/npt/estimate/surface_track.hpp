@@ -50,7 +50,7 @@ class SurfaceTrack {
     double off = 0;  ///< median distance between tied points and the surface's, in metres
   };
 
-  /// level: the model's full one; tree: of its triangles; facing: as ReadingFit's.
+  /// level: the model's full one; tree: of its triangles; facing: as CorrespondenceFit's.
   SurfaceTrack(const BodyModel& model, const BodyLevel& level, TriangleTree tree, const FitSurface& surface,
                const BodyFit& fit, double facing)
       : body_(tied(model, level, std::move(tree), surface, fit, facing, samples_, parts_)), rest_(samples_.size()) {

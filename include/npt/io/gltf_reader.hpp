@@ -1,4 +1,4 @@
-/// Reading glTF 2.0, binary or as text, into a Scene; gltf.hpp says what is kept. The project's own JSON reader and no
+/// Reads glTF 2.0, binary or as text, into a Scene; gltf.hpp says what is kept. The project's own JSON reader and no
 /// library for glTF: tinygltf 2.7 as Debian builds it refuses every Draco file, hands image loaders ranges that it
 /// hasn't checked, and each of its numbers would have to be checked again.
 #pragma once

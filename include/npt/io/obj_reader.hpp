@@ -1,4 +1,4 @@
-/// Reading OBJ files; obj.hpp says what is understood. tinyobjloader reads, through its callbacks: those keep faces of
+/// Reads OBJ files; obj.hpp says what is understood. tinyobjloader reads, through its callbacks: those keep faces of
 /// more than 255 corners and the order of the statements, and never triangulate. It pulls the text line by line, and
 /// each line is checked as it passes; what it then delivers is held against the check.
 #pragma once
@@ -28,9 +28,9 @@ namespace npt::inline NPT_ABI {
 namespace internal::obj {
 
 /// The mesh in the making: tinyobjloader's source of lines, and what takes its callbacks.
-class Reader : private std::streambuf {
+class CorrespondenceEstimator : private std::streambuf {
  public:
-  Reader(std::string_view text, const std::string& file)
+  CorrespondenceEstimator(std::string_view text, const std::string& file)
       : lines_(text.substr(text.starts_with(byte_order_mark) ? byte_order_mark.size() : 0)),
         check_(file),
         file_(file) {}
@@ -95,19 +95,19 @@ class Reader : private std::streambuf {
     using tinyobj::real_t;
     tinyobj::callback_t result;
     result.vertex_cb = [](void* to, real_t x, real_t y, real_t z, real_t w) {
-      static_cast<Reader*>(to)->add_vertex({x, y, z}, w);
+      static_cast<CorrespondenceEstimator*>(to)->add_vertex({x, y, z}, w);
     };
     result.texcoord_cb = [](void* to, real_t x, real_t y, real_t z) {
-      Reader& reader = *static_cast<Reader*>(to);
+      CorrespondenceEstimator& reader = *static_cast<CorrespondenceEstimator*>(to);
       reader.add_row(Statement::texcoord, "texture coordinate", reader.mesh_.texcoords, {x, y, z});
       reader.mesh_.texcoord_size = std::max(reader.mesh_.texcoord_size, reader.check_.numbers().size() == 3 ? 3 : 2);
     };
     result.normal_cb = [](void* to, real_t x, real_t y, real_t z) {
-      Reader& reader = *static_cast<Reader*>(to);
+      CorrespondenceEstimator& reader = *static_cast<CorrespondenceEstimator*>(to);
       reader.add_row(Statement::normal, "normal", reader.mesh_.normals, {x, y, z});
     };
     result.index_cb = [](void* to, tinyobj::index_t* indices, int count) {
-      static_cast<Reader*>(to)->add_face(std::span(indices, static_cast<std::size_t>(count)));
+      static_cast<CorrespondenceEstimator*>(to)->add_face(std::span(indices, static_cast<std::size_t>(count)));
     };
     return result;
   }
@@ -215,7 +215,7 @@ class Reader : private std::streambuf {
 
 /// A mesh from the text of an OBJ file. `name` stands in the messages of errors.
 inline Mesh parse_obj(std::string_view text, const std::string& name) {
-  Mesh mesh = internal::obj::Reader(text, name).read();
+  Mesh mesh = internal::obj::CorrespondenceEstimator(text, name).read();
   validate(mesh, name);
   return mesh;
 }

@@ -1,4 +1,4 @@
-/// Reading PLY files; ply.hpp says what is understood.
+/// Reads PLY files; ply.hpp says what is understood.
 #pragma once
 
 #include <npt/base/error.hpp>
@@ -151,9 +151,9 @@ class AsciiSource {
 
 /// Reads all elements from a source of numbers into a mesh.
 template <class Source>
-class Reader {
+class CorrespondenceEstimator {
  public:
-  Reader(Source& source, const Header& header, const std::string& file)
+  CorrespondenceEstimator(Source& source, const Header& header, const std::string& file)
       : source_(source), header_(header), file_(file) {}
 
   Mesh read() {
@@ -355,7 +355,7 @@ class Reader {
 /// A mesh from the bytes of a PLY file. `name` stands in the messages of errors.
 inline Mesh parse_ply(std::string_view bytes, const std::string& name) {
   const internal::ply::Header header = internal::ply::HeaderReader(bytes, name).read();
-  const auto read = [&](auto source) { return internal::ply::Reader(source, header, name).read(); };
+  const auto read = [&](auto source) { return internal::ply::CorrespondenceEstimator(source, header, name).read(); };
   Mesh mesh = header.format == PlyFormat::ascii ? read(internal::ply::AsciiSource(bytes, header, name))
                                                 : read(internal::ply::BinarySource(bytes, header, name));
   validate(mesh, name);

@@ -30,9 +30,9 @@
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/union_find.hpp>
 #include <npt/mesh/weld.hpp>
-#include <npt/skin/accessories.hpp>
+#include <npt/skin/attachments.hpp>
 #include <npt/skin/hand_skin.hpp>
-#include <npt/skin/held_things.hpp>
+#include <npt/skin/props.hpp>
 
 #include <algorithm>
 #include <array>
@@ -81,7 +81,7 @@ class BodyWeights {
     const std::vector<float> pace = smoothing_pace();
     for (int i = 0; i < options.sweeps / fineness; ++i) smooth(pace);
     if (joints_ == fingered_joint_count) measure_hands();
-    hang_accessories();
+    attach_accessories();
     hold_things();
   }
 
@@ -234,13 +234,13 @@ class BodyWeights {
   }
 
   /// A small piece that goes with other joints than what it lies on goes as a whole with that.
-  void hang_accessories() {
+  void attach_accessories() {
     std::vector<std::uint32_t> joints(points_.size());
     for (std::size_t p = 0; p < points_.size(); ++p) {
       const auto row = std::span(weights_).subspan(p * stride_, joints_);
       joints[p] = static_cast<std::uint32_t>(std::ranges::max_element(row) - row.begin());
     }
-    for (const Accessory& piece : Accessories(points_, triangles_, joints, model_.tables().parents).misplaced()) {
+    for (const Attachment& piece : Attachments(points_, triangles_, joints, model_.tables().parents).misplaced()) {
       std::vector<float> mean(stride_);
       for (const auto& [triangle, weights] : piece.contacts)
         for (std::size_t k = 0; k < 3; ++k)
@@ -260,7 +260,7 @@ class BodyWeights {
       for (std::size_t side = 0; side < 2; ++side)
         if (heaviest[v] == wrist(side) || heaviest[v] == joint_index(SmplJoint::left_hand) + side)
           hands[side].push_back(body_[v]);
-    HeldThings held(points_, triangles_, distances_, options_.off, hands);
+    Props held(points_, triangles_, distances_, options_.off, hands);
     for (std::uint32_t p = 0; p < points_.size(); ++p)
       if (const auto side = held.side(p)) {
         std::fill_n(&weights_[p * stride_], stride_, 0.0F);

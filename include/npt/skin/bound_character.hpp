@@ -10,7 +10,7 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/body_reading.hpp>
+#include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/finger_fit.hpp>
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/skin/skeleton_pose.hpp>
@@ -24,7 +24,7 @@ namespace npt::inline NPT_ABI {
 
 /// An identity bound to the body that was fitted to it.
 struct BoundCharacter {
-  BodyReading reading;
+  BodyEstimate reading;
   BodyFit body;                   ///< the reading's, with finger joints: 40
   std::vector<Vec3d> joints;      ///< [40] where they are, in the body's coordinates
   std::array<HandBend, 2> hands;  ///< as measured on the mesh itself
@@ -33,7 +33,7 @@ struct BoundCharacter {
   SparseMatrix weights;           ///< [V, 40]
 
   /// [40, 3] the pose's joint angles [24, 3] with its hands, where this character has fingers to close.
-  std::vector<float> angles(std::span<const float> axis_angles, const BodyReading& pose) const {
+  std::vector<float> angles(std::span<const float> axis_angles, const BodyEstimate& pose) const {
     return with_fingers(axis_angles, {fingers[0] ? pose.hands[0] : hands[0], fingers[1] ? pose.hands[1] : hands[1]});
   }
 

@@ -33,12 +33,12 @@ class BodyRead {
   BodyRead& operator=(const BodyRead&) = delete;
   virtual ~BodyRead() = default;
 
-  double trust = 0;   ///< 0 to 1
-  std::string notes;  ///< what the user should know: "lies, or its vertical axis is z"
+  double confidence = 0;  ///< 0 to 1
+  std::string notes;      ///< what the user should know: "lies, or its vertical axis is z"
 };
 
 /// The joint angles that a mesh was read in.
-struct ReadJoints {
+struct JointPose {
   std::vector<float> axis_angles;  ///< [J, 3], radians
   Vec3d root;                      ///< where the root joint is, in the mesh's unit and place
   double leg = 0;                  ///< from the hip over the knee to the ankle, in the mesh's unit; of both the mean
@@ -69,7 +69,7 @@ class BodyMethod {
   /// The identity's vertices with the pose's joint angles, in its own unit and place. result: [V, 3]
   virtual void pose(const BodyBinding& identity, const BodyRead& pose, std::span<float> result) const = 0;
 
-  virtual ReadJoints joints(const BodyRead& read) const = 0;
+  virtual JointPose joints(const BodyRead& read) const = 0;
   /// The identity's skeleton and skin weights, in its own unit, place and pose.
   virtual SkinnedSkeleton skeleton(const BodyBinding& identity) const = 0;
   /// [J] How the joints move to the pose's angles: blended by all skin weights, these give what pose() does.
@@ -83,10 +83,10 @@ using MakeBodyMethod = std::shared_ptr<const BodyMethod> (*)(const std::filesyst
 struct TransferReport {
   Method method = Method::network;  ///< body or network
   bool read = false;                ///< whether both meshes were read as bodies
-  double identity_trust = 0, pose_trust = 0;
+  double identity_confidence = 0, pose_confidence = 0;
   std::string identity_notes, pose_notes;
 
-  double trust() const { return identity_trust < pose_trust ? identity_trust : pose_trust; }
+  double confidence() const { return identity_confidence < pose_confidence ? identity_confidence : pose_confidence; }
 };
 
 }  // namespace npt::inline NPT_ABI

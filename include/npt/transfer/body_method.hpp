@@ -8,15 +8,15 @@
 #if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
 #include <npt/base/default_executor.hpp>
 #include <npt/base/executor.hpp>
-#include <npt/estimate/body_reading.hpp>
+#include <npt/estimate/body_estimate.hpp>
+#include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/estimate/fit_bias.hpp>
-#include <npt/estimate/reader.hpp>
 #include <npt/estimate/rest_posture.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/skin/bound_character.hpp>
 #include <npt/transfer/body_transfer.hpp>
-#include <npt/transfer/second_opinion.hpp>
+#include <npt/transfer/network_correction.hpp>
 #endif
 
 #include <filesystem>
@@ -34,11 +34,11 @@ namespace skeleton::internal {
 
 class ReadBody final : public BodyRead {
  public:
-  explicit ReadBody(BodyReading body) : reading(std::move(body)) {
-    trust = reading.trust();
+  explicit ReadBody(BodyEstimate body) : reading(std::move(body)) {
+    confidence = reading.confidence();
     notes = reading.notes();
   }
-  BodyReading reading;
+  BodyEstimate reading;
 };
 
 class BoundBody final : public BodyBinding {
@@ -49,11 +49,13 @@ class BoundBody final : public BodyBinding {
 
 class TransferByBodies final : public BodyMethod {
  public:
-  TransferByBodies(const SafetensorsFile& reader, int threads) : transfer_(Reader(reader, DefaultExecutor(threads))) {
+  TransferByBodies(const SafetensorsFile& reader, int threads)
+      : transfer_(CorrespondenceEstimator(reader, DefaultExecutor(threads))) {
     if (const SafetensorsFile bias = reader.part("fit_bias/"); !bias.tensors().empty())
       bias_ = std::make_unique<const FitBias>(bias);
     const SafetensorsFile network = reader.part("second_opinion/");
-    if (!network.tensors().empty()) opinion_ = std::make_unique<const SecondOpinion>(network, DefaultExecutor(1));
+    if (!network.tensors().empty())
+      correction_ = std::make_unique<const NetworkCorrection>(network, DefaultExecutor(1));
   }
 
   std::shared_ptr<const BodyRead> read(const MeshView& mesh) const override {
@@ -68,7 +70,7 @@ class TransferByBodies final : public BodyMethod {
   void pose(const BodyBinding& identity, const BodyRead& pose, std::span<float> result) const override {
     transfer_.pose(static_cast<const BoundBody&>(identity).character, angles(identity, pose), result);
   }
-  ReadJoints joints(const BodyRead& read) const override {
+  JointPose joints(const BodyRead& read) const override {
     return transfer_.joints(static_cast<const ReadBody&>(read).reading);
   }
   SkinnedSkeleton skeleton(const BodyBinding& identity) const override {
@@ -81,20 +83,20 @@ class TransferByBodies final : public BodyMethod {
  private:
   /// The joint angles that the identity takes.
   std::vector<float> angles(const BodyBinding& identity, const BodyRead& pose) const {
-    const BodyReading& reading = static_cast<const ReadBody&>(pose).reading;
+    const BodyEstimate& reading = static_cast<const ReadBody&>(pose).reading;
     expect_body(reading, "pose");
     const BoundCharacter& character = static_cast<const BoundBody&>(identity).character;
     std::vector<float> result =
         bias_ == nullptr ? reading.fit.body.axis_angles : bias_->angles(character.reading, reading);
     result = character.angles(result, reading);
-    if (opinion_ != nullptr)
-      result = opinion_->angles(transfer_.fingered_body(), character, reading, std::move(result));
+    if (correction_ != nullptr)
+      result = correction_->angles(transfer_.fingered_body(), character, reading, std::move(result));
     return from_own_rest(character.reading, result);
   }
 
   BodyTransfer transfer_;
   std::unique_ptr<const FitBias> bias_;  ///< these two where the reader's file holds them
-  std::unique_ptr<const SecondOpinion> opinion_;
+  std::unique_ptr<const NetworkCorrection> correction_;
 };
 
 inline std::shared_ptr<const BodyMethod> open_body_method(const std::filesystem::path& reader, int threads) {

@@ -1,9 +1,9 @@
 /// Pose transfer between characters, by bodies: a network reads where each point of a mesh belongs on a resting body,
 /// the body with proportions is fitted to points and places, the identity is bound to it, and linear blend skinning
 /// gives it the pose mesh's joint angles. No mesh needs to rest, to be one piece, or to be of any unit.
-///   const npt::BodyTransfer transfer(npt::Reader::open("reader.safetensors"));
+///   const npt::BodyTransfer transfer(npt::CorrespondenceEstimator::open("reader.safetensors"));
 ///   npt::BoundCharacter character = transfer.bind(identity);        once an identity
-///   npt::BodyReading reading = transfer.read(pose);                 once a pose
+///   npt::BodyEstimate reading = transfer.read(pose);                 once a pose
 ///   transfer.pose(character, reading, result);                      [V, 3]
 /// The identity's root joint stays in its place.
 /// Shapes    meshes: [V, 3] floats with triangles; result: as the identity
@@ -20,9 +20,9 @@
 #include <npt/body/joint_names.hpp>
 #include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/body_reader.hpp>
-#include <npt/estimate/body_reading.hpp>
-#include <npt/estimate/reader.hpp>
+#include <npt/estimate/body_estimate.hpp>
+#include <npt/estimate/body_estimator.hpp>
+#include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/scene/affine.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
@@ -44,7 +44,7 @@ namespace npt::inline NPT_ABI {
 template <class Exec = DefaultExecutor>
 class BasicBodyTransfer {
  public:
-  explicit BasicBodyTransfer(BasicReader<Exec> reader, BodyReaderOptions options = {})
+  explicit BasicBodyTransfer(BasicCorrespondenceEstimator<Exec> reader, BodyEstimatorOptions options = {})
       : reader_(std::move(reader), std::move(options)) {}
 
   /// SMPL's 24 joints: what is fitted.
@@ -53,12 +53,12 @@ class BasicBodyTransfer {
   const BodyModel& fingered_body() const noexcept { return reader_.fingered_body(); }
 
   /// How a body lies in a mesh.
-  BodyReading read(const MeshView& mesh) const { return reader_.read(mesh); }
+  BodyEstimate read(const MeshView& mesh) const { return reader_.read(mesh); }
   /// The next frame of a sequence, from the last one's reading.
-  BodyReading follow(const MeshView& mesh, const BodyReading& last) const { return reader_.follow(mesh, last); }
+  BodyEstimate follow(const MeshView& mesh, const BodyEstimate& last) const { return reader_.follow(mesh, last); }
 
   /// Of a mesh in which a body lies.
-  ReadJoints joints(const BodyReading& reading) const {
+  JointPose joints(const BodyEstimate& reading) const {
     expect_body(reading, "mesh");
     const BodyFit& fit = reading.fit.body;
     const std::vector<Vec3d> rest = body().joints(fit.betas);
@@ -70,10 +70,10 @@ class BasicBodyTransfer {
   }
 
   BoundCharacter bind(const MeshView& identity) const { return bind(identity, read(identity)); }
-  BoundCharacter bind(const MeshView& identity, BodyReading reading) const {
+  BoundCharacter bind(const MeshView& identity, BodyEstimate reading) const {
     BoundCharacter character;
     character.reading = std::move(reading);
-    const BodyReading& r = character.reading;
+    const BodyEstimate& r = character.reading;
     expect_body(r, identity.name);
     character.body = r.fit.body;
     character.body.axis_angles = with_fingers(r.fit.body.axis_angles, r.hands);
@@ -109,7 +109,7 @@ class BasicBodyTransfer {
   }
 
   /// [J] How the identity's joints move to the pose's angles, in its own unit and place.
-  std::vector<Affine> motions(const BoundCharacter& identity, const BodyReading& pose) const {
+  std::vector<Affine> motions(const BoundCharacter& identity, const BodyEstimate& pose) const {
     expect_body(pose, "pose");
     return motions(identity, identity.angles(pose.fit.body.axis_angles, pose));
   }
@@ -124,7 +124,7 @@ class BasicBodyTransfer {
   }
 
   /// The identity's vertices with the pose's joint angles, in its own unit and place.
-  void pose(const BoundCharacter& identity, const BodyReading& pose, std::span<float> result) const {
+  void pose(const BoundCharacter& identity, const BodyEstimate& pose, std::span<float> result) const {
     expect_body(pose, "pose");
     this->pose(identity, identity.angles(pose.fit.body.axis_angles, pose), result);
   }
@@ -146,7 +146,7 @@ class BasicBodyTransfer {
   static constexpr double least_closed = 0.8;
 
   /// How far the hands are closed after the fingers of closed ones were measured; their joints' places, too.
-  static std::array<HandBend, 2> measured_hands(const BodyReading& reading,
+  static std::array<HandBend, 2> measured_hands(const BodyEstimate& reading,
                                                 const std::array<skeleton::internal::HandMeasure, 2>& measured,
                                                 std::span<Vec3d> joints) {
     // Radians that no finger bends: then it was measured wrongly.
@@ -166,7 +166,7 @@ class BasicBodyTransfer {
     return hands;
   }
 
-  BasicBodyReader<Exec> reader_;
+  BasicBodyEstimator<Exec> reader_;
 };
 
 using BodyTransfer = BasicBodyTransfer<>;

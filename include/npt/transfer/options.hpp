@@ -28,7 +28,7 @@ struct TransferOptions {
   Method method = Method::automatic;
   /// Whether a pair that doesn't read as people keeps what the network makes of it where that is torn apart (for
   /// measuring). Else it is an Error.
-  bool keep_torn = false;
+  bool keep_distorted = false;
   /// Weights of the reader; empty: those that the weights' file names.
   std::filesystem::path reader{};
   Pairing pairing = Pairing::random;

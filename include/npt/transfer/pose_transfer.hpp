@@ -222,7 +222,7 @@ class BasicPoseTransfer {
     TransferReport report;
     report.read = identity.body_ != nullptr && pose.body_ != nullptr;
     if (report.read) {
-      report.identity_trust = identity.body_->trust, report.pose_trust = pose.body_->trust;
+      report.identity_confidence = identity.body_->confidence, report.pose_confidence = pose.body_->confidence;
       report.identity_notes = identity.body_->notes, report.pose_notes = pose.body_->notes;
     }
     report.method = by_body(identity, pose) ? Method::body : Method::network;
@@ -242,11 +242,11 @@ class BasicPoseTransfer {
   }
 
   /// The joints of a prepared mesh. Requires report().method == Method::body with it.
-  ReadJoints joints(const PreparedIdentity& identity) const {
+  JointPose joints(const PreparedIdentity& identity) const {
     NPT_ASSERT(body_ != nullptr && identity.body_ != nullptr);
     return body_->joints(*identity.body_);
   }
-  ReadJoints joints(const PreparedPose& pose) const {
+  JointPose joints(const PreparedPose& pose) const {
     NPT_ASSERT(body_ != nullptr && pose.body_ != nullptr);
     return body_->joints(*pose.body_);
   }
@@ -338,7 +338,7 @@ class BasicPoseTransfer {
     }
   }
   bool may_take(const BodyRead* read) const {
-    return read != nullptr && (options().method == Method::body || read->trust >= least_confidence);
+    return read != nullptr && (options().method == Method::body || read->confidence >= least_confidence);
   }
   bool by_body(const PreparedIdentity& identity, const PreparedPose& pose) const {
     return identity.binding_ != nullptr && may_take(pose.body_.get());
@@ -351,7 +351,7 @@ class BasicPoseTransfer {
     prepared.binding_ = nullptr;
     prepared.not_for_network_ = nullptr;
     if (may_take(prepared.body_.get())) prepared.binding_ = body_->bind(identity, *prepared.body_);
-    const bool judged = body_ != nullptr && options().method == Method::automatic && !options().keep_torn;
+    const bool judged = body_ != nullptr && options().method == Method::automatic && !options().keep_distorted;
     const auto kept = judged ? identity.triangles : std::span<const Triangle>();
     prepared.triangles_.assign(kept.begin(), kept.end());
     prepared.xyz_.assign(identity.xyz.begin(), kept.empty() ? identity.xyz.begin() : identity.xyz.end());

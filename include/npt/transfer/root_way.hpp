@@ -19,10 +19,10 @@ namespace npt::inline NPT_ABI {
 /// leg        of the character
 /// poses      [frames] as they were read
 /// lowest     [frames] the least y of each frame
-inline std::vector<Vec3d> root_way(double leg, std::span<const ReadJoints> poses, std::span<const double> lowest,
+inline std::vector<Vec3d> root_way(double leg, std::span<const JointPose> poses, std::span<const double> lowest,
                                    double ground) {
   double legs = 0;
-  for (const ReadJoints& pose : poses) legs += pose.leg / static_cast<double>(poses.size());
+  for (const JointPose& pose : poses) legs += pose.leg / static_cast<double>(poses.size());
   if (!(leg > 0 && legs > 0)) return {};
   std::vector<Vec3d> way;
   double deepest = std::numeric_limits<double>::infinity();

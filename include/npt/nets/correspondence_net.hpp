@@ -22,7 +22,7 @@
 namespace npt::inline NPT_ABI {
 
 template <int C = 256>
-struct ReaderNet {
+struct CorrespondenceNet {
   static constexpr int width = C;
 
   /// Entries of its weights' metadata.

@@ -1,7 +1,7 @@
 /// What a pose transfer network says of a transfer between bodies, taken into the joint angles. Where a mesh isn't the
 /// fitted body's own build, the body takes on its posture (a heavy person's lean, a spine under clothes), which the
 /// identity then gets; a network trained on pairs of different bodies errs elsewhere, and between both is the truth.
-///   const npt::SecondOpinion opinion(file, npt::DefaultExecutor(0));
+///   const npt::NetworkCorrection opinion(file, npt::DefaultExecutor(0));
 ///   std::vector<float> angles = opinion.angles(body, character, reading, fitted);    [40, 3], fingers as they were
 /// Points of both meshes, facing the way the network was trained on, go through it; the identity's angles are then
 /// those that bring its points nearest to where body and network put them, by Gauss-Newton with the body's as a prior.
@@ -27,7 +27,7 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/body_reading.hpp>
+#include <npt/estimate/body_estimate.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/nets/pose_transfer_net.hpp>
@@ -49,14 +49,14 @@
 namespace npt::inline NPT_ABI {
 
 template <class Exec = DefaultExecutor>
-class BasicSecondOpinion {
+class BasicNetworkCorrection {
  public:
   using Network = PoseTransferNet<256, ConvRelu, Pooled>;
 
-  BasicSecondOpinion(const SafetensorsFile& file, Exec executor) : engine_(loaded(file), std::move(executor)) {}
+  BasicNetworkCorrection(const SafetensorsFile& file, Exec executor) : engine_(loaded(file), std::move(executor)) {}
 
   /// How much the network counts beside the body, from 0 to most_share, before it was asked.
-  static double share(const BodyReading& identity, const BodyReading& pose) {
+  static double share(const BodyEstimate& identity, const BodyEstimate& pose) {
     const double distance = std::max(identity.fit.relative_distance, pose.fit.relative_distance);
     double difference = 0;
     for (std::size_t i = 0; i < identity.fit.body.betas.size(); ++i) {
@@ -71,9 +71,9 @@ class BasicSecondOpinion {
 
   /// [40, 3] the joint angles for the identity in the pose, from what the body says; as they are where the network
   /// doesn't count. body: with finger joints
-  std::vector<float> angles(const BodyModel& body, const BoundCharacter& identity, const BodyReading& pose,
+  std::vector<float> angles(const BodyModel& body, const BoundCharacter& identity, const BodyEstimate& pose,
                             std::vector<float> angles) const {
-    double share = BasicSecondOpinion::share(identity.reading, pose);
+    double share = BasicNetworkCorrection::share(identity.reading, pose);
     if (!(share > 0)) return angles;
     const Points points = choose(identity);
     std::vector<Vec3d> own = posed(body, identity, points, angles), other = by_network(identity, points, pose);
@@ -135,7 +135,7 @@ class BasicSecondOpinion {
   }
 
   /// The mean of a transfer and of the mirror images', which costs a second one and takes a quarter of the error.
-  std::vector<Vec3d> by_network(const BoundCharacter& identity, const Points& points, const BodyReading& pose) const {
+  std::vector<Vec3d> by_network(const BoundCharacter& identity, const Points& points, const BodyEstimate& pose) const {
     // The network's meshes face +z.
     const Matrix3 turn_identity = identity.reading.facing_front(), turn_pose = pose.facing_front();
     std::array<std::vector<float>, 2> of_identity, of_pose, results;
@@ -236,6 +236,6 @@ class BasicSecondOpinion {
   Engine<Network, float, Exec> engine_;
 };
 
-using SecondOpinion = BasicSecondOpinion<>;
+using NetworkCorrection = BasicNetworkCorrection<>;
 
 }  // namespace npt::inline NPT_ABI

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/baseline/fit/reading_start.hpp>
+#include <npt/baseline/fit/fit_start.hpp>
 #include <npt/baseline/skeleton/skeleton_transfer.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
@@ -20,8 +20,8 @@ TEST_CASE("a fit that begins where a mesh was read needs no search") {
     npt::Mesh mesh = npt::to_mesh(npt::mannequin(), npt::sample_shape(random, npt::mannequin().shape_count()), pose);
     for (npt::Vec3f& p : mesh.positions) p += npt::Vec3f{3, -2, 1};
     const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
-    const npt::BodyReading reading = transfer.read({mesh.coordinates(), triangles, "person"});
-    REQUIRE(reading.trust() > npt::sure_start);
+    const npt::BodyEstimate reading = transfer.read({mesh.coordinates(), triangles, "person"});
+    REQUIRE(reading.confidence() > npt::sure_start);
     const npt::BodyFit start = npt::start_of(transfer.joints(reading), fitter.model());
     const npt::BodyFit fit = npt::fit_body(fitter, mesh, "person", &start);
     CHECK(fit.starts == 1);

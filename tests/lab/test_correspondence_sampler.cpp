@@ -2,8 +2,8 @@
 
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
+#include <npt/lab/correspondence_sampler.hpp>
 #include <npt/lab/dress.hpp>
-#include <npt/lab/reading_sampler.hpp>
 #include <npt/lab/surface_cloud.hpp>
 
 #include <cmath>
@@ -19,7 +19,7 @@ std::shared_ptr<const npt::SurfaceCloud> reading_cloud() {
   return cloud;
 }
 
-npt::ReadingSampler reading_sampler(const npt::ReadingSampleOptions& options) {
+npt::CorrespondenceSampler reading_sampler(const npt::CorrespondenceSampleOptions& options) {
   return {{reading_cloud()}, [](npt::Random& r) { return npt::natural_poses().sample(r); }, options};
 }
 
@@ -30,7 +30,7 @@ float norm(const std::vector<float>& xyz, std::size_t i) {
 }  // namespace
 
 TEST_CASE("a reading's points are centred and of one size, normals are unit, places lie on the mannequin") {
-  const npt::ReadingSampler sampler = reading_sampler({.seed = 3, .points = 300});
+  const npt::CorrespondenceSampler sampler = reading_sampler({.seed = 3, .points = 300});
   for (std::uint64_t index = 0; index < 20; ++index) {
     const npt::Sample s = sampler.draw(1, index);
     REQUIRE(s.pose.size() == 900);
@@ -49,8 +49,9 @@ TEST_CASE("a reading's points are centred and of one size, normals are unit, pla
 
 TEST_CASE("a plain body in no pose is the mannequin itself, turned") {
   // Distances between points are those between their places, but for shape.
-  const npt::ReadingSampler sampler({reading_cloud()}, [](npt::Random&) { return std::array<float, 72>{}; },
-                                    {.seed = 1, .points = 200, .natural = 1, .fallen = 0, .dressed = 0, .plain = 1});
+  const npt::CorrespondenceSampler sampler(
+      {reading_cloud()}, [](npt::Random&) { return std::array<float, 72>{}; },
+      {.seed = 1, .points = 200, .natural = 1, .fallen = 0, .dressed = 0, .plain = 1});
   const npt::Sample s = sampler.draw(0, 0);
   double ratio_sum = 0, ratio_squares = 0;
   int count = 0;
@@ -69,7 +70,7 @@ TEST_CASE("a plain body in no pose is the mannequin itself, turned") {
 }
 
 TEST_CASE("samples depend on seed, step and index only, and differ in each of them") {
-  const npt::ReadingSampler sampler = reading_sampler({.seed = 3, .points = 64});
+  const npt::CorrespondenceSampler sampler = reading_sampler({.seed = 3, .points = 64});
   CHECK(sampler.draw(1, 2).pose == sampler.draw(1, 2).pose);
   CHECK(sampler.draw(1, 2).pose != sampler.draw(1, 3).pose);
   CHECK(sampler.draw(1, 2).pose != sampler.draw(2, 2).pose);
@@ -81,14 +82,14 @@ TEST_CASE("samples depend on seed, step and index only, and differ in each of th
 TEST_CASE("limbs of several bodies on one trunk, mirrored, are a reading like any other") {
   const std::vector<npt::WeightedCloud> bodies{{reading_cloud(), 1}, {reading_cloud(), 3}};
   const auto pose = [](npt::Random& r) { return npt::natural_poses().sample(r); };
-  const npt::ReadingSampler sampler(bodies, pose, {.seed = 5, .points = 200, .patched = 1, .mirror = true});
+  const npt::CorrespondenceSampler sampler(bodies, pose, {.seed = 5, .points = 200, .patched = 1, .mirror = true});
   const npt::Sample s = sampler.draw(0, 1);
   REQUIRE(s.truth.size() == 600);
   CHECK(s.truth == sampler.draw(0, 1).truth);
   for (std::size_t i = 0; i < 200; ++i) CHECK(norm(s.truth, i) < 0.75F);
   // Weights and patches that change nothing leave the samples as they were.
-  const npt::ReadingSampler equal(std::vector<npt::WeightedCloud>{{reading_cloud(), 2}}, pose,
-                                  {.seed = 5, .points = 200});
+  const npt::CorrespondenceSampler equal(std::vector<npt::WeightedCloud>{{reading_cloud(), 2}}, pose,
+                                         {.seed = 5, .points = 200});
   CHECK(equal.draw(0, 1).truth == reading_sampler({.seed = 5, .points = 200}).draw(0, 1).truth);
 }
 
@@ -101,7 +102,7 @@ TEST_CASE("a part of the samples is of strangers, all of whose points belong to 
       normals.push_back({1, 0, 0});
     }
   };
-  const npt::ReadingSampler sampler(
+  const npt::CorrespondenceSampler sampler(
       {{reading_cloud(), 1}}, [](npt::Random& r) { return npt::natural_poses().sample(r); },
       {.seed = 5, .points = 64, .strangers = 0.5}, npt::data::Purpose::training, pole);
   int strange = 0;

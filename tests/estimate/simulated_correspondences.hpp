@@ -7,9 +7,9 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
+#include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/part_motion.hpp>
-#include <npt/estimate/reading_fit.hpp>
 #include <npt/mesh/closest_point.hpp>
 
 #include <algorithm>
@@ -72,9 +72,10 @@ struct Noise {
 };
 
 /// places: [V] where each vertex belongs on the resting mannequin.
-inline npt::Reading read(const npt::FitSurface& surface, std::span<const Vec3d> points,
-                         std::span<const npt::Triangle> triangles, std::span<const Vec3d> places,
-                         const npt::SparseMatrix& weights, std::size_t count, const Noise& noise, npt::Random& random) {
+inline npt::Correspondences read(const npt::FitSurface& surface, std::span<const Vec3d> points,
+                                 std::span<const npt::Triangle> triangles, std::span<const Vec3d> places,
+                                 const npt::SparseMatrix& weights, std::size_t count, const Noise& noise,
+                                 npt::Random& random) {
   const npt::TriangleTree tree(points, triangles);
   const auto direction = [&random] {
     return npt::normalised(Vec3d{random.normal(), random.normal(), random.normal()});
@@ -82,11 +83,11 @@ inline npt::Reading read(const npt::FitSurface& surface, std::span<const Vec3d> 
   std::vector<Vec3d> offsets(24);
   for (Vec3d& o : offsets) o = Vec3d{random.normal(), random.normal(), random.normal()} * noise.part;
   const npt::BodyModel& body = npt::mannequin();
-  npt::Reading reading;
+  npt::Correspondences reading;
   for (std::size_t k = 0; k < count; ++k) {
     const npt::FitSurface::Sample& s = surface.samples()[k];
     const npt::ClosestPoint c = tree.closest(s.point);
-    npt::ReadPoint p;
+    npt::PointCorrespondence p;
     p.point = s.point;
     p.normal = s.normal;
     std::vector<double> skin(24);

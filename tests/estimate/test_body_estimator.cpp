@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/body/mannequin/mannequin.hpp>
-#include <npt/estimate/body_reader.hpp>
+#include <npt/estimate/body_estimator.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <array>
@@ -15,13 +15,13 @@ using people::Person;
 
 namespace {
 
-const npt::BodyReader& shipped_body_reader() {
-  static const npt::BodyReader reader(people::shipped_reader());
+const npt::BodyEstimator& shipped_body_reader() {
+  static const npt::BodyEstimator reader(people::shipped_reader());
   return reader;
 }
 
 /// A table as it is read: a body can be flattened to lie in it.
-npt::BodyReading read_new_table() {
+npt::BodyEstimate read_new_table() {
   std::vector<float> xyz;
   std::vector<npt::Triangle> faces;
   const auto add_box = [&](npt::Vec3f centre, npt::Vec3f half) {
@@ -42,8 +42,8 @@ npt::BodyReading read_new_table() {
   return shipped_body_reader().read({xyz, faces, "table"});
 }
 
-const npt::BodyReading& read_table() {
-  static const npt::BodyReading reading = read_new_table();
+const npt::BodyEstimate& read_table() {
+  static const npt::BodyEstimate reading = read_new_table();
   return reading;
 }
 
@@ -54,21 +54,21 @@ TEST_CASE("an upside-down person is read, and said to be") {
   a.pose = {};
   npt::Mesh mesh = npt::to_mesh(npt::mannequin(), a.betas, a.pose);
   for (npt::Vec3f& p : mesh.positions) p = {p.x, -p.y, -p.z};
-  const npt::BodyReading reading =
+  const npt::BodyEstimate reading =
       shipped_body_reader().read({mesh.coordinates(), npt::mannequin().triangles(), "handstand"});
-  CHECK(reading.trust() > 0.85);
+  CHECK(reading.confidence() > 0.85);
   CHECK(reading.notes().find("upside down") != std::string::npos);
 }
 
 TEST_CASE("what is no person isn't trusted") {
   const npt::Mesh ball = support::bumpy_sphere(20, 30, 0.2, true);
   const auto triangles = npt::triangulate(ball);
-  CHECK(shipped_body_reader().read({ball.coordinates(), triangles, "ball"}).trust() < 0.6);
+  CHECK(shipped_body_reader().read({ball.coordinates(), triangles, "ball"}).confidence() < 0.6);
   // It reads like a person, with too few vertices to be one.
   const std::vector<float> pyramid{0, 0, 0, 1, 0, 0, 0, 1.5F, 0, 0, 0, 1};
   const std::vector<npt::Triangle> sides{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  const npt::BodyReading few = shipped_body_reader().read({pyramid, sides, "pyramid"});
-  CHECK(few.trust() == 0);
+  const npt::BodyEstimate few = shipped_body_reader().read({pyramid, sides, "pyramid"});
+  CHECK(few.confidence() == 0);
   CHECK_THROWS_WITH_AS(npt::expect_body(few, "pyramid"), doctest::Contains("no body can lie"), npt::Error);
 }
 
@@ -76,44 +76,44 @@ TEST_CASE("a table that is taken for a person is said to have no person's propor
   CHECK(read_table().notes().find("proportions") != std::string::npos);
 }
 
-TEST_CASE("a table isn't trusted") { CHECK(read_table().trust() < 0.6); }
+TEST_CASE("a table isn't trusted") { CHECK(read_table().confidence() < 0.6); }
 
 TEST_CASE("the next frame goes on from the last one, and a jump is read anew") {
-  const npt::BodyReader& reader = shipped_body_reader();
+  const npt::BodyEstimator& reader = shipped_body_reader();
   const Person a(1), b(4);
-  const npt::BodyReading first = reader.read(a.view());
+  const npt::BodyEstimate first = reader.read(a.view());
   Person next = a;
   for (std::size_t i = 3; i < 72; ++i) next.pose[i] += 0.02F;
   next.mesh = npt::to_mesh(npt::mannequin(), next.betas, next.pose);
-  const npt::BodyReading second = reader.follow(next.view(), first);
-  CHECK(second.trust() > 0.85);
+  const npt::BodyEstimate second = reader.follow(next.view(), first);
+  CHECK(second.confidence() > 0.85);
   CHECK(second.fit.body.betas == first.fit.body.betas);
   CHECK(second.metres == first.metres);
-  const npt::BodyReading jump = reader.follow(b.view(), first);
-  CHECK(jump.trust() > 0.8);
+  const npt::BodyEstimate jump = reader.follow(b.view(), first);
+  CHECK(jump.confidence() > 0.8);
 }
 
 TEST_CASE("a sequence that hardly reads goes on from the next frame that surely does, looked for less and less often") {
-  const npt::BodyReader& reader = shipped_body_reader();
+  const npt::BodyEstimator& reader = shipped_body_reader();
   const Person person(3);
-  npt::BodyReading misread = reader.read(person.view());
-  REQUIRE(misread.trust() >= npt::high_confidence);
-  misread.fit.reading_residual = 0.2;
-  REQUIRE(misread.trust() < npt::high_confidence);
-  const npt::BodyReading anew = reader.follow(person.view(), misread);
-  CHECK(anew.trust() >= npt::high_confidence);
+  npt::BodyEstimate misread = reader.read(person.view());
+  REQUIRE(misread.confidence() >= npt::high_confidence);
+  misread.fit.correspondence_residual = 0.2;
+  REQUIRE(misread.confidence() < npt::high_confidence);
+  const npt::BodyEstimate anew = reader.follow(person.view(), misread);
+  CHECK(anew.confidence() >= npt::high_confidence);
   CHECK(anew.followed == 0);
   misread.followed = 2;
-  const npt::BodyReading third = reader.follow(person.view(), misread);
-  CHECK(third.trust() < npt::high_confidence);
+  const npt::BodyEstimate third = reader.follow(person.view(), misread);
+  CHECK(third.confidence() < npt::high_confidence);
   CHECK(third.followed == 3);
-  CHECK(reader.follow(person.view(), third).trust() >= npt::high_confidence);
+  CHECK(reader.follow(person.view(), third).confidence() >= npt::high_confidence);
 }
 
 TEST_CASE("several threads read what one does, bit for bit, where limbs are searched, too") {
-  const npt::BodyReader two(people::shipped_reader(2));
+  const npt::BodyEstimator two(people::shipped_reader(2));
   const Person doubtful(26);
-  const npt::BodyReading one = shipped_body_reader().read(doubtful.view());
+  const npt::BodyEstimate one = shipped_body_reader().read(doubtful.view());
   REQUIRE(one.fit.body.starts == 0);  // it comes from a limb search, not from a reading
   CHECK(two.read(doubtful.view()).fit.body.axis_angles == one.fit.body.axis_angles);
 }

@@ -1,14 +1,14 @@
 #include <doctest/doctest.h>
 
-#include <npt/estimate/reading_frame.hpp>
+#include <npt/estimate/canonical_frame.hpp>
 
 #include <array>
 #include <cmath>
 
 TEST_CASE("a reading frame takes out place, size and nothing else") {
   const std::array<npt::Vec3d, 4> points{{{1, 2, 3}, {4, 2, 1}, {0, -1, 2}, {5, 5, 5}}};
-  const npt::ReadingFrame frame = npt::reading_frame(points.size(), [&](std::size_t i) { return points[i]; });
-  const npt::ReadingFrame other = npt::reading_frame(points.size(), [&](std::size_t i) {
+  const npt::CanonicalFrame frame = npt::canonical_frame(points.size(), [&](std::size_t i) { return points[i]; });
+  const npt::CanonicalFrame other = npt::canonical_frame(points.size(), [&](std::size_t i) {
     return points[i] * 7.0 + npt::Vec3d{3, -8, 1};
   });
   double square = 0;
@@ -23,5 +23,5 @@ TEST_CASE("a reading frame takes out place, size and nothing else") {
 }
 
 TEST_CASE("points in one place have no frame") {
-  CHECK_FALSE(std::isfinite(npt::reading_frame(3, [](std::size_t) { return npt::Vec3d{1, 1, 1}; }).scale));
+  CHECK_FALSE(std::isfinite(npt::canonical_frame(3, [](std::size_t) { return npt::Vec3d{1, 1, 1}; }).scale));
 }

@@ -12,10 +12,10 @@
 #include <npt/config.hpp>
 #include <npt/estimate/body_level.hpp>
 #include <npt/estimate/differentiable_body.hpp>
+#include <npt/estimate/fit_stages.hpp>
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/part_motion.hpp>
 #include <npt/estimate/pose_prior.hpp>
-#include <npt/estimate/reading_stages.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh_view.hpp>
@@ -35,7 +35,7 @@ namespace npt::inline NPT_ABI {
 namespace fit::internal {
 
 /// One fit: a surface, a reading, and where the body is.
-class ReadingProblem {
+class CorrespondenceProblem {
  public:
   struct Match {
     Vec3d offset;         ///< from the mesh to the body
@@ -48,8 +48,8 @@ class ReadingProblem {
     double robust() const { return squared < 0 ? scale * scale : robust_squared(squared, scale); }
   };
 
-  ReadingProblem(const BodyModel& model, const PosePrior& prior, std::span<const double> deviations,
-                 const FitSurface& surface)
+  CorrespondenceProblem(const BodyModel& model, const PosePrior& prior, std::span<const double> deviations,
+                        const FitSurface& surface)
       : model_(model),
         prior_(prior),
         deviations_(deviations),
@@ -64,7 +64,8 @@ class ReadingProblem {
 
   void set_facing(double facing) { facing_ = facing; }
   /// `places` [n] are on the level's body: those of the motion for the level of the template.
-  void set_places(std::span<const ReadPoint> points, const PartMotion& motion, std::span<const BodyPoint> places) {
+  void set_places(std::span<const PointCorrespondence> points, const PartMotion& motion,
+                  std::span<const BodyPoint> places) {
     points_ = points;
     motion_ = &motion;
     places_ = places;
@@ -80,7 +81,7 @@ class ReadingProblem {
   }
 
   /// Levenberg and Marquardt's method.
-  void run(const ReadingStage& stage) {
+  void run(const FitStage& stage) {
     stage_ = &stage;
     prior_share_ = place_share_ = 1;
     value_ = evaluate(x_, matches_, state_);
@@ -122,7 +123,7 @@ class ReadingProblem {
   }
 
   /// The sum of the distances without places and priors, at the scale of a stage.
-  double distance(const ReadingStage& stage) {
+  double distance(const FitStage& stage) {
     stage_ = &stage;
     evaluate(x_, matches_, state_);
     return data_value_;
@@ -318,9 +319,9 @@ class ReadingProblem {
   const PosePrior& prior_;
   std::span<const double> deviations_;
   const FitSurface& surface_;
-  const ReadingStage* stage_ = nullptr;
+  const FitStage* stage_ = nullptr;
   const BodyLevel* level_ = nullptr;
-  std::span<const ReadPoint> points_;
+  std::span<const PointCorrespondence> points_;
   const PartMotion* motion_ = nullptr;
   std::span<const BodyPoint> places_;
   TriangleTree tree_{{}, {}};

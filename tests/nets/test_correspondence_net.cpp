@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
-#include <npt/nets/reader_net.hpp>
+#include <npt/nets/correspondence_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
 
@@ -10,7 +10,7 @@
 #include <vector>
 
 TEST_CASE("a reading of shuffled points is the shuffled reading, and all of it is within tanh") {
-  npt::Model<npt::ReaderNet<32>, double> model;
+  npt::Model<npt::CorrespondenceNet<32>, double> model;
   npt::randomise(model, 3);
   const npt::Engine engine(model, 1);
   npt::Random random(4);
@@ -34,7 +34,7 @@ TEST_CASE("a reading of shuffled points is the shuffled reading, and all of it i
 }
 
 TEST_CASE("normals matter to a reading") {
-  npt::Model<npt::ReaderNet<32>> model;
+  npt::Model<npt::CorrespondenceNet<32>> model;
   npt::randomise(model, 3);
   const npt::Engine engine(model, 1);
   npt::Random random(5);

@@ -28,12 +28,12 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_level.hpp>
+#include <npt/estimate/correspondence_problem.hpp>
+#include <npt/estimate/fit_stages.hpp>
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/part_motion.hpp>
 #include <npt/estimate/pose_prior.hpp>
-#include <npt/estimate/reading_problem.hpp>
-#include <npt/estimate/reading_stages.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/estimate/surface_track.hpp>
 #include <npt/mesh/closest_point.hpp>
@@ -53,9 +53,9 @@
 namespace npt::inline NPT_ABI {
 
 /// A mesh's points as they were read. Points should be drawn by area, in random order: the first n stand for all.
-using Reading = std::vector<ReadPoint>;
+using Correspondences = std::vector<PointCorrespondence>;
 
-struct ReadingFitOptions {
+struct CorrespondenceFitOptions {
   std::size_t coarse_vertices = 1200;      ///< of the body that is fitted first
   std::size_t probes = 1500;               ///< vertices that the finish measures at
   std::size_t samples = 2000;              ///< points of the surface that the finish measures at
@@ -64,27 +64,27 @@ struct ReadingFitOptions {
   std::vector<double> shape_deviations{};  ///< [S] standard deviations of the betas; missing ones are 1
 };
 
-/// A body that was fitted to a read surface, and what tells how far to trust it.
-struct ReadingFit {
+/// A body that was fitted to a read surface, and what tells how reliable it is.
+struct CorrespondenceFit {
   BodyFit body;
   /// Root of the mean squared distance between the surfaces, both ways, cut off at 5 cm, divided by the size of the
   /// surface (the root of its area over the body's).
   double relative_distance = 0;
-  double mesh_explained = 0;    ///< share of the surface that has the body within 3 cm (times its size)
-  double body_explained = 0;    ///< share of the body that has the surface within 3 cm
-  double reading_residual = 0;  ///< PartMotion::residual of the reading that was taken
-  std::size_t reading = 0;      ///< number of that
-  double facing = 1;            ///< 1: the mesh's triangles turn outwards, -1: inwards, 0: can't be said
+  double mesh_explained = 0;           ///< share of the surface that has the body within 3 cm (times its size)
+  double body_explained = 0;           ///< share of the body that has the surface within 3 cm
+  double correspondence_residual = 0;  ///< PartMotion::residual of the reading that was taken
+  std::size_t reading = 0;             ///< number of that
+  double facing = 1;                   ///< 1: the mesh's triangles turn outwards, -1: inwards, 0: can't be said
   /// As relative_distance, of each part alone.
   std::array<double, smpl_joint_count> part_distances{};
 
   /// From 0 to 1.
-  double trust() const { return std::min(mesh_explained, body_explained); }
+  double confidence() const { return std::min(mesh_explained, body_explained); }
 };
 
-class ReadingFitter {
+class CorrespondenceFitter {
  public:
-  explicit ReadingFitter(std::shared_ptr<const BodyModel> model, ReadingFitOptions options = {})
+  explicit CorrespondenceFitter(std::shared_ptr<const BodyModel> model, CorrespondenceFitOptions options = {})
       : model_(checked(std::move(model))),
         options_(std::move(options)),
         coarse_(*model_, options_.coarse_vertices),
@@ -99,30 +99,31 @@ class ReadingFitter {
       area_ += 0.5 * length(cross(rest[t[1]] - rest[t[0]], rest[t[2]] - rest[t[0]]));
     }
   }
-  ReadingFitter(const ReadingFitter&) = delete;
-  ReadingFitter& operator=(const ReadingFitter&) = delete;
+  CorrespondenceFitter(const CorrespondenceFitter&) = delete;
+  CorrespondenceFitter& operator=(const CorrespondenceFitter&) = delete;
 
   const BodyModel& model() const noexcept { return *model_; }
   std::shared_ptr<const BodyModel> shared_model() const noexcept { return model_; }
   /// The resting body that places are read on.
-  const ReadTemplate& read_template() const noexcept { return template_; }
-  const ReadingFitOptions& options() const noexcept { return options_; }
+  const CorrespondenceTemplate& correspondence_template() const noexcept { return template_; }
+  const CorrespondenceFitOptions& options() const noexcept { return options_; }
   /// Of the resting body's surface, in square metres.
   double area() const noexcept { return area_; }
 
-  ReadingFit fit(const FitSurface& surface, const Reading& reading) const {
+  CorrespondenceFit fit(const FitSurface& surface, const Correspondences& reading) const {
     return fit(surface, std::span(&reading, 1));
   }
 
   /// The best of several readings of one surface.
   template <class Exec = SerialExecutor>
-  ReadingFit fit(const FitSurface& surface, std::span<const Reading> readings, const Exec& executor = Exec()) const {
+  CorrespondenceFit fit(const FitSurface& surface, std::span<const Correspondences> readings,
+                        const Exec& executor = Exec()) const {
     if (readings.empty()) throw Error({.file = "reading", .found = "none", .expected = "at least one"});
     std::vector<Candidate> candidates = ranked(readings);
     check_size(candidates.front().motion.size);
     int evaluations = 0;
     for_each_of(candidates, executor, [&](Candidate& c) {
-      const Reading& reading = readings[c.reading];
+      const Correspondences& reading = readings[c.reading];
       if (options_.ranked_points < reading.size()) c.motion = part_motion(template_, reading, c.swapped);
       fit_places(surface, reading, c);
     });
@@ -132,7 +133,7 @@ class ReadingFitter {
     for_each_of(candidates, executor, [&](Candidate& c) { fit_coarsely(surface, readings[c.reading], c); });
     for (const Candidate& c : candidates) evaluations += c.evaluations;
     const auto best = std::ranges::min_element(candidates, {}, &Candidate::value);
-    ReadingFit result = finished(surface, *best, readings[best->reading]);
+    CorrespondenceFit result = finished(surface, *best, readings[best->reading]);
     result.body.evaluations += evaluations;
     result.body.starts = static_cast<int>(candidates.size());
     return result;
@@ -140,15 +141,15 @@ class ReadingFitter {
 
   /// The nearest of fits that begin elsewhere, as LimbSearch finds places; `fit` itself where none is nearer.
   template <class Exec = SerialExecutor>
-  ReadingFit nearest(const FitSurface& surface, const ReadingFit& fit, std::span<const BodyFit> starts,
-                     const Exec& executor = Exec()) const {
+  CorrespondenceFit nearest(const FitSurface& surface, const CorrespondenceFit& fit, std::span<const BodyFit> starts,
+                            const Exec& executor = Exec()) const {
     std::vector<Candidate> candidates(starts.size());
     for (std::size_t i = 0; i < starts.size(); ++i) candidates[i].x = parameters(starts[i]);
     for_each_of(candidates, executor, [&](Candidate& c) {
       c.facing = fit.facing;
-      c.motion.residual = fit.reading_residual;
+      c.motion.residual = fit.correspondence_residual;
       c.reading = fit.reading;
-      fit::internal::ReadingProblem problem(*model_, prior_, options_.shape_deviations, surface);
+      fit::internal::CorrespondenceProblem problem(*model_, prior_, options_.shape_deviations, surface);
       problem.x() = c.x;
       problem.set_facing(fit.facing);
       problem.set_level(coarse_, coarse_tree_);
@@ -165,7 +166,7 @@ class ReadingFitter {
     });
     candidates.resize(std::min<std::size_t>(candidates.size(), 2));
     for_each_of(candidates, executor, [&](Candidate& c) { c.result = finished(surface, c); });
-    ReadingFit best = fit;
+    CorrespondenceFit best = fit;
     for (Candidate& c : candidates)
       if (c.result.relative_distance < best.relative_distance) best = std::move(c.result);
     best.body.evaluations += evaluations;
@@ -173,12 +174,12 @@ class ReadingFitter {
   }
 
   /// What follows the surface from here on, frame by frame.
-  std::shared_ptr<const SurfaceTrack> track(const FitSurface& surface, const ReadingFit& fit) const {
+  std::shared_ptr<const SurfaceTrack> track(const FitSurface& surface, const CorrespondenceFit& fit) const {
     return std::make_shared<const SurfaceTrack>(*model_, full_, full_tree_, surface, fit.body, fit.facing);
   }
 
  private:
-  using Stages = fit::internal::ReadingStages;
+  using Stages = fit::internal::FitStages;
 
   struct Candidate {
     std::size_t reading = 0;
@@ -188,7 +189,7 @@ class ReadingFitter {
     double value = std::numeric_limits<double>::infinity();
     double facing = 1;
     int evaluations = 0;
-    ReadingFit result;  ///< of those that were finished
+    CorrespondenceFit result;  ///< of those that were finished
   };
 
   template <class Exec, class F>
@@ -220,13 +221,13 @@ class ReadingFitter {
   }
 
   /// Readings, and the best ones with limbs swapped: the least residuals first; of equal ones, the earlier.
-  std::vector<Candidate> ranked(std::span<const Reading> readings) const {
+  std::vector<Candidate> ranked(std::span<const Correspondences> readings) const {
     std::vector<Candidate> all;
     const auto add = [&](std::size_t reading, SwappedLimbs swapped) {
       Candidate& c = all.emplace_back();
       c.reading = reading;
       c.swapped = swapped;
-      const Reading& r = readings[reading];
+      const Correspondences& r = readings[reading];
       c.motion = part_motion(template_, std::span(r).first(std::min(options_.ranked_points, r.size())), swapped);
     };
     const auto sort = [&] { std::ranges::stable_sort(all, {}, [](const Candidate& c) { return c.motion.residual; }); };
@@ -259,8 +260,8 @@ class ReadingFitter {
     return true;
   }
 
-  void fit_places(const FitSurface& surface, const Reading& reading, Candidate& c) const {
-    fit::internal::ReadingProblem problem(*model_, prior_, options_.shape_deviations, surface);
+  void fit_places(const FitSurface& surface, const Correspondences& reading, Candidate& c) const {
+    fit::internal::CorrespondenceProblem problem(*model_, prior_, options_.shape_deviations, surface);
     problem.x() = {c.motion.translation.x, c.motion.translation.y, c.motion.translation.z};
     problem.x().insert(problem.x().end(), c.motion.axis_angles.begin(), c.motion.axis_angles.end());
     problem.x().resize(3 + 3 * model_->joint_count() + model_->shape_count());
@@ -275,8 +276,8 @@ class ReadingFitter {
     c.evaluations = problem.evaluations();
   }
 
-  void fit_coarsely(const FitSurface& surface, const Reading& reading, Candidate& c) const {
-    fit::internal::ReadingProblem problem(*model_, prior_, options_.shape_deviations, surface);
+  void fit_coarsely(const FitSurface& surface, const Correspondences& reading, Candidate& c) const {
+    fit::internal::CorrespondenceProblem problem(*model_, prior_, options_.shape_deviations, surface);
     problem.x() = c.x;
     problem.set_places(reading, c.motion, c.motion.places);
     problem.set_facing(c.facing);
@@ -289,7 +290,7 @@ class ReadingFitter {
   }
 
   /// By a vote of the read points: whether the mesh's normals are those of the posed body.
-  double facing_of(const fit::internal::ReadingProblem& problem, const Reading& reading,
+  double facing_of(const fit::internal::CorrespondenceProblem& problem, const Correspondences& reading,
                    const PartMotion& motion) const {
     std::size_t same = 0, opposite = 0;
     const std::span<const Vec3d> points = problem.body_points();
@@ -304,8 +305,9 @@ class ReadingFitter {
   }
 
   /// `reading`: the candidate's own where its places are still to count.
-  ReadingFit finished(const FitSurface& surface, const Candidate& c, std::span<const ReadPoint> reading = {}) const {
-    fit::internal::ReadingProblem problem(*model_, prior_, options_.shape_deviations, surface);
+  CorrespondenceFit finished(const FitSurface& surface, const Candidate& c,
+                             std::span<const PointCorrespondence> reading = {}) const {
+    fit::internal::CorrespondenceProblem problem(*model_, prior_, options_.shape_deviations, surface);
     problem.x() = c.x;
     problem.set_facing(c.facing);
     std::vector<BodyPoint> read_places;
@@ -320,8 +322,9 @@ class ReadingFitter {
     return result_of(surface, problem, c);
   }
 
-  ReadingFit result_of(const FitSurface& surface, fit::internal::ReadingProblem& problem, const Candidate& c) const {
-    ReadingFit result;
+  CorrespondenceFit result_of(const FitSurface& surface, fit::internal::CorrespondenceProblem& problem,
+                              const Candidate& c) const {
+    CorrespondenceFit result;
     const double sum = problem.distance(Stages::measured);
     result.body.distance = std::sqrt(sum / (2 * per_square_metre));
     const double size = std::sqrt(surface.area() / area_);
@@ -346,7 +349,7 @@ class ReadingFitter {
     result.body_explained = body_all > 0 ? body / body_all : 0;
     result.mesh_explained = mesh_all > 0 ? mesh / mesh_all : 0;
     result.reading = c.reading;
-    result.reading_residual = c.motion.residual;
+    result.correspondence_residual = c.motion.residual;
     result.facing = c.facing;
     result.body.evaluations = problem.evaluations();
     const std::vector<double>& x = problem.x();
@@ -358,10 +361,10 @@ class ReadingFitter {
   }
 
   std::shared_ptr<const BodyModel> model_;
-  ReadingFitOptions options_;
+  CorrespondenceFitOptions options_;
   BodyLevel coarse_, full_;
   TriangleTree coarse_tree_, full_tree_;  ///< at rest: fits move copies
-  ReadTemplate template_;
+  CorrespondenceTemplate template_;
   PosePrior prior_;
   std::vector<std::uint32_t> main_part_;  ///< [V] joint with the greatest weight
   double area_ = 0;

@@ -20,17 +20,17 @@
 #include <npt/body/proportions.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/body_look_up.hpp>
-#include <npt/estimate/body_reading.hpp>
 #include <npt/estimate/confidence.hpp>
+#include <npt/estimate/correspondence_estimator.hpp>
+#include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/finger_fit.hpp>
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/limb_search.hpp>
+#include <npt/estimate/limb_swap.hpp>
 #include <npt/estimate/part_motion.hpp>
-#include <npt/estimate/reader.hpp>
-#include <npt/estimate/reading_fit.hpp>
-#include <npt/estimate/untangle.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/weld.hpp>
@@ -52,21 +52,21 @@
 
 namespace npt::inline NPT_ABI {
 
-struct BodyReaderOptions {
+struct BodyEstimatorOptions {
   std::size_t read_points = 1500;  ///< of a surface that the network reads
   int turns = 8;                   ///< in which it reads them; half of them where one of these reads well
   /// Seven candidates instead of the fit's own three: of 110 natural poses 4 instead of 6 end beyond 3 cm, for a tenth
   /// of the time.
-  ReadingFitOptions fit{.candidates = 7};
+  CorrespondenceFitOptions fit{.candidates = 7};
 };
 
 template <class Exec = DefaultExecutor>
-class BasicBodyReader {
+class BasicBodyEstimator {
  public:
-  explicit BasicBodyReader(BasicReader<Exec> reader, BodyReaderOptions options = {})
+  explicit BasicBodyEstimator(BasicCorrespondenceEstimator<Exec> reader, BodyEstimatorOptions options = {})
       : reader_(std::move(reader)),
         options_(std::move(options)),
-        fitter_(std::make_unique<ReadingFitter>(
+        fitter_(std::make_unique<CorrespondenceFitter>(
             std::make_shared<const BodyModel>(with_proportions(mannequin(), human_proportion_deviations)),
             options_.fit)),
         fingers_(std::make_shared<const BodyModel>(with_finger_joints(fitter_->model()))),
@@ -78,14 +78,14 @@ class BasicBodyReader {
   const BodyModel& fingered_body() const noexcept { return fingers_.model(); }
 
   /// How a body lies in a mesh.
-  BodyReading read(const MeshView& mesh) const {
-    BodyReading reading;
+  BodyEstimate read(const MeshView& mesh) const {
+    BodyEstimate reading;
     reading.told = reader_.tells_people();
     reading.surface = surface_of(mesh, reading);
     if (mesh.xyz.size() < 3 * fewest_vertices) return reading;
     const FitSurface& surface = *reading.surface;
     const auto samples = surface.samples().first(std::min(options_.read_points, surface.samples().size()));
-    std::vector<Reading> readings = read_turns(samples, Matrix3::identity());
+    std::vector<Correspondences> readings = read_turns(samples, Matrix3::identity());
     if (least_residual(readings) > hopeless_residual) {
       const Turn best = best_turn(samples);
       if (best.residual > hopeless_residual) return reading;  // nothing like a person
@@ -96,22 +96,22 @@ class BasicBodyReader {
     search_limbs(surface, readings, reading, searched);
     if (likely(reading) && in_doubt(reading)) read_again(surface, samples, reading);
     if (reading.likeness() < sure_fit) read_turned(surface, samples, reading);
-    if (likely(reading)) untangle(mesh, surface, reading);
-    if (reading.trust() > 0) reading.hands = fingers_(surface, reading.fit);
+    if (likely(reading)) repair_limb_swap(mesh, surface, reading);
+    if (reading.confidence() > 0) reading.hands = fingers_(surface, reading.fit);
     return reading;
   }
 
   /// The next frame of a sequence, from the last one's reading. Where that is hardly sure, the first, second, fourth,
   /// eighth ... frame is read for itself, too, and the sequence goes on from one that reads surely.
-  BodyReading follow(const MeshView& mesh, const BodyReading& last) const {
+  BodyEstimate follow(const MeshView& mesh, const BodyEstimate& last) const {
     if (last.fit.body.axis_angles.empty()) return read(mesh);
     const std::size_t frame = last.followed + 1;
-    std::optional<BodyReading> anew;
-    if (std::has_single_bit(frame) && last.trust() < high_confidence) {
+    std::optional<BodyEstimate> anew;
+    if (std::has_single_bit(frame) && last.confidence() < high_confidence) {
       anew = read(mesh);
-      if (anew->trust() >= high_confidence) return *std::move(anew);
+      if (anew->confidence() >= high_confidence) return *std::move(anew);
     }
-    BodyReading reading;
+    BodyEstimate reading;
     reading.followed = frame;
     reading.told = last.told;
     reading.disagreement = last.disagreement;
@@ -140,10 +140,10 @@ class BasicBodyReader {
   /// took 3 s.
   static constexpr std::size_t fewest_vertices = 32;
   /// What is hardly like a person isn't worth a second look.
-  static bool likely(const BodyReading& reading) {
-    return reading.fit.trust() > 0.7 && reading.fit.reading_residual < 0.15;
+  static bool likely(const BodyEstimate& reading) {
+    return reading.fit.confidence() > 0.7 && reading.fit.correspondence_residual < 0.15;
   }
-  static bool in_doubt(const BodyReading& reading) {
+  static bool in_doubt(const BodyEstimate& reading) {
     return reading.likeness() < sure_fit || reading.doubtful(LimbPair::legs) || reading.doubtful(LimbPair::arms);
   }
 
@@ -173,31 +173,31 @@ class BasicBodyReader {
   };
 
   /// Half of the turns; the other half, between them, only where not even the best of these explains its points well.
-  std::vector<Reading> read_turns(std::span<const FitSurface::Sample> samples, const Matrix3& upright) const {
+  std::vector<Correspondences> read_turns(std::span<const FitSurface::Sample> samples, const Matrix3& upright) const {
     const int half = (options_.turns + 1) / 2;
-    std::vector<Reading> readings = reader_.read(samples, {.turns = half, .upright = upright});
+    std::vector<Correspondences> readings = reader_.read(samples, {.turns = half, .upright = upright});
     if (least_residual(readings) < good_residual) return readings;
     const Matrix3 between = rotation_matrix({0, std::numbers::pi / half, 0});
-    for (Reading& r : reader_.read(samples, {.turns = half, .upright = between * upright}))
+    for (Correspondences& r : reader_.read(samples, {.turns = half, .upright = between * upright}))
       readings.push_back(std::move(r));
     return readings;
   }
 
   /// A second look in the directions between the first ones, the likeliest readings fitted each for itself, until one
   /// ends in the same pose; kept where it is nearer.
-  void read_again(const FitSurface& surface, std::span<const FitSurface::Sample> samples, BodyReading& reading) const {
+  void read_again(const FitSurface& surface, std::span<const FitSurface::Sample> samples, BodyEstimate& reading) const {
     constexpr std::size_t looks = 3;
     const Matrix3 between = rotation_matrix({0, std::numbers::pi / options_.turns, 0});
-    const std::vector<Reading> readings = reader_.read(samples, {.turns = options_.turns, .upright = between});
+    const std::vector<Correspondences> readings = reader_.read(samples, {.turns = options_.turns, .upright = between});
     std::vector<std::pair<double, std::size_t>> ranked;
     ranked.reserve(readings.size());
-    for (const Reading& r : readings) ranked.emplace_back(motion_of(r).residual, ranked.size());
+    for (const Correspondences& r : readings) ranked.emplace_back(motion_of(r).residual, ranked.size());
     std::ranges::sort(ranked);
     Searched searched;
     search_limbs(surface, readings, reading, searched);
     for (std::size_t i = 0; in_doubt(reading) && i < std::min(looks, ranked.size()); ++i) {
-      const Reading& r = readings[ranked[i].second];
-      BodyReading other = reading;
+      const Correspondences& r = readings[ranked[i].second];
+      BodyEstimate other = reading;
       fit(surface, std::span(&r, 1), other);
       const bool confirmed = !other.fit.body.axis_angles.empty() &&
                              same_pose(fitted_joints(body(), other.fit.body), fitted_joints(body(), reading.fit.body));
@@ -210,9 +210,9 @@ class BasicBodyReader {
   }
 
   /// Other poses of arms or legs that are in doubt, unless they were searched from this pose before.
-  void search_limbs(const FitSurface& surface, std::span<const Reading> readings, BodyReading& reading,
+  void search_limbs(const FitSurface& surface, std::span<const Correspondences> readings, BodyEstimate& reading,
                     Searched& searched) const {
-    if (reading.fit.trust() < 0.7) return;
+    if (reading.fit.confidence() < 0.7) return;
     std::vector<LimbSearch::Angles> read;
     for (int round = 0; round < 2; ++round) {
       const double before = reading.fit.relative_distance;
@@ -229,7 +229,7 @@ class BasicBodyReader {
 
   /// Where limbs that touch or cross were taken for each other, a fit from places that were mended along the surface;
   /// kept where it comes as near and tears the surface apart less.
-  void untangle(const MeshView& mesh, const FitSurface& surface, BodyReading& reading) const {
+  void repair_limb_swap(const MeshView& mesh, const FitSurface& surface, BodyEstimate& reading) const {
     constexpr double least_torn = 0.015;
     if (!limbs_touch(body(), reading.fit.body)) return;
     const Welding welding = weld(mesh.xyz);
@@ -238,28 +238,29 @@ class BasicBodyReader {
     std::vector<Vec3d> points;
     points.reserve(welding.point_count());
     for (const std::uint32_t v : welding.vertex_of) points.push_back(all[v]);
-    const auto tangle_of = [&](const ReadingFit& fit) {
-      return Tangle(BodyLookUp(body(), fit.body, fit.facing), points, triangles);
+    const auto limb_swap_of = [&](const CorrespondenceFit& fit) {
+      return LimbSwap(BodyLookUp(body(), fit.body, fit.facing), points, triangles);
     };
-    const Tangle now = tangle_of(reading.fit);
+    const LimbSwap now = limb_swap_of(reading.fit);
     if (now.torn() < least_torn) return;
-    const std::optional<Reading> mended = now.mended();
+    const std::optional<Correspondences> mended = now.mended();
     if (!mended) return;
-    BodyReading other = reading;
+    BodyEstimate other = reading;
     fit(surface, std::span(&*mended, 1), other);
     if (other.fit.body.axis_angles.empty() || other.fit.relative_distance > 1.05 * reading.fit.relative_distance ||
-        tangle_of(other.fit).torn() > 0.6 * now.torn())
+        limb_swap_of(other.fit).torn() > 0.6 * now.torn())
       return;
     // What the network read is no surer for that.
-    other.fit.reading_residual = reading.fit.reading_residual;
-    if (other.trust() > std::min(0.8, reading.trust() - 0.02)) reading = std::move(other);
+    other.fit.correspondence_residual = reading.fit.correspondence_residual;
+    if (other.confidence() > std::min(0.8, reading.confidence() - 0.02)) reading = std::move(other);
   }
 
   /// Of each reading the angles of the motion, limbs hung on the fitted trunk.
-  std::vector<LimbSearch::Angles> read_angles(std::span<const Reading> readings, const BodyReading& reading) const {
+  std::vector<LimbSearch::Angles> read_angles(std::span<const Correspondences> readings,
+                                              const BodyEstimate& reading) const {
     std::vector<LimbSearch::Angles> all;
     const std::vector<RigidMotion> fitted = body().bone_motions(reading.fit.body.betas, reading.fit.body.axis_angles);
-    for (const Reading& r : readings) {
+    for (const Correspondences& r : readings) {
       const PartMotion motion = motion_of(r);
       LimbSearch::Angles& angles = all.emplace_back(motion.axis_angles.begin(), motion.axis_angles.end());
       for (const std::size_t j : {1U, 2U, 13U, 14U}) {
@@ -273,16 +274,17 @@ class BasicBodyReader {
   /// Reads meshes that lie, stand on their hands, or have another vertical axis: turned so that each axis points up,
   /// few points in four directions; the best by the motion's residual is read and fitted, unless the trunk lies there
   /// as it was read before, and kept where it is better.
-  void read_turned(const FitSurface& surface, std::span<const FitSurface::Sample> samples, BodyReading& reading) const {
+  void read_turned(const FitSurface& surface, std::span<const FitSurface::Sample> samples,
+                   BodyEstimate& reading) const {
     const Turn best = best_turn(samples);
     if (reading.likeness() > 0) {
       // Half a radian or so: then the trunk lies where it was read before, and the fit would end where it is.
       constexpr double same_root = 0.9;
       const bool same = (best.root - reading.joint_rotation(0)).squared_norm() < same_root * same_root;
-      if (best.residual > (same ? 0.9 : 1.1) * reading.fit.reading_residual) return;
+      if (best.residual > (same ? 0.9 : 1.1) * reading.fit.correspondence_residual) return;
     }
-    BodyReading other = reading;
-    const std::vector<Reading> turned = read_turns(samples, best.upright);
+    BodyEstimate other = reading;
+    const std::vector<Correspondences> turned = read_turns(samples, best.upright);
     fit(surface, turned, other);
     Searched searched;
     search_limbs(surface, turned, other, searched);
@@ -295,14 +297,14 @@ class BasicBodyReader {
   /// The same, below which half of the turns are enough.
   static constexpr double good_residual = 0.05;
 
-  double least_residual(std::span<const Reading> readings) const {
+  double least_residual(std::span<const Correspondences> readings) const {
     double least = std::numeric_limits<double>::infinity();
-    for (const Reading& r : readings) least = std::min(least, motion_of(r).residual);
+    for (const Correspondences& r : readings) least = std::min(least, motion_of(r).residual);
     return least;
   }
   /// From few of its points.
-  PartMotion motion_of(const Reading& r) const {
-    return part_motion(fitter_->read_template(), std::span(r).first(std::min<std::size_t>(r.size(), 400)));
+  PartMotion motion_of(const Correspondences& r) const {
+    return part_motion(fitter_->correspondence_template(), std::span(r).first(std::min<std::size_t>(r.size(), 400)));
   }
 
   struct Turn {
@@ -319,7 +321,7 @@ class BasicBodyReader {
     Turn best;
     for (const Vec3d turn : turns) {
       const Matrix3 upright = rotation_matrix(turn);
-      for (const Reading& r : reader_.read(few, {.turns = 4, .upright = upright}))
+      for (const Correspondences& r : reader_.read(few, {.turns = 4, .upright = upright}))
         if (const PartMotion motion = motion_of(r); motion.residual < best.residual)
           best = {upright, motion.residual, motion.parts[0].rotation};
     }
@@ -327,7 +329,7 @@ class BasicBodyReader {
   }
 
   /// Fits the body; a mesh of quite another size than any body's keeps none.
-  void fit(const FitSurface& surface, std::span<const Reading> readings, BodyReading& reading) const {
+  void fit(const FitSurface& surface, std::span<const Correspondences> readings, BodyEstimate& reading) const {
     if (readings.size() > 1) reading.disagreement = disagreement_of(readings);
     try {
       reading.fit = fitter_->fit(surface, readings, executor());
@@ -337,7 +339,7 @@ class BasicBodyReader {
   }
 
   /// Of readings in several turns, as read_turns() gives them: each half of the turns behind its own median.
-  double disagreement_of(std::span<const Reading> readings) const {
+  double disagreement_of(std::span<const Correspondences> readings) const {
     const auto half = static_cast<std::size_t>((options_.turns + 1) / 2);
     if (half < 2 || readings.size() <= half) return 0;
     std::vector<double> of_points, distances;
@@ -356,7 +358,7 @@ class BasicBodyReader {
   }
 
   /// The surface at about a body's size, about its own centre.
-  std::shared_ptr<const FitSurface> surface_of(const MeshView& mesh, BodyReading& reading) const {
+  std::shared_ptr<const FitSurface> surface_of(const MeshView& mesh, BodyEstimate& reading) const {
     double area = 0;
     Vec3d centre;
     for (const Triangle& t : mesh.triangles) {
@@ -378,13 +380,13 @@ class BasicBodyReader {
 
   const Exec& executor() const { return reader_.engine().executor(); }
 
-  BasicReader<Exec> reader_;
-  BodyReaderOptions options_;
-  std::unique_ptr<const ReadingFitter> fitter_;
+  BasicCorrespondenceEstimator<Exec> reader_;
+  BodyEstimatorOptions options_;
+  std::unique_ptr<const CorrespondenceFitter> fitter_;
   FingerFitter fingers_;
   LimbSearch limbs_;
 };
 
-using BodyReader = BasicBodyReader<>;
+using BodyEstimator = BasicBodyEstimator<>;
 
 }  // namespace npt::inline NPT_ABI

@@ -6,7 +6,7 @@
 #include <npt/mesh/metrics.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/transfer/body_transfer.hpp>
-#include <npt/transfer/second_opinion.hpp>
+#include <npt/transfer/network_correction.hpp>
 
 #include <array>
 #include <cstdint>
@@ -22,12 +22,12 @@ npt::SafetensorsFile shipped_reader() {
 }
 
 const npt::BodyTransfer& bodies() {
-  static const npt::BodyTransfer transfer(npt::Reader(shipped_reader(), npt::DefaultExecutor(1)));
+  static const npt::BodyTransfer transfer(npt::CorrespondenceEstimator(shipped_reader(), npt::DefaultExecutor(1)));
   return transfer;
 }
 
-const npt::SecondOpinion& opinion() {
-  static const npt::SecondOpinion shipped(shipped_reader().part("second_opinion/"), npt::DefaultExecutor(1));
+const npt::NetworkCorrection& opinion() {
+  static const npt::NetworkCorrection shipped(shipped_reader().part("second_opinion/"), npt::DefaultExecutor(1));
   return shipped;
 }
 
@@ -46,7 +46,7 @@ struct Pair {
   std::array<float, 72> pose;
   npt::Mesh identity, posed, truth;
   npt::BoundCharacter character;
-  npt::BodyReading reading;
+  npt::BodyEstimate reading;
 
   explicit Pair(std::array<float, 72> of_pose, double distance = 0.006)
       : pose(of_pose),
@@ -98,13 +98,13 @@ TEST_CASE("angles that are a little wrong come nearer to the truth, by at most t
 TEST_CASE("bodies of the fitted kind, strange ones, and one character's own poses are left as they are") {
   const Pair near(table6_pose(5), 0.001), far(table6_pose(5), 0.012);
   for (const Pair* pair : {&near, &far}) {
-    CHECK(npt::SecondOpinion::share(pair->character.reading, pair->reading) == 0);
+    CHECK(npt::NetworkCorrection::share(pair->character.reading, pair->reading) == 0);
     CHECK(asked(*pair) == fitted(*pair));
   }
   Pair own(table6_pose(5));
-  CHECK(npt::SecondOpinion::share(own.character.reading, own.reading) > 0.15);
+  CHECK(npt::NetworkCorrection::share(own.character.reading, own.reading) > 0.15);
   own.character.reading.fit.body.betas = own.reading.fit.body.betas;
-  CHECK(npt::SecondOpinion::share(own.character.reading, own.reading) == 0);
+  CHECK(npt::NetworkCorrection::share(own.character.reading, own.reading) == 0);
 }
 
 TEST_CASE("a pose that the network doesn't know is left as it is") {
@@ -112,14 +112,14 @@ TEST_CASE("a pose that the network doesn't know is left as it is") {
   for (const std::size_t hip : {1U, 2U}) lying[3 * hip] = -1.5F;
   for (const std::size_t knee : {4U, 5U}) lying[3 * knee] = 1.5F;
   const Pair pair(lying);
-  CHECK(npt::SecondOpinion::share(pair.character.reading, pair.reading) > 0.15);
+  CHECK(npt::NetworkCorrection::share(pair.character.reading, pair.reading) > 0.15);
   CHECK(asked(pair) == fitted(pair));
 }
 
 TEST_CASE("weights of another network are refused by name") {
   const std::filesystem::path human = std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/human.safetensors";
   try {
-    const npt::SecondOpinion wrong(npt::SafetensorsFile::read(human), npt::DefaultExecutor(1));
+    const npt::NetworkCorrection wrong(npt::SafetensorsFile::read(human), npt::DefaultExecutor(1));
     FAIL("opened");
   } catch (const npt::Error& error) {
     CHECK(

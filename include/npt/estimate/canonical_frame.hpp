@@ -14,7 +14,7 @@ namespace npt::inline NPT_ABI {
 inline constexpr double reading_radius = 0.45;
 
 /// p -> (p - mean) scale
-struct ReadingFrame {
+struct CanonicalFrame {
   Vec3d mean;
   double scale = 0;  ///< infinite where the points have no extent, not a number where they are not finite
 
@@ -23,8 +23,8 @@ struct ReadingFrame {
 
 /// point(i): the i-th of `count` points.
 template <class PointOf>
-ReadingFrame reading_frame(std::size_t count, const PointOf& point) {
-  ReadingFrame frame;
+CanonicalFrame canonical_frame(std::size_t count, const PointOf& point) {
+  CanonicalFrame frame;
   const auto n = static_cast<double>(count);
   for (std::size_t i = 0; i < count; ++i) frame.mean += point(i) / n;
   double square = 0;

@@ -1,6 +1,6 @@
 /// Where a body fit may begin: the pose in which a mesh was read.
 ///   const auto read = method->read(mesh);                                       npt::body_method's
-///   const BodyFit start = start_of(method->joints(*read), fitter.model());      where read->trust > sure_start
+///   const BodyFit start = start_of(method->joints(*read), fitter.model());      where read->confidence > sure_start
 ///   const BodyFit fit = fitter.fit(points, triangles, "mesh", &start);
 /// Units     the mesh's, which a fit takes for the model's
 /// Requires  a model with SMPL's joints
@@ -18,7 +18,7 @@ namespace npt::inline NPT_ABI {
 inline constexpr double sure_start = 0.7;
 
 /// A fit of the model's mean shape with the angles that were read, its root joint where the read body's is.
-inline BodyFit start_of(const ReadJoints& read, const BodyModel& model) {
+inline BodyFit start_of(const JointPose& read, const BodyModel& model) {
   BodyFit start;
   start.axis_angles = read.axis_angles;
   start.translation = read.root - model.joints({})[0];

@@ -4,8 +4,8 @@
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/body/pose_sampler.hpp>
+#include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/estimate/fit_surface.hpp>
-#include <npt/estimate/reader.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/nn/engine/model.hpp>
 
@@ -23,7 +23,7 @@ npt::FitSurface surface_of(const npt::Mesh& mesh) { return {mesh.coordinates(), 
 }  // namespace
 
 TEST_CASE("the shipped reader says where points of unseen people belong, to 5 cm in the middle") {
-  const npt::Reader reader = npt::Reader::open(weights, 1);
+  const npt::CorrespondenceEstimator reader = npt::CorrespondenceEstimator::open(weights, 1);
   for (std::uint64_t i = 0; i < 4; ++i) {
     npt::Random random(9001, i);
     const auto pose = npt::natural_poses().sample(random);
@@ -39,7 +39,7 @@ TEST_CASE("the shipped reader says where points of unseen people belong, to 5 cm
       samples.push_back({points[v], npt::normalised(normals[v])});
       places.push_back(rest.positions[v].as<double>());
     }
-    const npt::Reading median = reader.read(samples).front();
+    const npt::Correspondences median = reader.read(samples).front();
     std::vector<double> errors;
     for (std::size_t k = 0; k < places.size(); ++k) errors.push_back(length(median[k].place - places[k]));
     std::ranges::sort(errors);
@@ -48,18 +48,18 @@ TEST_CASE("the shipped reader says where points of unseen people belong, to 5 cm
 }
 
 TEST_CASE("there is a reading for each turn and their median, the same with any number of threads, place and unit") {
-  npt::Model<npt::Reader::Network> model;
+  npt::Model<npt::CorrespondenceEstimator::Network> model;
   npt::randomise(model, 2);
-  const npt::Reader one(model, npt::DefaultExecutor(1));
+  const npt::CorrespondenceEstimator one(model, npt::DefaultExecutor(1));
   const npt::Mesh mesh = npt::to_mesh(npt::mannequin());
   const npt::FitSurface surface = surface_of(mesh);
   const auto samples = surface.samples().first(200);
-  const std::vector<npt::Reading> readings = one.read(samples, {.turns = 3});
+  const std::vector<npt::Correspondences> readings = one.read(samples, {.turns = 3});
   REQUIRE(readings.size() == 4);
   REQUIRE(one.read(samples, {.turns = 1}).size() == 1);
   std::vector<npt::FitSurface::Sample> moved(samples.begin(), samples.end());
   for (auto& s : moved) s.point = s.point * 4.0 + npt::Vec3d{16, -8, 32};
-  const std::vector<npt::Reading> others = one.read(moved, {.turns = 3});
+  const std::vector<npt::Correspondences> others = one.read(moved, {.turns = 3});
   for (std::size_t i = 0; i < 200; ++i) {
     CHECK(readings[1][i].point == samples[i].point);
     CHECK(length(readings[1][i].place - others[1][i].place) < 1e-4);
@@ -71,9 +71,9 @@ TEST_CASE("there is a reading for each turn and their median, the same with any 
 }
 
 TEST_CASE("no points, points in one place and no turn are errors") {
-  npt::Model<npt::Reader::Network> model;
+  npt::Model<npt::CorrespondenceEstimator::Network> model;
   npt::randomise(model, 2);
-  const npt::Reader reader(model, npt::DefaultExecutor(1));
+  const npt::CorrespondenceEstimator reader(model, npt::DefaultExecutor(1));
   CHECK_THROWS_AS(reader.read({}), npt::Error);
   const std::vector<npt::FitSurface::Sample> same(30, {{1, 1, 1}, {0, 1, 0}});
   CHECK_THROWS_AS(reader.read(same), npt::Error);

@@ -18,7 +18,7 @@
 #include <npt/body/proportions.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/reading_frame.hpp>
+#include <npt/estimate/canonical_frame.hpp>
 #include <npt/lab/draws.hpp>
 #include <npt/lab/dress.hpp>
 #include <npt/lab/limbs.hpp>
@@ -49,7 +49,7 @@ struct WeightedCloud {
   double weight = 1;
 };
 
-struct ReadingSampleOptions {
+struct CorrespondenceSampleOptions {
   std::uint64_t seed = 0;
   std::size_t points = 512;
   double natural = 0.7;   ///< share of poses that `natural_pose` draws; the others are uniform in wide ranges
@@ -61,7 +61,7 @@ struct ReadingSampleOptions {
   double strangers = 0;   ///< share of surfaces that are no person's
 };
 
-class ReadingSampler final : public SampleSource {
+class CorrespondenceSampler final : public SampleSource {
  public:
   /// Draws the angles [24, 3] of a natural pose.
   using NaturalPose = std::function<std::array<float, 3 * smpl_joint_count>(Random&)>;
@@ -70,8 +70,9 @@ class ReadingSampler final : public SampleSource {
   using Stranger = std::function<void(Random&, std::size_t n, std::vector<Vec3f>& points, std::vector<Vec3f>& normals)>;
 
   /// Requires  a stranger where options.strangers is above 0
-  ReadingSampler(std::vector<WeightedCloud> bodies, NaturalPose natural_pose, const ReadingSampleOptions& options,
-                 data::Purpose purpose = data::Purpose::training, Stranger stranger = {})
+  CorrespondenceSampler(std::vector<WeightedCloud> bodies, NaturalPose natural_pose,
+                        const CorrespondenceSampleOptions& options, data::Purpose purpose = data::Purpose::training,
+                        Stranger stranger = {})
       : bodies_(std::move(bodies)),
         natural_pose_(std::move(natural_pose)),
         stranger_(std::move(stranger)),
@@ -84,9 +85,9 @@ class ReadingSampler final : public SampleSource {
       shares_.push_back(sum += member.weight);
     }
   }
-  ReadingSampler(const std::vector<std::shared_ptr<const SurfaceCloud>>& bodies, NaturalPose natural_pose,
-                 const ReadingSampleOptions& options, data::Purpose purpose = data::Purpose::training)
-      : ReadingSampler(equally(bodies), std::move(natural_pose), options, purpose) {}
+  CorrespondenceSampler(const std::vector<std::shared_ptr<const SurfaceCloud>>& bodies, NaturalPose natural_pose,
+                        const CorrespondenceSampleOptions& options, data::Purpose purpose = data::Purpose::training)
+      : CorrespondenceSampler(equally(bodies), std::move(natural_pose), options, purpose) {}
 
   std::size_t max_vertices() const override { return options_.points; }
   std::size_t max_pose_vertices() const override { return options_.points; }
@@ -120,7 +121,7 @@ class ReadingSampler final : public SampleSource {
     const auto point = [&s](std::size_t i) {
       return Vec3f{s.pose[3 * i], s.pose[3 * i + 1], s.pose[3 * i + 2]}.as<double>();
     };
-    const ReadingFrame frame = reading_frame(n, point);
+    const CanonicalFrame frame = canonical_frame(n, point);
     for (std::size_t i = 0; i < n; ++i) put(s.pose, i, frame(point(i)).as<float>());
     s.edges.clear(), s.triangles.clear();
     s.scale = 0.5;
@@ -180,7 +181,8 @@ class ReadingSampler final : public SampleSource {
   /// As high as a person, about.
   void draw_stranger(Random& choice, std::size_t n, Scratch& scratch) const {
     stranger_(choice, n, scratch.points, scratch.normals);
-    const ReadingFrame frame = reading_frame(n, [&](std::size_t i) { return scratch.points[i].template as<double>(); });
+    const CanonicalFrame frame =
+        canonical_frame(n, [&](std::size_t i) { return scratch.points[i].template as<double>(); });
     scratch.drawn.clear();
     for (std::size_t i = 0; i < n; ++i)
       scratch.drawn.emplace_back(frame(scratch.points[i].template as<double>()).template as<float>(),
@@ -365,7 +367,7 @@ class ReadingSampler final : public SampleSource {
   bool equal_ = true;           ///< all weights
   NaturalPose natural_pose_;
   Stranger stranger_;
-  ReadingSampleOptions options_;
+  CorrespondenceSampleOptions options_;
   data::Purpose purpose_;
 };
 

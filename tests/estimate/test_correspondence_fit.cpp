@@ -1,11 +1,11 @@
 #include <doctest/doctest.h>
 
-#include <estimate/simulated_reading.hpp>
+#include <estimate/simulated_correspondences.hpp>
 
 #include <npt/base/error.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/proportions.hpp>
-#include <npt/estimate/reading_fit.hpp>
+#include <npt/estimate/correspondence_fit.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -17,15 +17,15 @@ namespace {
 
 using npt::Vec3d;
 
-const npt::ReadingFitter& fitter() {
-  static const npt::ReadingFitter shared(npt::borrowed(npt::mannequin()));
+const npt::CorrespondenceFitter& fitter() {
+  static const npt::CorrespondenceFitter shared(npt::borrowed(npt::mannequin()));
   return shared;
 }
 
 struct ReadBody {
   simulated::Posed posed;
   npt::FitSurface surface;
-  npt::Reading reading;
+  npt::Correspondences reading;
 };
 
 ReadBody read_body(std::uint64_t seed, const simulated::Noise& noise = {}) {
@@ -43,12 +43,12 @@ TEST_CASE("bodies that the model makes come back from noisy readings") {
   double sum = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const ReadBody c = read_body(seed, {.swap_one_arm = seed == 2, .swap_arms = seed == 3, .swap_legs = seed == 4});
-    const npt::ReadingFit fit = fitter().fit(c.surface, c.reading);
+    const npt::CorrespondenceFit fit = fitter().fit(c.surface, c.reading);
     CAPTURE(seed);
     const double error = simulated::error(npt::mannequin(), fit.body, c.posed.points);
     CHECK(error < 0.015);
     CHECK(fit.body.distance < 0.003);
-    CHECK(fit.trust() > 0.98);
+    CHECK(fit.confidence() > 0.98);
     CHECK(fit.facing == 1);
     sum += error / 6;
   }
@@ -57,12 +57,12 @@ TEST_CASE("bodies that the model makes come back from noisy readings") {
 
 TEST_CASE("of several readings the right one is taken") {
   const ReadBody c = read_body(7);
-  std::vector<npt::Reading> readings(3, c.reading);
-  for (npt::ReadPoint& p : readings[0]) p.place.x = -p.place.x;
+  std::vector<npt::Correspondences> readings(3, c.reading);
+  for (npt::PointCorrespondence& p : readings[0]) p.place.x = -p.place.x;
   npt::Random random(2);
-  for (npt::ReadPoint& p : readings[1])
+  for (npt::PointCorrespondence& p : readings[1])
     p.place = readings[2][random.below(static_cast<std::uint32_t>(readings[2].size()))].place;
-  const npt::ReadingFit fit = fitter().fit(c.surface, readings);
+  const npt::CorrespondenceFit fit = fitter().fit(c.surface, readings);
   CHECK(fit.reading == 2);
   CHECK(simulated::error(npt::mannequin(), fit.body, c.posed.points) < 0.015);
 }
@@ -72,8 +72,8 @@ TEST_CASE("triangles that turn inwards are told by the reading") {
   std::vector<npt::Triangle> turned(npt::mannequin().triangles().begin(), npt::mannequin().triangles().end());
   for (npt::Triangle& t : turned) std::swap(t[0], t[1]);
   const npt::FitSurface surface(c.posed.points, turned);
-  for (npt::ReadPoint& p : c.reading) p.normal = -p.normal;
-  const npt::ReadingFit fit = fitter().fit(surface, c.reading);
+  for (npt::PointCorrespondence& p : c.reading) p.normal = -p.normal;
+  const npt::CorrespondenceFit fit = fitter().fit(surface, c.reading);
   CHECK(fit.facing == -1);
   CHECK(fit.body.distance < 0.003);
 }
@@ -83,29 +83,30 @@ TEST_CASE("what isn't a body is trusted less") {
   // Half as wide again, and the arms cut off at places that the body has.
   std::vector<Vec3d> points = c.posed.points;
   for (Vec3d& p : points) p = {1.6 * p.x, 0.7 * p.y, 0.4 * p.z};
-  for (npt::ReadPoint& p : c.reading) p.point = {1.6 * p.point.x, 0.7 * p.point.y, 0.4 * p.point.z};
-  const npt::ReadingFit fit = fitter().fit(npt::FitSurface(points, npt::mannequin().triangles()), c.reading);
-  CHECK(fit.trust() < 0.97);
+  for (npt::PointCorrespondence& p : c.reading) p.point = {1.6 * p.point.x, 0.7 * p.point.y, 0.4 * p.point.z};
+  const npt::CorrespondenceFit fit = fitter().fit(npt::FitSurface(points, npt::mannequin().triangles()), c.reading);
+  CHECK(fit.confidence() < 0.97);
   CHECK(fit.relative_distance > 0.005);
 }
 
 TEST_CASE("half and one and a half times the size fit as well, with proportions") {
   static const npt::BodyModel model = npt::with_proportions(npt::mannequin(), npt::human_proportion_deviations);
-  static const npt::ReadingFitter wide(npt::borrowed(model));
+  static const npt::CorrespondenceFitter wide(npt::borrowed(model));
   for (const double scale : {0.5, 1.5}) {
     ReadBody c = read_body(13);
     for (Vec3d& p : c.posed.points) p *= scale;
-    for (npt::ReadPoint& p : c.reading) p.point *= scale;
-    const npt::ReadingFit fit = wide.fit(npt::FitSurface(c.posed.points, npt::mannequin().triangles()), c.reading);
+    for (npt::PointCorrespondence& p : c.reading) p.point *= scale;
+    const npt::CorrespondenceFit fit =
+        wide.fit(npt::FitSurface(c.posed.points, npt::mannequin().triangles()), c.reading);
     CAPTURE(scale);
     CHECK(simulated::error(model, fit.body, c.posed.points) < 0.015 * scale);
-    CHECK(fit.trust() > 0.98);
+    CHECK(fit.confidence() > 0.98);
   }
 }
 
 TEST_CASE("threads share a fitter and get the same bits") {
   const ReadBody c = read_body(11);
-  std::vector<npt::ReadingFit> fits(2);
+  std::vector<npt::CorrespondenceFit> fits(2);
   std::thread other([&] { fits[1] = fitter().fit(c.surface, c.reading); });
   fits[0] = fitter().fit(c.surface, c.reading);
   other.join();
@@ -116,13 +117,13 @@ TEST_CASE("threads share a fitter and get the same bits") {
 
 TEST_CASE("no reading, no body and another unit are errors") {
   const ReadBody c = read_body(12);
-  CHECK_THROWS_AS(fitter().fit(c.surface, std::span<const npt::Reading>()), npt::Error);
-  CHECK_THROWS_AS(fitter().fit(c.surface, npt::Reading()), npt::Error);
-  CHECK_THROWS_AS(npt::ReadingFitter(nullptr), npt::Error);
+  CHECK_THROWS_AS(fitter().fit(c.surface, std::span<const npt::Correspondences>()), npt::Error);
+  CHECK_THROWS_AS(fitter().fit(c.surface, npt::Correspondences()), npt::Error);
+  CHECK_THROWS_AS(npt::CorrespondenceFitter(nullptr), npt::Error);
   // Centimetres.
   std::vector<Vec3d> points = c.posed.points;
-  npt::Reading reading = c.reading;
+  npt::Correspondences reading = c.reading;
   for (Vec3d& p : points) p *= 100;
-  for (npt::ReadPoint& p : reading) p.point *= 100;
+  for (npt::PointCorrespondence& p : reading) p.point *= 100;
   CHECK_THROWS_AS(fitter().fit(npt::FitSurface(points, npt::mannequin().triangles()), reading), npt::Error);
 }

@@ -15,10 +15,10 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
+#include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/part_motion.hpp>
 #include <npt/estimate/place_patches.hpp>
-#include <npt/estimate/reading_fit.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
@@ -49,10 +49,10 @@ inline bool limbs_touch(const BodyModel& model, const BodyFit& fit, double near 
 }
 
 /// A mesh and where its points lie on a body that was fitted to it.
-class Tangle {
+class LimbSwap {
  public:
   /// points: [P], of a mesh whose vertices in one place are one
-  Tangle(const BodyLookUp& body, std::span<const Vec3d> points, std::span<const Triangle> triangles)
+  LimbSwap(const BodyLookUp& body, std::span<const Vec3d> points, std::span<const Triangle> triangles)
       : points_(points),
         triangles_(triangles),
         places_(looked_up(body, points, triangles)),
@@ -64,14 +64,14 @@ class Tangle {
   /// Points of the surface, drawn by area, with mended places; without those that no mending brings together with what
   /// is around them, and without small pieces: which of two feet a shoe is on, no edge tells. Nothing where no patch
   /// belongs to the other side, or hardly a point is left.
-  std::optional<Reading> mended() const {
+  std::optional<Correspondences> mended() const {
     const std::vector<State> states = judged();
     if (std::ranges::find(states, State::mirrored) == states.end()) return std::nullopt;
     std::vector<double> until;
     double area = 0;
     for (const Triangle& t : triangles_) until.push_back(area += length(vector_of(t)) / 2);
     Random random(20261125);
-    Reading reading;
+    Correspondences reading;
     for (std::size_t i = 0; i < drawn; ++i) {
       const double at = (static_cast<double>(i) + random.uniform()) / static_cast<double>(drawn) * area;
       const auto found = std::ranges::lower_bound(until, at) - until.begin();
@@ -80,7 +80,7 @@ class Tangle {
       if (state == State::doubted || patches_.piece_share(t[0]) < small_piece ||
           patches_.patch(t[0]) != patches_.patch(t[1]) || patches_.patch(t[0]) != patches_.patch(t[2]))
         continue;
-      ReadPoint& p = reading.emplace_back();
+      PointCorrespondence& p = reading.emplace_back();
       p.point = (points_[t[0]] + points_[t[1]] + points_[t[2]]) / 3;
       p.normal = normalised(vector_of(t));
       p.place = (places_[t[0]].rest + places_[t[1]].rest + places_[t[2]].rest) / 3;
@@ -88,7 +88,7 @@ class Tangle {
     }
     if (reading.size() < fewest) return std::nullopt;
     // The first ones are to lie all over the surface.
-    Reading mixed;
+    Correspondences mixed;
     for (const std::uint32_t i : random_permutation(static_cast<std::uint32_t>(reading.size()), random))
       mixed.push_back(reading[i]);
     return mixed;

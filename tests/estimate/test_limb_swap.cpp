@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
 #include <npt/body/mannequin/mannequin.hpp>
-#include <npt/estimate/reading_fit.hpp>
-#include <npt/estimate/untangle.hpp>
+#include <npt/estimate/correspondence_fit.hpp>
+#include <npt/estimate/limb_swap.hpp>
 
 #include <cstddef>
 #include <optional>
@@ -26,7 +26,7 @@ npt::BodyFit legs(float side) {
   return fit;
 }
 
-npt::Tangle tangle(const npt::BodyFit& fit, const std::vector<npt::Vec3d>& mesh) {
+npt::LimbSwap tangle(const npt::BodyFit& fit, const std::vector<npt::Vec3d>& mesh) {
   return {npt::BodyLookUp(npt::mannequin(), fit, 1), mesh, npt::mannequin().triangles()};
 }
 
@@ -47,14 +47,14 @@ TEST_CASE("a body that lies right isn't torn") {
 TEST_CASE("crossed shins that were fitted as if they went apart are told, and fitted right from mended places") {
   const npt::BodyFit right = legs(-1), wrong = legs(1);
   const std::vector<npt::Vec3d> points = npt::fitted_points(npt::mannequin(), right);
-  const npt::Tangle now = tangle(wrong, points);
+  const npt::LimbSwap now = tangle(wrong, points);
   CHECK(now.torn() > 0.03);
-  const std::optional<npt::Reading> mended = now.mended();
+  const std::optional<npt::Correspondences> mended = now.mended();
   REQUIRE(mended);
   CHECK(mended->size() > 1000);
 
-  const npt::ReadingFitter fitter(npt::borrowed(npt::mannequin()));
-  const npt::ReadingFit fit = fitter.fit(npt::FitSurface(points, npt::mannequin().triangles()), *mended);
+  const npt::CorrespondenceFitter fitter(npt::borrowed(npt::mannequin()));
+  const npt::CorrespondenceFit fit = fitter.fit(npt::FitSurface(points, npt::mannequin().triangles()), *mended);
   const std::vector<npt::Vec3d> joints = npt::fitted_joints(npt::mannequin(), fit.body),
                                 truth = npt::fitted_joints(npt::mannequin(), right);
   for (const SmplJoint j : {SmplJoint::left_knee, SmplJoint::right_knee, SmplJoint::left_ankle, SmplJoint::right_ankle})
@@ -71,6 +71,6 @@ TEST_CASE("small pieces say nothing of legs, and a mesh of nothing else can't be
     for (const std::uint32_t v : t) corners.push_back(points[v]);
     apart.push_back({first, first + 1, first + 2});
   }
-  const npt::Tangle pieces(npt::BodyLookUp(npt::mannequin(), legs(1), 1), corners, apart);
+  const npt::LimbSwap pieces(npt::BodyLookUp(npt::mannequin(), legs(1), 1), corners, apart);
   CHECK_FALSE(pieces.mended());
 }

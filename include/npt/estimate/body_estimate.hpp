@@ -1,4 +1,4 @@
-/// How a body lies in a mesh, and what can be said of it: how far to trust it, what a user should know.
+/// How a body lies in a mesh, and what can be said of it: how reliable it is, what a user should know.
 /// Shapes    fit: as BodyFit, of SMPL's 24 joints
 /// Units     metres, radians; centre in the mesh's unit
 #pragma once
@@ -10,10 +10,10 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/finger_fit.hpp>
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/limb_search.hpp>
-#include <npt/estimate/reading_fit.hpp>
 #include <npt/estimate/surface_track.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
@@ -31,10 +31,10 @@
 namespace npt::inline NPT_ABI {
 
 /// A mesh as a body: p -> (p - centre) metres lies where the fitted body does.
-struct BodyReading {
+struct BodyEstimate {
   Vec3d centre;                               ///< of the surface, in the mesh's unit
   double metres = 1;                          ///< in a unit of the mesh, for a body of usual size
-  ReadingFit fit;                             ///< without angles where no body has the mesh's size
+  CorrespondenceFit fit;                      ///< without angles where no body has the mesh's size
   std::array<HandBend, 2> hands;              ///< left and right, beyond the fit's angles
   std::shared_ptr<const FitSurface> surface;  ///< whose samples the next frame of a sequence moves
   std::shared_ptr<const SurfaceTrack> track;  ///< that it was followed by; none: read for itself
@@ -51,12 +51,12 @@ struct BodyReading {
   /// network at 670e-4, ten of a knight at 4e-4 instead of 115e-4. Not where the reading contradicts itself or turns
   /// disagree: things that pass for people are read in another way from each side. Unless the body lies so close that
   /// it must be one.
-  double trust() const {
+  double confidence() const {
     if (!told || fit.body.axis_angles.empty()) return likeness();
     constexpr double hardly = 0.2, surely = 0.85, least = 0.6;
     const double like = agreement() * likeness(0.0145, 0.0185);
-    const bool consistent = fit.reading_residual < (disagreement < 0.03 ? 0.17 : 0.135);
-    if (like < hardly || !consistent) return std::max(like, trust_by_closeness());
+    const bool consistent = fit.correspondence_residual < (disagreement < 0.03 ? 0.17 : 0.135);
+    if (like < hardly || !consistent) return std::max(like, confidence_by_closeness());
     return like < surely ? least + (like - hardly) * ((surely - least) / (surely - hardly)) : like;
   }
 
@@ -64,8 +64,8 @@ struct BodyReading {
   /// body's, however it was read. A knight who rolls, and one who crouches, were read in another way from each side and
   /// fitted to 1.1 cm: 8 and 14e-4 through bodies, 1310 and 2055e-4 by the network. Of 265 made things none comes so
   /// close with a shape that people have.
-  double trust_by_closeness() const {
-    return most_by_closeness * fit.trust() * falling(fit.relative_distance, 0.0115, 0.013) *
+  double confidence_by_closeness() const {
+    return most_by_closeness * fit.confidence() * falling(fit.relative_distance, 0.0115, 0.013) *
            falling(shape_oddity(), odd_shape, 800);
   }
   static constexpr double most_by_closeness = 0.8;
@@ -73,7 +73,7 @@ struct BodyReading {
   /// Whether turns agree, from 0 to 1; 1 where both surfaces have the other within 3 cm nearly everywhere.
   /// Measured: disagreement is 0.01 to 0.03 of 122 people, bodies with random proportions and dressed ones, 0.01 to
   /// 0.06 of 81 of 84 moments of rigged characters, 0.033 to 0.18 of nine in ten made objects in which a body can lie.
-  double agreement() const { return fit.trust() > 0.96 ? 1 : falling(disagreement, 0.035, 0.065); }
+  double agreement() const { return fit.confidence() > 0.96 ? 1 : falling(disagreement, 0.035, 0.065); }
 
   /// How much the mesh is like a body, from 0 to 1: the share of both surfaces that have the other within 3 cm, less
   /// where the reading contradicts itself, where the body keeps a distance (none up to `near`, all from `far` on), and
@@ -84,7 +84,7 @@ struct BodyReading {
     if (fit.body.axis_angles.empty()) return 0;
     // Where all limbs lie as near as the trunk, the fit has put right what the reading contradicts.
     const double more = doubtful(LimbPair::arms) || doubtful(LimbPair::legs) ? 0 : 0.06;
-    return fit.trust() * falling(fit.reading_residual, 0.08 + more, 0.2 + more) *
+    return fit.confidence() * falling(fit.correspondence_residual, 0.08 + more, 0.2 + more) *
            falling(fit.relative_distance, near, far) * falling(shape_oddity(), 800, 1200);
   }
   /// 1 up to `from`, 0 from `to` on.
@@ -146,7 +146,7 @@ struct BodyReading {
 };
 
 /// Errors    npt::Error where no body lies in a mesh
-inline void expect_body(const BodyReading& reading, std::string_view name) {
+inline void expect_body(const BodyEstimate& reading, std::string_view name) {
   if (reading.fit.body.axis_angles.empty())
     throw Error({.file = std::string(name),
                  .found = "a mesh in which no body can lie",

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/skin/held_things.hpp>
+#include <npt/skin/props.hpp>
 
 #include <array>
 #include <cstddef>
@@ -27,7 +27,7 @@ struct Things {
     return boxes::add(centre, half, points, triangles);
   }
   std::optional<std::size_t> side(std::uint32_t point) const {
-    return npt::skeleton::internal::HeldThings(points, triangles, distances, 0.04, hands).side(point);
+    return npt::skeleton::internal::Props(points, triangles, distances, 0.04, hands).side(point);
   }
 };
 

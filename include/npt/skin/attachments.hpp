@@ -29,7 +29,7 @@ namespace npt::inline NPT_ABI {
 namespace skeleton::internal {
 
 /// A piece that belongs with what it lies on.
-struct Accessory {
+struct Attachment {
   /// A point of a larger piece.
   struct Contact {
     Triangle triangle;
@@ -39,25 +39,25 @@ struct Accessory {
   std::vector<Contact> contacts;  ///< at least one
 };
 
-class Accessories {
+class Attachments {
  public:
   /// parents: [J] of the joints, -1 for the root
-  Accessories(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::span<const std::uint32_t> joints,
+  Attachments(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::span<const std::uint32_t> joints,
               std::span<const int> parents)
       : points_(points), joints_(joints), parents_(parents) {
     sort_out(triangles);
   }
 
   /// Those that go with other joints than what they lie on, ascending by their first points.
-  std::vector<Accessory> misplaced() const {
-    std::vector<Accessory> result;
+  std::vector<Attachment> misplaced() const {
+    std::vector<Attachment> result;
     if (small_.empty() || large_.empty()) return result;
     const TriangleTree surface(points_, large_);
     std::vector<Vec3d> directions;
     for (const Triangle& t : large_)
       directions.push_back(cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]]));
     for (const Piece& piece : small_)
-      if (std::vector<Accessory::Contact> contacts = distant_contacts(piece, surface, directions); !contacts.empty())
+      if (std::vector<Attachment::Contact> contacts = distant_contacts(piece, surface, directions); !contacts.empty())
         result.push_back({piece.points, std::move(contacts)});
     return result;
   }
@@ -100,10 +100,10 @@ class Accessories {
   }
 
   /// Where the points of a piece come near the surface, if most of these places go with distant joints.
-  std::vector<Accessory::Contact> distant_contacts(const Piece& piece, const TriangleTree& surface,
-                                                   std::span<const Vec3d> directions) const {
+  std::vector<Attachment::Contact> distant_contacts(const Piece& piece, const TriangleTree& surface,
+                                                    std::span<const Vec3d> directions) const {
     const std::uint32_t own = joint_of(piece);
-    std::vector<Accessory::Contact> contacts;
+    std::vector<Attachment::Contact> contacts;
     std::size_t near = 0;
     for (const std::uint32_t p : piece.points) {
       const ClosestPoint c =

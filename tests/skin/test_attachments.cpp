@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <npt/skin/accessories.hpp>
+#include <npt/skin/attachments.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -26,8 +26,8 @@ struct Dressed {
     joints.insert(joints.end(), 8, joint);
     return boxes::add(centre, half, points, triangles);
   }
-  std::vector<npt::skeleton::internal::Accessory> misplaced() const {
-    return npt::skeleton::internal::Accessories(points, triangles, joints, parents).misplaced();
+  std::vector<npt::skeleton::internal::Attachment> misplaced() const {
+    return npt::skeleton::internal::Attachments(points, triangles, joints, parents).misplaced();
   }
 };
 

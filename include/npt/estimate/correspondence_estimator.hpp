@@ -2,8 +2,8 @@
 /// What a network says of one direction of view errs between left and right, front and back; so it reads the points
 /// turned in several directions about the vertical axis. Each reading stands by itself; their median is one more, and
 /// how much they differ says how sure a point is.
-///   const auto reader = npt::Reader::open("reader.safetensors");
-///   std::vector<npt::Reading> readings = reader.read(samples);
+///   const auto reader = npt::CorrespondenceEstimator::open("reader.safetensors");
+///   std::vector<npt::Correspondences> readings = reader.read(samples);
 /// Shapes    samples: [n] points with normals, drawn by area (estimate/fit_surface.hpp), 1000 to 2000 of them; any place,
 ///           any unit
 /// Threads   all members are const and may be called by any number of threads at a time
@@ -18,11 +18,11 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/canonical_frame.hpp>
+#include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/fit_surface.hpp>
-#include <npt/estimate/reading_fit.hpp>
-#include <npt/estimate/reading_frame.hpp>
 #include <npt/io/safetensors.hpp>
-#include <npt/nets/reader_net.hpp>
+#include <npt/nets/correspondence_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
 #include <npt/nn/weights/weights_file.hpp>
@@ -40,30 +40,31 @@
 
 namespace npt::inline NPT_ABI {
 
-struct ReaderOptions {
+struct CorrespondenceEstimatorOptions {
   int turns = 8;                          ///< directions about the vertical axis in which a mesh is read
   Matrix3 upright = Matrix3::identity();  ///< turns the mesh first: for meshes whose vertical axis isn't y
 };
 
 template <class Exec = DefaultExecutor>
-class BasicReader {
+class BasicCorrespondenceEstimator {
  public:
-  using Network = ReaderNet<>;
+  using Network = CorrespondenceNet<>;
 
-  static BasicReader open(const std::filesystem::path& weights, int threads = 0) {
-    return BasicReader(SafetensorsFile::read(weights), Exec(threads));
+  static BasicCorrespondenceEstimator open(const std::filesystem::path& weights, int threads = 0) {
+    return BasicCorrespondenceEstimator(SafetensorsFile::read(weights), Exec(threads));
   }
-  BasicReader(const SafetensorsFile& file, Exec executor)
+  BasicCorrespondenceEstimator(const SafetensorsFile& file, Exec executor)
       : engine_(loaded(file), std::move(executor)), tells_people_(file.find_metadata("tells_people") != nullptr) {}
-  BasicReader(const Model<Network>& model, Exec executor) : engine_(model, std::move(executor)) {}
+  BasicCorrespondenceEstimator(const Model<Network>& model, Exec executor) : engine_(model, std::move(executor)) {}
 
   /// The median of all readings, and then each of them: turns + 1 readings, or one for a single turn.
-  std::vector<Reading> read(std::span<const FitSurface::Sample> samples, const ReaderOptions& options = {}) const {
+  std::vector<Correspondences> read(std::span<const FitSurface::Sample> samples,
+                                    const CorrespondenceEstimatorOptions& options = {}) const {
     const std::vector<std::vector<Vec3f>> places = places_of(samples, options);
-    std::vector<Reading> readings;
+    std::vector<Correspondences> readings;
     if (places.size() > 1) readings.push_back(median_of(samples, places));
     for (const std::vector<Vec3f>& own : places) {
-      Reading& reading = readings.emplace_back();
+      Correspondences& reading = readings.emplace_back();
       for (std::size_t i = 0; i < samples.size(); ++i) {
         const double spread = places.size() > 1 ? readings.front()[i].spread : usual_spread;
         reading.push_back({samples[i].point, samples[i].normal, own[i].as<double>(), spread});
@@ -74,7 +75,7 @@ class BasicReader {
 
   const Engine<Network, float, Exec>& engine() const noexcept { return engine_; }
   /// Whether it was trained to tell people from other things (metadata "tells_people"), whose points it then reads to
-  /// belong far from any body (lab/reading_sampler.hpp).
+  /// belong far from any body (lab/correspondence_sampler.hpp).
   bool tells_people() const noexcept { return tells_people_; }
 
  private:
@@ -89,11 +90,11 @@ class BasicReader {
 
   /// [turns][n] in metres.
   std::vector<std::vector<Vec3f>> places_of(std::span<const FitSurface::Sample> samples,
-                                            const ReaderOptions& options) const {
+                                            const CorrespondenceEstimatorOptions& options) const {
     if (samples.empty()) throw Error({.file = "reading", .found = "no points", .expected = "points of a surface"});
     if (options.turns < 1)
       throw Error({.file = "turns", .found = std::to_string(options.turns), .expected = "at least 1"});
-    const ReadingFrame frame = reading_frame(samples.size(), [samples](std::size_t i) { return samples[i].point; });
+    const CanonicalFrame frame = canonical_frame(samples.size(), [samples](std::size_t i) { return samples[i].point; });
     if (!std::isfinite(frame.scale))
       throw Error(
           {.file = "reading", .found = "points in one place, or not finite", .expected = "points of a surface"});
@@ -126,8 +127,9 @@ class BasicReader {
 
   /// For each point the reading with the least sum of distances from the others, and half the median distance from it
   /// (at least 1 cm) for its spread.
-  static Reading median_of(std::span<const FitSurface::Sample> samples, const std::vector<std::vector<Vec3f>>& places) {
-    Reading reading;
+  static Correspondences median_of(std::span<const FitSurface::Sample> samples,
+                                   const std::vector<std::vector<Vec3f>>& places) {
+    Correspondences reading;
     std::vector<float> distances;
     for (std::size_t i = 0; i < samples.size(); ++i) {
       std::size_t best = 0;
@@ -149,6 +151,6 @@ class BasicReader {
   bool tells_people_ = false;
 };
 
-using Reader = BasicReader<>;
+using CorrespondenceEstimator = BasicCorrespondenceEstimator<>;
 
 }  // namespace npt::inline NPT_ABI
