@@ -675,7 +675,7 @@ test_clips() {
   expect 0 -- generate --out crumpled/1.obj --seed 3 --pose crumpled.txt
   expect 1 --err "doesn't read as a person" -- transfer --identity a.obj --pose crumpled/1.obj --out x.obj
   cp a.obj crumpled/2.obj
-  expect 0 --out "2 meshes" --out "trust 100 %" -- transfer --identity a.obj --pose crumpled --out followed
+  expect 0 --out "2 meshes" --out "confidence 100 %" -- transfer --identity a.obj --pose crumpled --out followed
   awk 'FNR == 1 { ++file } $1 == "v" { for (k = 2; k <= 4; ++k) { x[file, FNR, k] = $k; sum[file, k] += $k }; rows[FNR] } END {
     for (r in rows) { ++n } for (r in rows) for (k = 2; k <= 4; ++k) { d = x[1, r, k] - sum[1, k] / n - x[2, r, k] + sum[2, k] / n; off += d * d / n }
     exit !(n > 1000 && off < 3e-4) }' followed/1.obj crumpled/1.obj || fail "a crumpled body was not followed from a standing one"
