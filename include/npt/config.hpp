@@ -16,10 +16,6 @@
 #error "npt: NaN is lost with -ffast-math: add -fno-finite-math-only (or -DNPT_ALLOW_FINITE_MATH_ONLY)"
 #endif
 
-// NPT_PREBUILT, defined for a unit: kernels that no network's type shapes, engines, gradients and PoseTransfer on the
-// default executor, and the list of all networks, are instantiated in other units of its program (cmake/prebuilt),
-// compiled with the same flags. Readers of files, the way through bodies and the mannequin are only declared.
-
 #include <cassert>
 
 #define NPT_VERSION_MAJOR 0
@@ -119,6 +115,27 @@
 #define NPT_HAS_TBB 1
 #else
 #define NPT_HAS_TBB 0
+#endif
+
+/// Stands before an ordinary function that a header defines. It makes a template of it, whose parameter nobody names:
+/// units then parse the function, and only those that call it compile it. With `inline` alone each unit that includes
+/// the header pays for it, a fifth of the umbrella's time in the compiler. `inline` stays beside it, as it lets g++
+/// expand more. Where a library were compiled, NPT_INLINE would be empty, and the definitions in units of their own.
+///
+/// Not for: what is constexpr, operators, functions whose address is taken, what several units must agree on without a
+/// header (NPT_PREBUILT declares it).
+#define NPT_INLINE        \
+  template <class = void> \
+  inline
+
+/// Defined by the build for a unit that links npt's prebuilt objects (cmake/prebuilt), compiled with the same flags:
+/// - kernels that no network's type shapes, engines, gradients, trainers and PoseTransfer on the default executor, and
+///   the list of all networks, are `extern template`; without it each unit instantiates what it uses;
+/// - readers and writers of mesh files, the body method and the mannequin's tables are only declared.
+/// Their headers then include less. NPT_PREBUILDING is what the prebuilt units define before those headers, to define
+/// what the others only declare. Users of the headers define neither.
+#if defined(NPT_PREBUILDING) && !defined(NPT_PREBUILT)
+#error "npt: NPT_PREBUILDING is for the units of cmake/prebuilt, which define NPT_PREBUILT"
 #endif
 
 /// A broken precondition inside the library, never bad user data (that is an npt::Error).

@@ -82,16 +82,14 @@ class Random {
 
 /// A uniformly random order of 0 .. n-1 (Fisher-Yates), into memory that is used again. order[new position] = old
 /// position.
-template <class = void>
-void random_permutation(std::uint32_t n, Random& random, std::vector<std::uint32_t>& order) {
+NPT_INLINE void random_permutation(std::uint32_t n, Random& random, std::vector<std::uint32_t>& order) {
   order.resize(n);
   for (std::uint32_t i = 0; i < n; ++i) order[i] = i;
   for (std::uint32_t i = n; i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
 }
 
 /// A uniformly random order of 0 .. n-1 (Fisher-Yates). result[new position] = old position.
-template <class = void>
-std::vector<std::uint32_t> random_permutation(std::uint32_t n, Random& random) {
+NPT_INLINE std::vector<std::uint32_t> random_permutation(std::uint32_t n, Random& random) {
   std::vector<std::uint32_t> order;
   random_permutation(n, random, order);
   return order;

@@ -98,7 +98,7 @@ Int index_value(std::int64_t value, std::int64_t least, const std::string& file,
 }  // namespace body::internal
 
 /// The body in an open file.
-inline BodyModel load_body(const SafetensorsFile& file) {
+NPT_INLINE BodyModel load_body(const SafetensorsFile& file) {
   using namespace body::internal;
   const BodyShapes shapes(file);
   const std::size_t v = shapes.vertices(), j = shapes.joints();
@@ -125,10 +125,10 @@ inline BodyModel load_body(const SafetensorsFile& file) {
   return BodyModel(std::move(body), file.name());
 }
 
-inline BodyModel load_body(const std::filesystem::path& path) { return load_body(SafetensorsFile::read(path)); }
+NPT_INLINE BodyModel load_body(const std::filesystem::path& path) { return load_body(SafetensorsFile::read(path)); }
 
 /// Writes what load_body() reads. Matrices are stored dense.
-inline void save_body(const BodyModel& model, const std::filesystem::path& path) {
+NPT_INLINE void save_body(const BodyModel& model, const std::filesystem::path& path) {
   const BodyTables& body = model.tables();
   const std::uint64_t v = body.vertex_count(), j = body.joint_count(), s = body.shape_count();
   const std::vector<float> regressor = body.J_regressor.to_dense(), weights = body.weights.to_dense();

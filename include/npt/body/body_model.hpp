@@ -187,12 +187,13 @@ class BodyModel {
 };
 
 /// A body that lives elsewhere, such as mannequin(), for what shares bodies. It must outlive whatever shares it.
-inline std::shared_ptr<const BodyModel> borrowed(const BodyModel& body) {
+NPT_INLINE std::shared_ptr<const BodyModel> borrowed(const BodyModel& body) {
   return {std::shared_ptr<const BodyModel>(), &body};
 }
 
 /// The body as a triangle mesh. Without axis angles: the rest pose.
-inline Mesh to_mesh(const BodyModel& body, std::span<const float> betas = {}, std::span<const float> axis_angles = {}) {
+NPT_INLINE Mesh to_mesh(const BodyModel& body, std::span<const float> betas = {},
+                        std::span<const float> axis_angles = {}) {
   Mesh mesh;
   mesh.positions.resize(body.vertex_count());
   const std::vector<float> rest(axis_angles.empty() ? 3 * body.joint_count() : 0, 0.0F);

@@ -37,12 +37,12 @@ struct BodyTables {
 
 namespace body::internal {
 
-inline void require(bool condition, const std::string& source, const std::string& place, const std::string& found,
-                    const std::string& expected) {
+NPT_INLINE void require(bool condition, const std::string& source, const std::string& place, const std::string& found,
+                        const std::string& expected) {
   if (!condition) throw Error({source, place, found, expected});
 }
 
-inline void check_finite(std::span<const float> values, const std::string& source, const std::string& tensor) {
+NPT_INLINE void check_finite(std::span<const float> values, const std::string& source, const std::string& tensor) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isfinite(values[i])) continue;
     throw Error({source, "tensor '" + tensor + "', element " + std::to_string(i), std::to_string(values[i]),
@@ -50,8 +50,8 @@ inline void check_finite(std::span<const float> values, const std::string& sourc
   }
 }
 
-inline void check_matrix(const SparseMatrix& m, std::size_t rows, std::size_t columns, const std::string& source,
-                         const std::string& tensor) {
+NPT_INLINE void check_matrix(const SparseMatrix& m, std::size_t rows, std::size_t columns, const std::string& source,
+                             const std::string& tensor) {
   const auto shape = [](std::size_t r, std::size_t c) {
     return "[" + std::to_string(r) + ", " + std::to_string(c) + "]";
   };
@@ -70,8 +70,8 @@ inline void check_matrix(const SparseMatrix& m, std::size_t rows, std::size_t co
   }
 }
 
-inline void check_row_sums(const SparseMatrix& m, double tolerance, const std::string& source,
-                           const std::string& tensor) {
+NPT_INLINE void check_row_sums(const SparseMatrix& m, double tolerance, const std::string& source,
+                               const std::string& tensor) {
   for (std::size_t r = 0; r < m.rows; ++r) {
     if (std::abs(m.row_sum(r) - 1.0) <= tolerance) continue;
     throw Error(
@@ -79,7 +79,7 @@ inline void check_row_sums(const SparseMatrix& m, double tolerance, const std::s
   }
 }
 
-inline void check_parents(std::span<const int> parents, const std::string& source) {
+NPT_INLINE void check_parents(std::span<const int> parents, const std::string& source) {
   require(!parents.empty(), source, "tensor 'parents'", "no joint", "at least one joint");
   require(parents[0] == -1, source, "tensor 'parents', joint 0", std::to_string(parents[0]), "-1, the root");
   for (std::size_t j = 1; j < parents.size(); ++j) {
@@ -89,7 +89,7 @@ inline void check_parents(std::span<const int> parents, const std::string& sourc
   }
 }
 
-inline void check_triangles(const BodyTables& body, const std::string& source) {
+NPT_INLINE void check_triangles(const BodyTables& body, const std::string& source) {
   const std::size_t v = body.vertex_count();
   for (std::size_t f = 0; f < body.triangles.size(); ++f) {
     for (const std::uint32_t corner : body.triangles[f]) {
@@ -104,7 +104,7 @@ inline void check_triangles(const BodyTables& body, const std::string& source) {
 
 /// Throws npt::Error unless the tables make a body. `source` is the file or variable that the message names.
 /// Sums of weights and of the joint regressor's rows may be off by 1e-3: public models are rounded.
-inline void check_tables(const BodyTables& body, const std::string& source = "body") {
+NPT_INLINE void check_tables(const BodyTables& body, const std::string& source = "body") {
   using namespace body::internal;
   const std::size_t v = body.vertex_count(), j = body.joint_count();
   require(v > 0 && body.v_template.size() == 3 * v, source, "tensor 'v_template'",

@@ -35,7 +35,7 @@ struct RigidMotion {
 };
 
 /// Rodrigues' formula. The result is exactly the identity for the zero vector.
-inline Matrix3 rotation_matrix(Vec3d axis_angle) {
+NPT_INLINE Matrix3 rotation_matrix(Vec3d axis_angle) {
   const double angle = length(axis_angle);
   if (angle == 0.0) return Matrix3::identity();
   const Vec3d a = axis_angle / angle;
@@ -46,7 +46,7 @@ inline Matrix3 rotation_matrix(Vec3d axis_angle) {
 }
 
 /// The axis angle of a rotation, of at most half a turn.
-inline Vec3d axis_angle(const Matrix3& r) {
+NPT_INLINE Vec3d axis_angle(const Matrix3& r) {
   const Vec3d skew{r.rows[2].y - r.rows[1].z, r.rows[0].z - r.rows[2].x, r.rows[1].x - r.rows[0].y};
   const double sine = length(skew) / 2, cosine = (r.rows[0].x + r.rows[1].y + r.rows[2].z - 1) / 2;
   const double angle = std::atan2(sine, cosine);
@@ -60,18 +60,18 @@ inline Vec3d axis_angle(const Matrix3& r) {
 }
 
 /// Joint j of axis angles [J, 3] as a rotation in its parent's frame.
-inline Matrix3 joint_rotation(std::span<const float> axis_angles, std::size_t j) {
+NPT_INLINE Matrix3 joint_rotation(std::span<const float> axis_angles, std::size_t j) {
   return rotation_matrix(Vec3f{axis_angles[3 * j], axis_angles[3 * j + 1], axis_angles[3 * j + 2]}.as<double>());
 }
-inline void set_joint_rotation(std::span<float> axis_angles, std::size_t j, const Matrix3& rotation) {
+NPT_INLINE void set_joint_rotation(std::span<float> axis_angles, std::size_t j, const Matrix3& rotation) {
   const Vec3f a = axis_angle(rotation).as<float>();
   axis_angles[3 * j] = a.x, axis_angles[3 * j + 1] = a.y, axis_angles[3 * j + 2] = a.z;
 }
 
 /// The motion of every bone from the rest pose; at rotations that are the identity it is the identity without any
 /// rounding.
-inline void forward_kinematics(std::span<const int> parents, std::span<const Vec3d> joints,
-                               std::span<const Matrix3> rotations, std::vector<RigidMotion>& motions) {
+NPT_INLINE void forward_kinematics(std::span<const int> parents, std::span<const Vec3d> joints,
+                                   std::span<const Matrix3> rotations, std::vector<RigidMotion>& motions) {
   motions.resize(joints.size());
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const RigidMotion own{rotations[j], joints[j] - rotations[j] * joints[j]};
@@ -80,7 +80,7 @@ inline void forward_kinematics(std::span<const int> parents, std::span<const Vec
 }
 
 /// SMPL's input to the pose-dependent corrections: R - I of each joint but the root, row by row. feature: [9 (J - 1)]
-inline void pose_feature(std::span<const Matrix3> rotations, std::span<double> feature) {
+NPT_INLINE void pose_feature(std::span<const Matrix3> rotations, std::span<double> feature) {
   for (std::size_t j = 1; j < rotations.size(); ++j) {
     const Matrix3 bend = rotations[j] - Matrix3::identity();
     for (std::size_t i = 0; i < 3; ++i) {

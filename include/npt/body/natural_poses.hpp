@@ -215,7 +215,7 @@ class NaturalPoses {
 };
 
 /// The prior that ships with npt, read from its digits at the first call and then shared.
-inline const NaturalPoses& natural_poses() {
+NPT_INLINE const NaturalPoses& natural_poses() {
   static const NaturalPoses poses;
   return poses;
 }

@@ -94,8 +94,8 @@ enum class PoseDistribution {
 };
 
 /// [24, 3] axis angles in radians. As many numbers are drawn for each pose of a distribution.
-inline std::array<float, 3 * smpl_joint_count> sample_pose(Random& random,
-                                                           PoseDistribution distribution = PoseDistribution::paper) {
+NPT_INLINE std::array<float, 3 * smpl_joint_count> sample_pose(
+    Random& random, PoseDistribution distribution = PoseDistribution::paper) {
   if (distribution == PoseDistribution::natural) return natural_poses().sample(random);
   const auto& ranges = distribution == PoseDistribution::paper ? paper_pose_ranges : wide_pose_ranges;
   std::array<float, 3 * smpl_joint_count> pose{};
@@ -112,8 +112,8 @@ enum class ShapeDistribution {
 };
 
 /// `count` shape parameters.
-inline std::vector<float> sample_shape(Random& random, std::size_t count,
-                                       ShapeDistribution distribution = ShapeDistribution::normal) {
+NPT_INLINE std::vector<float> sample_shape(Random& random, std::size_t count,
+                                           ShapeDistribution distribution = ShapeDistribution::normal) {
   std::vector<float> betas(count);
   for (float& beta : betas) {
     beta = static_cast<float>(distribution == ShapeDistribution::normal ? random.normal() : random.uniform(-4.0, 4.0));

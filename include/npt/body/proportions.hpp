@@ -57,7 +57,7 @@ inline constexpr Proportions human_proportion_deviations{0.10, 0.06, 0.08, 0.08,
 namespace body::internal {
 
 /// The matrices B_jk of a joint: how the part that it moves grows with each proportion. `along`: unit, of its bone.
-inline void add_part_growth(std::size_t joint, Vec3d along, std::array<Matrix3, body_proportion_count>& growth) {
+NPT_INLINE void add_part_growth(std::size_t joint, Vec3d along, std::array<Matrix3, body_proportion_count>& growth) {
   using enum SmplJoint;
   using P = BodyProportion;
   const auto at = [&growth](P p) -> Matrix3& { return growth[static_cast<std::size_t>(p)]; };
@@ -84,7 +84,7 @@ inline void add_part_growth(std::size_t joint, Vec3d along, std::array<Matrix3, 
 }
 
 /// [J] for SMPL's skeleton: B_jk of every joint, for joints at these places in the rest pose.
-inline std::vector<std::array<Matrix3, body_proportion_count>> part_growth(const std::vector<Vec3d>& joints) {
+NPT_INLINE std::vector<std::array<Matrix3, body_proportion_count>> part_growth(const std::vector<Vec3d>& joints) {
   std::vector<std::array<Matrix3, body_proportion_count>> growth(joints.size());
   for (std::size_t j = 0; j < joints.size(); ++j) {
     Vec3d along{0, 1, 0};
@@ -105,7 +105,7 @@ inline constexpr Proportions unit_proportions{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1
 /// The body with body_proportion_count more shape directions. `unit`: the relative change at a shape parameter of 1;
 /// with human_proportion_deviations all shape parameters are in standard deviations.
 /// Errors  npt::Error for a body without SMPL's joints
-inline BodyModel with_proportions(const BodyModel& body, const Proportions& unit = unit_proportions) {
+NPT_INLINE BodyModel with_proportions(const BodyModel& body, const Proportions& unit = unit_proportions) {
   if (body.joint_count() != smpl_joint_count)
     throw Error({.file = "body",
                  .found = std::to_string(body.joint_count()) + " joints",
@@ -151,7 +151,7 @@ inline BodyModel with_proportions(const BodyModel& body, const Proportions& unit
 
 /// Standard deviations of all shape parameters of with_proportions(body): 1 for the body's own, people's for the rest.
 /// `wild` multiplies the latter.
-inline std::vector<double> shape_deviations(std::size_t own_shapes, double wild = 1) {
+NPT_INLINE std::vector<double> shape_deviations(std::size_t own_shapes, double wild = 1) {
   std::vector<double> deviations(own_shapes, 1.0);
   for (const double d : human_proportion_deviations) deviations.push_back(wild * d);
   return deviations;
@@ -160,7 +160,7 @@ inline std::vector<double> shape_deviations(std::size_t own_shapes, double wild 
 /// Proportions of characters: three bodies in ten nearly as they are, the others with a head of 0.85 to 2.3 times the
 /// size, legs of 0.55 to 1.2 times the length, girths of 0.75 to 1.8, and more; each log-uniform. Always takes
 /// 1 + body_proportion_count draws.
-inline Proportions sample_proportions(Random& random) {
+NPT_INLINE Proportions sample_proportions(Random& random) {
   struct Range {
     double low, high;
   };
@@ -191,8 +191,8 @@ inline Proportions sample_proportions(Random& random) {
 
 /// Shape parameters of with_proportions(body): the body's own, `own_shapes` of them as sample_shape draws them, then
 /// random proportions.
-inline std::vector<float> sample_character(Random& random, std::size_t own_shapes,
-                                           ShapeDistribution distribution = ShapeDistribution::normal) {
+NPT_INLINE std::vector<float> sample_character(Random& random, std::size_t own_shapes,
+                                               ShapeDistribution distribution = ShapeDistribution::normal) {
   std::vector<float> betas = sample_shape(random, own_shapes, distribution);
   for (const double p : sample_proportions(random)) betas.push_back(static_cast<float>(p));
   return betas;

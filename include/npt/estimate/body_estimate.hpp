@@ -146,7 +146,7 @@ struct BodyEstimate {
 };
 
 /// Errors    npt::Error where no body lies in a mesh
-inline void expect_body(const BodyEstimate& reading, std::string_view name) {
+NPT_INLINE void expect_body(const BodyEstimate& reading, std::string_view name) {
   if (reading.fit.body.axis_angles.empty())
     throw Error({.file = std::string(name),
                  .found = "a mesh in which no body can lie",

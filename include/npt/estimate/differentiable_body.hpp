@@ -40,7 +40,7 @@ constexpr double inner(const Matrix3& a, const Matrix3& b) {
 }
 
 /// The gradient with respect to an axis angle, from that with respect to R = rotation_matrix(axis_angle).
-inline Vec3d axis_angle_gradient(Vec3d axis_angle, const Matrix3& r, const Matrix3& gradient) {
+NPT_INLINE Vec3d axis_angle_gradient(Vec3d axis_angle, const Matrix3& r, const Matrix3& gradient) {
   // With a generator w, dR = [w]x R: the sum of entries of `gradient` times [w]x R is w . turn.
   const Matrix3 m = gradient * r.transposed();
   const Vec3d turn{m.rows[2].y - m.rows[1].z, m.rows[0].z - m.rows[2].x, m.rows[1].x - m.rows[0].y};
@@ -54,7 +54,7 @@ inline Vec3d axis_angle_gradient(Vec3d axis_angle, const Matrix3& r, const Matri
 }
 
 /// How exp(axis_angle) turns in its own frame where the axis angle grows: exp(a + d) = exp(a) exp(J d), to first order.
-inline Matrix3 right_jacobian(Vec3d a) {
+NPT_INLINE Matrix3 right_jacobian(Vec3d a) {
   const double square = dot(a, a), angle = std::sqrt(square);
   // The series' next terms are below 1e-10 there.
   const bool small = angle < 1e-3;

@@ -26,7 +26,7 @@ struct BodyFit {
 };
 
 /// [V] A fitted body's vertices, where they lie in the mesh.
-inline std::vector<Vec3d> fitted_points(const BodyModel& model, const BodyFit& fit) {
+NPT_INLINE std::vector<Vec3d> fitted_points(const BodyModel& model, const BodyFit& fit) {
   std::vector<float> xyz(3 * model.vertex_count());
   model.posed(fit.betas, fit.axis_angles, xyz);
   std::vector<Vec3d> points(model.vertex_count());
@@ -35,7 +35,7 @@ inline std::vector<Vec3d> fitted_points(const BodyModel& model, const BodyFit& f
 }
 
 /// [J] A fitted body's joints, where they lie in the mesh.
-inline std::vector<Vec3d> fitted_joints(const BodyModel& model, const BodyFit& fit) {
+NPT_INLINE std::vector<Vec3d> fitted_joints(const BodyModel& model, const BodyFit& fit) {
   std::vector<Vec3d> joints = model.joints(fit.betas);
   const std::vector<RigidMotion> motions = model.bone_motions(fit.betas, fit.axis_angles);
   for (std::size_t j = 0; j < joints.size(); ++j) joints[j] = motions[j](joints[j]) + fit.translation;

@@ -36,7 +36,7 @@ namespace npt::inline NPT_ABI {
 
 /// Whether parts of a fitted body that aren't grown together come within `near` of each other. Without that limbs can't
 /// have been taken for each other.
-inline bool limbs_touch(const BodyModel& model, const BodyFit& fit, double near = 0.06) {
+NPT_INLINE bool limbs_touch(const BodyModel& model, const BodyFit& fit, double near = 0.06) {
   constexpr std::size_t stride = 7;  // a thousand of the mannequin's vertices, 4 cm apart
   const std::vector<std::uint32_t> parts = model.tables().weights.heaviest_columns();
   const std::vector<Vec3d> points = fitted_points(model, fit);

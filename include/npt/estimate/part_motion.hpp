@@ -422,8 +422,8 @@ class PartMotionSolver {
 }  // namespace fit::internal
 
 /// The motion of a body's parts from read points.
-inline PartMotion part_motion(const CorrespondenceTemplate& rest, std::span<const PointCorrespondence> points,
-                              SwappedLimbs swapped = {}) {
+NPT_INLINE PartMotion part_motion(const CorrespondenceTemplate& rest, std::span<const PointCorrespondence> points,
+                                  SwappedLimbs swapped = {}) {
   return fit::internal::PartMotionSolver(rest, points, swapped)();
 }
 

@@ -23,7 +23,7 @@ namespace npt::inline NPT_ABI {
 
 /// Whether a surface may lead from one place to the other over so many metres. From a left limb to a right one only
 /// where they are grown together: between thighs or collars, and not as far as legs stand apart at rest.
-inline bool continuous_places(const BodyPlace& a, const BodyPlace& b, double distance) {
+NPT_INLINE bool continuous_places(const BodyPlace& a, const BodyPlace& b, double distance) {
   const auto side = [](std::uint32_t part) {
     const std::size_t other = smpl_mirrored_joints[part];
     return other > part ? 1 : other < part ? -1 : 0;

@@ -40,7 +40,7 @@ inline constexpr std::array<Vec3d, smpl_joint_count> people_at_rest{{
 }};
 
 /// [24] How the joints are bent beyond people's at rest, as axis angles; the root without its direction.
-inline std::array<Vec3d, smpl_joint_count> bend_beyond_rest(const BodyEstimate& reading) {
+NPT_INLINE std::array<Vec3d, smpl_joint_count> bend_beyond_rest(const BodyEstimate& reading) {
   std::array<Vec3d, smpl_joint_count> bend;
   for (std::size_t j = 0; j < smpl_joint_count; ++j) {
     const Matrix3 own = j == 0 ? reading.facing_front() * reading.joint_rotation(0) : reading.joint_rotation(j);
@@ -53,7 +53,7 @@ inline std::array<Vec3d, smpl_joint_count> bend_beyond_rest(const BodyEstimate& 
 }  // namespace skeleton::internal
 
 /// How far the mesh stands as a character of its own at rest, from 0 to 1: w above.
-inline double own_rest(const BodyEstimate& reading) {
+NPT_INLINE double own_rest(const BodyEstimate& reading) {
   // People's distance is 0.006 to 0.008, dressed or not; a stylised man's 0.011.
   const double strange = 1 - BodyEstimate::falling(reading.fit.relative_distance, 0.0085, 0.0105);
   if (reading.fit.body.axis_angles.empty() || !(strange > 0)) return 0;
@@ -67,7 +67,7 @@ inline double own_rest(const BodyEstimate& reading) {
 }
 
 /// A pose's angles for an identity: the same, or from its own rest.
-inline std::vector<float> from_own_rest(const BodyEstimate& identity, std::span<const float> axis_angles) {
+NPT_INLINE std::vector<float> from_own_rest(const BodyEstimate& identity, std::span<const float> axis_angles) {
   std::vector<float> result(axis_angles.begin(), axis_angles.end());
   const double weight = own_rest(identity);
   if (!(weight > 0)) return result;

@@ -45,8 +45,7 @@ inline constexpr std::uint64_t max_file_size = std::uint64_t{8} << 30;
 
 /// The bytes of a file of at most `limit` bytes. A path that is no regular file is an error: reading a pipe or a device
 /// could block or never end.
-template <class = void>
-std::string read_file(const std::filesystem::path& path, std::uint64_t limit = max_file_size) {
+NPT_INLINE std::string read_file(const std::filesystem::path& path, std::uint64_t limit = max_file_size) {
   const auto fail = [&path](std::string found, std::string expected) {
     return Error({.file = path.string(), .found = std::move(found), .expected = std::move(expected)});
   };
@@ -78,8 +77,7 @@ std::string read_file(const std::filesystem::path& path, std::uint64_t limit = m
 /// synced as well; a transfer that makes such a file takes 50 ms or more.
 class AtomicFile {
  public:
-  template <class = void>
-  explicit AtomicFile(const std::filesystem::path& path) : name_(path.string()), target_(resolve(path)) {
+  NPT_INLINE explicit AtomicFile(const std::filesystem::path& path) : name_(path.string()), target_(resolve(path)) {
     temporary_ = target_;
     temporary_ += ".part-" + std::to_string(platform::process_id()) + "-" + std::to_string(next_number());
     // A file of that name that someone else put there is never overwritten.
@@ -104,8 +102,7 @@ class AtomicFile {
   }
 
   /// Makes the file visible under its name. The last call.
-  template <class = void>
-  void commit() {
+  NPT_INLINE void commit() {
     NPT_ASSERT(file_);
     std::error_code code;
     const std::filesystem::file_status old = std::filesystem::status(target_, code);
@@ -124,8 +121,7 @@ class AtomicFile {
 
   /// Where the file really goes. Refuses what a rename would wrongly replace: a directory, a device, a write-protected
   /// file.
-  template <class = void>
-  static std::filesystem::path resolve(const std::filesystem::path& path) {
+  NPT_INLINE static std::filesystem::path resolve(const std::filesystem::path& path) {
     const auto refuse = [&path](const std::string& found) {
       throw Error({.file = path.string(), .found = found, .expected = "a file that can be written"});
     };
@@ -160,8 +156,7 @@ class AtomicFile {
 };
 
 /// Writes a whole file at once, by way of AtomicFile.
-template <class = void>
-void write_file(const std::filesystem::path& path, std::string_view bytes) {
+NPT_INLINE void write_file(const std::filesystem::path& path, std::string_view bytes) {
   AtomicFile file(path);
   file.write(bytes);
   file.commit();

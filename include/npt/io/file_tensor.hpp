@@ -60,8 +60,7 @@ constexpr const char* to_string(Dtype dtype) noexcept {
 using TensorShape = std::vector<std::uint64_t>;
 
 /// "[64, 3, 1]"
-template <class = void>
-std::string to_string(const TensorShape& shape) {
+NPT_INLINE std::string to_string(const TensorShape& shape) {
   std::string text = "[";
   for (const std::uint64_t n : shape) text += (text.size() > 1 ? ", " : "") + std::to_string(n);
   return text + "]";

@@ -244,8 +244,7 @@ void read_json(std::string_view text, Events& events) {
 }
 
 /// Appends the text as a JSON string. False, with `out` as it was, when it is no UTF-8.
-template <class = void>
-bool append_json_string(std::string& out, std::string_view text) {
+NPT_INLINE bool append_json_string(std::string& out, std::string_view text) {
   constexpr std::string_view hex = "0123456789abcdef";
   constexpr std::string_view special = "\"\\\b\f\n\r\t", letters = "\"\\bfnrt";
   const std::size_t before = out.size();

@@ -38,14 +38,12 @@ class SafetensorsFile {
   /// Bytes of JSON in a header; the format allows no more.
   static constexpr std::uint64_t max_header = internal::max_safetensors_header;
 
-  template <class = void>
-  static SafetensorsFile read(const std::filesystem::path& path) {
+  NPT_INLINE static SafetensorsFile read(const std::filesystem::path& path) {
     return parse(read_file(path), path.string());
   }
 
   /// A file's bytes, already in memory. `name` stands in the messages of errors.
-  template <class = void>
-  static SafetensorsFile parse(std::string bytes, const std::string& name) {
+  NPT_INLINE static SafetensorsFile parse(std::string bytes, const std::string& name) {
     SafetensorsFile file;
     file.name_ = name;
     file.bytes_ = std::shared_ptr<const std::string>(new std::string(std::move(bytes)));
@@ -69,8 +67,7 @@ class SafetensorsFile {
     return nullptr;
   }
   /// The tensor of that name; throws npt::Error where there is none.
-  template <class = void>
-  const FileTensor& at(std::string_view tensor) const {
+  NPT_INLINE const FileTensor& at(std::string_view tensor) const {
     if (const FileTensor* found = find(tensor)) return *found;
     throw Error({.file = name_, .found = "no tensor " + in_quotes(tensor), .expected = "one of that name"});
   }
@@ -82,8 +79,7 @@ class SafetensorsFile {
 
   /// The tensors and texts whose names begin with `prefix`, without it: a network that lies in a file beside another.
   /// Of the same memory.
-  template <class = void>
-  SafetensorsFile part(std::string_view prefix) const {
+  NPT_INLINE SafetensorsFile part(std::string_view prefix) const {
     SafetensorsFile file;
     file.name_ = name_ + ", " + std::string(prefix);
     file.bytes_ = bytes_;
@@ -104,8 +100,7 @@ class SafetensorsFile {
     return {reinterpret_cast<const std::byte*>(text.data()), text.size()};
   }
 
-  template <class = void>
-  static std::string_view header_of(std::string_view bytes, const std::string& name) {
+  NPT_INLINE static std::string_view header_of(std::string_view bytes, const std::string& name) {
     const auto fail = [&name](std::string place, std::string found, std::string expected) {
       return Error(
           {.file = name, .place = std::move(place), .found = std::move(found), .expected = std::move(expected)});
@@ -126,8 +121,7 @@ class SafetensorsFile {
   }
 
   /// Checks that the tensors cover the data one after another, and lists them in that order.
-  template <class = void>
-  void place_tensors(const std::vector<internal::TensorEntry>& entries, std::span<const std::byte> data) {
+  NPT_INLINE void place_tensors(const std::vector<internal::TensorEntry>& entries, std::span<const std::byte> data) {
     // By their first byte, empty ones first; a header of max_header bytes has room for fewer than 2^24 of them.
     constexpr int number_bits = 24;
     const auto begin_of = [&](const FileTensor& t) { return static_cast<std::size_t>(t.bytes.data() - data.data()); };
@@ -163,9 +157,8 @@ class SafetensorsFile {
 };
 
 /// Writes the tensors in the given order. The same input gives the same bytes. The file appears only when complete.
-template <class = void>
-void write_safetensors(const std::filesystem::path& path, std::span<const FileTensor> tensors,
-                       const std::map<std::string, std::string>& metadata = {}) {
+NPT_INLINE void write_safetensors(const std::filesystem::path& path, std::span<const FileTensor> tensors,
+                                  const std::map<std::string, std::string>& metadata = {}) {
   const std::string header = internal::safetensors_header(path.string(), tensors, metadata);
   AtomicFile file(path);
   const std::uint64_t size = header.size();

@@ -135,8 +135,7 @@ class SafetensorsHeaderEvents {
 };
 
 /// Checks one entry of the header against itself and the size of the data.
-template <class = void>
-FileTensor check_entry(const TensorEntry& entry, std::span<const std::byte> data, const std::string& file) {
+NPT_INLINE FileTensor check_entry(const TensorEntry& entry, std::span<const std::byte> data, const std::string& file) {
   if (!entry.has_dtype || !entry.has_shape || !entry.has_offsets)
     invalid_tensor(file, entry.name,
                    std::string("no ") + (!entry.has_dtype   ? "dtype"
@@ -168,9 +167,8 @@ FileTensor check_entry(const TensorEntry& entry, std::span<const std::byte> data
 }
 
 /// The header's JSON, padded so that the data begin at a multiple of 8 bytes.
-template <class = void>
-std::string safetensors_header(const std::string& file, std::span<const FileTensor> tensors,
-                               const std::map<std::string, std::string>& metadata) {
+NPT_INLINE std::string safetensors_header(const std::string& file, std::span<const FileTensor> tensors,
+                                          const std::map<std::string, std::string>& metadata) {
   std::string text = "{";
   const auto add_string = [&](std::string_view value) {
     if (!append_json_string(text, value))

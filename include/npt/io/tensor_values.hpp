@@ -119,16 +119,13 @@ std::vector<To> to_values(const FileTensor& tensor, NonFinite policy) {
 }
 
 /// to_values for the usual types; templates, so that only units that convert compile the conversions.
-template <class = void>
-std::vector<float> to_float(const FileTensor& tensor, NonFinite policy = NonFinite::refuse) {
+NPT_INLINE std::vector<float> to_float(const FileTensor& tensor, NonFinite policy = NonFinite::refuse) {
   return to_values<float>(tensor, policy);
 }
-template <class = void>
-std::vector<double> to_double(const FileTensor& tensor, NonFinite policy = NonFinite::refuse) {
+NPT_INLINE std::vector<double> to_double(const FileTensor& tensor, NonFinite policy = NonFinite::refuse) {
   return to_values<double>(tensor, policy);
 }
-template <class = void>
-std::vector<std::int64_t> to_int64(const FileTensor& tensor) {
+NPT_INLINE std::vector<std::int64_t> to_int64(const FileTensor& tensor) {
   return to_values<std::int64_t>(tensor, NonFinite::refuse);
 }
 

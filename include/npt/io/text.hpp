@@ -89,8 +89,7 @@ void append_number(std::string& text, Number value) {
 }
 
 /// Text of a file as it stands in a message: in quotes, bytes that can't be printed as `\xNN`, cut when long.
-template <class = void>
-std::string in_quotes(std::string_view text) {
+NPT_INLINE std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest = 60;
   constexpr std::string_view hex = "0123456789abcdef";
   std::string result = "'";

@@ -34,14 +34,14 @@ struct ClosestPoint {
 };
 
 /// The point of segment ab closest to p, as the weight of b.
-inline double closest_on_segment(Vec3d p, Vec3d a, Vec3d b) {
+NPT_INLINE double closest_on_segment(Vec3d p, Vec3d a, Vec3d b) {
   const double squared = dot(b - a, b - a);
   return squared > 0 ? std::clamp(dot(p - a, b - a) / squared, 0.0, 1.0) : 0.0;
 }
 
 /// The point of triangle abc closest to p, as weights of a, b and c.
 /// Source: Ericson, "Real-Time Collision Detection", 2005, section 5.1.5.
-inline std::array<double, 3> closest_on_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c) {
+NPT_INLINE std::array<double, 3> closest_on_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c) {
   const Vec3d ab = b - a, ac = c - a;
   const double d1 = dot(ab, p - a), d2 = dot(ac, p - a);
   if (d1 <= 0 && d2 <= 0) return {1, 0, 0};

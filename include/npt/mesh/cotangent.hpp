@@ -33,7 +33,7 @@ struct CotangentWeights {
 /// An equilateral triangle gives each of its edges 0.29.
 inline constexpr double least_weight = 0.01, most_weight = 20;
 
-inline CotangentWeights cotangent_weights(std::span<const Vec3d> points, std::span<const Triangle> triangles) {
+NPT_INLINE CotangentWeights cotangent_weights(std::span<const Vec3d> points, std::span<const Triangle> triangles) {
   struct Share {
     Edge edge;
     double weight;

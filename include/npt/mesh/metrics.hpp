@@ -21,7 +21,7 @@
 namespace npt::inline NPT_ABI {
 
 /// Throws npt::Error for no vertices, and for different vertex counts.
-inline void expect_comparable(std::span<const float> a, std::span<const float> b) {
+NPT_INLINE void expect_comparable(std::span<const float> a, std::span<const float> b) {
   expect_points(a, "result to compare");
   expect_points(b, "truth to compare with");
   if (a.size() != b.size())
@@ -31,7 +31,7 @@ inline void expect_comparable(std::span<const float> a, std::span<const float> b
 }
 
 /// |a_v - b_v| for each vertex.
-inline std::vector<double> vertex_distances(std::span<const float> a, std::span<const float> b) {
+NPT_INLINE std::vector<double> vertex_distances(std::span<const float> a, std::span<const float> b) {
   expect_comparable(a, b);
   std::vector<double> distances(a.size() / 3);
   for (std::size_t v = 0; v < distances.size(); ++v) distances[v] = length(point_at(a, v) - point_at(b, v));
@@ -39,7 +39,7 @@ inline std::vector<double> vertex_distances(std::span<const float> a, std::span<
 }
 
 /// Eq. 7: the mean over vertices of the squared distance.
-inline double pmd(std::span<const float> a, std::span<const float> b) {
+NPT_INLINE double pmd(std::span<const float> a, std::span<const float> b) {
   expect_comparable(a, b);
   const std::size_t vertices = a.size() / 3;
   double sum = 0;
@@ -51,17 +51,17 @@ inline double pmd(std::span<const float> a, std::span<const float> b) {
 }
 
 /// The mean over the 3 V coordinates, a third of pmd: what the paper's public evaluation computes.
-inline double pmd_per_coordinate(std::span<const float> a, std::span<const float> b) { return pmd(a, b) / 3; }
+NPT_INLINE double pmd_per_coordinate(std::span<const float> a, std::span<const float> b) { return pmd(a, b) / 3; }
 
 /// The root of a PMD in square metres, in millimetres.
-inline double root_pmd_mm(double pmd_in_square_metres) { return 1000 * std::sqrt(pmd_in_square_metres); }
+NPT_INLINE double root_pmd_mm(double pmd_in_square_metres) { return 1000 * std::sqrt(pmd_in_square_metres); }
 
 /// How torn or crushed a mesh is by what moved its vertices: |change of length| summed over the triangles' edges, by
 /// the sum of lengths before. A person who takes another pose has 0.02 to 0.05, one that the network moves 0.12 to
 /// 0.35. 0 without triangles; NaN where an edge has one.
 /// Requires  triangles of numbers below V
-inline double edge_change(std::span<const float> before, std::span<const float> after,
-                          std::span<const Triangle> triangles) {
+NPT_INLINE double edge_change(std::span<const float> before, std::span<const float> after,
+                              std::span<const Triangle> triangles) {
   expect_comparable(after, before);
   double change = 0, all = 0;
   for (const Triangle& t : triangles)

@@ -31,8 +31,7 @@ constexpr const char* to_string(Normalisation n) noexcept {
 }
 
 /// Reads "sphere", "centre" or "none". `where` names the argument or file in the error.
-template <class = void>
-Normalisation parse_normalisation(std::string_view text, const std::string& where = "normalisation") {
+NPT_INLINE Normalisation parse_normalisation(std::string_view text, const std::string& where = "normalisation") {
   for (const Normalisation n : {Normalisation::sphere, Normalisation::centre, Normalisation::none})
     if (text == to_string(n)) return n;
   throw Error({.file = where, .found = "'" + std::string(text) + "'", .expected = "sphere, centre or none"});
@@ -71,9 +70,8 @@ struct NormalisingTransform {
 };
 
 /// The transform that normalises a mesh with the vertices `xyz`. `name` stands in the message of an Error.
-template <class = void>
-NormalisingTransform normalising_transform(std::span<const float> xyz, Normalisation normalisation,
-                                           std::string_view name = "mesh") {
+NPT_INLINE NormalisingTransform normalising_transform(std::span<const float> xyz, Normalisation normalisation,
+                                                      std::string_view name = "mesh") {
   expect_points(xyz, name);
   if (normalisation == Normalisation::none) return {};
   const Vec3d centre = bounding_box(xyz).centre();

@@ -22,7 +22,7 @@ namespace npt::inline NPT_ABI {
 
 /// Twice the area of face f times its unit normal. Corners are taken relative to the first one: far from the origin the
 /// products would cancel.
-inline Vec3d face_area_vector(const Mesh& mesh, std::size_t f) {
+NPT_INLINE Vec3d face_area_vector(const Mesh& mesh, std::size_t f) {
   const std::span<const std::uint32_t> face = mesh.face(f);
   Vec3d sum;
   if (face.empty()) return sum;
@@ -33,7 +33,7 @@ inline Vec3d face_area_vector(const Mesh& mesh, std::size_t f) {
 }
 
 /// [P] For each point the sum of its triangles' unit normals times twice their areas.
-inline std::vector<Vec3d> area_vectors(std::span<const Vec3d> points, std::span<const Triangle> triangles) {
+NPT_INLINE std::vector<Vec3d> area_vectors(std::span<const Vec3d> points, std::span<const Triangle> triangles) {
   std::vector<Vec3d> sums(points.size());
   for (const auto& [a, b, c] : triangles) {
     const Vec3d area = cross(points[b] - points[a], points[c] - points[a]);
@@ -43,7 +43,7 @@ inline std::vector<Vec3d> area_vectors(std::span<const Vec3d> points, std::span<
 }
 
 /// One unit normal a vertex, the area-weighted mean of its faces'; (0, 0, 0) where no face with an area touches it.
-inline std::vector<Vec3f> vertex_normals(const Mesh& mesh) {
+NPT_INLINE std::vector<Vec3f> vertex_normals(const Mesh& mesh) {
   std::vector<Vec3d> sums(mesh.vertex_count());
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const Vec3d area = face_area_vector(mesh, f);
@@ -57,8 +57,7 @@ inline std::vector<Vec3f> vertex_normals(const Mesh& mesh) {
 namespace internal {
 
 /// Replaces `normal` by the direction of `sum` where it has one.
-template <class = void>
-void set_direction(Vec3f& normal, Vec3d sum) {
+NPT_INLINE void set_direction(Vec3f& normal, Vec3d sum) {
   const Vec3d direction = normalised(sum);
   if (direction != Vec3d{}) normal = direction.as<float>();
 }
@@ -67,8 +66,7 @@ void set_direction(Vec3f& normal, Vec3d sum) {
 /// it: their normal becomes the area-weighted mean of their faces', so hard edges stay hard. Exporters also let distant
 /// vertices share a stored normal because the two happened to be equal in the old pose. A shared normal therefore stays
 /// shared as long as its vertices agree, and a vertex that now has another direction gets a new entry at the end.
-template <class = void>
-void recompute_corner_normals(Mesh& mesh) {
+NPT_INLINE void recompute_corner_normals(Mesh& mesh) {
   struct Use {
     Vec3d sum;
     std::uint32_t index = no_index;
@@ -110,8 +108,7 @@ void recompute_corner_normals(Mesh& mesh) {
 
 /// Normals one a vertex. Formats that have no index for each kind of number split vertices along the seams of texture:
 /// vertices in one place whose stored normals are equal lie on one smooth piece, and take the mean of all their faces.
-template <class = void>
-void recompute_vertex_normals(Mesh& mesh) {
+NPT_INLINE void recompute_vertex_normals(Mesh& mesh) {
   std::vector<Vec3d> sums(mesh.vertex_count());
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const Vec3d area = face_area_vector(mesh, f);
@@ -148,8 +145,7 @@ void recompute_vertex_normals(Mesh& mesh) {
 /// each becomes the area-weighted mean of the faces around its point that had this normal. An index at each corner: so
 /// does the normal of each smooth piece around a vertex, so that hard edges stay hard. What no face determines (points,
 /// faces without area, normals that nothing refers to) keeps its value.
-template <class = void>
-void recompute_normals(Mesh& mesh) {
+NPT_INLINE void recompute_normals(Mesh& mesh) {
   if (mesh.normals.empty()) return;
   if (!mesh.corner_normal.empty()) {
     internal::recompute_corner_normals(mesh);

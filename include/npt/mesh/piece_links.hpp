@@ -64,7 +64,8 @@ class PointGrid {
 
 /// Links {a, b}, a < b, each once, ascending: for every point the nearest one of another piece, where one is within
 /// `reach` and the normals are less than 60 degrees apart. Points of no triangle aren't linked.
-inline std::vector<Edge> piece_links(std::span<const Vec3d> points, std::span<const Triangle> triangles, double reach) {
+NPT_INLINE std::vector<Edge> piece_links(std::span<const Vec3d> points, std::span<const Triangle> triangles,
+                                         double reach) {
   const std::vector<std::uint32_t> piece = connected_components(triangles, points.size());
   std::vector<Vec3d> normals = area_vectors(points, triangles);
   bool several = false;

@@ -16,18 +16,17 @@
 
 namespace npt::inline NPT_ABI {
 
-inline Vec3d point_at(std::span<const float> xyz, std::size_t v) {
+NPT_INLINE Vec3d point_at(std::span<const float> xyz, std::size_t v) {
   return {static_cast<double>(xyz[3 * v]), static_cast<double>(xyz[3 * v + 1]), static_cast<double>(xyz[3 * v + 2])};
 }
 
-inline void move_points(std::span<float> xyz, Vec3d step) {
+NPT_INLINE void move_points(std::span<float> xyz, Vec3d step) {
   const std::array<double, 3> steps{step.x, step.y, step.z};
   for (std::size_t i = 0; i < xyz.size(); ++i) xyz[i] = static_cast<float>(static_cast<double>(xyz[i]) + steps[i % 3]);
 }
 
 /// Throws npt::Error, which calls them `name`, unless xyz holds whole points, at least one.
-template <class = void>
-void expect_points(std::span<const float> xyz, std::string_view name) {
+NPT_INLINE void expect_points(std::span<const float> xyz, std::string_view name) {
   if (xyz.empty()) throw Error({.file = std::string(name), .found = "no vertices", .expected = "at least one vertex"});
   if (xyz.size() % 3 != 0)
     throw Error({.file = std::string(name),
@@ -44,7 +43,7 @@ struct BoundingBox {
 };
 
 /// The smallest box around all points. Coordinates that are NaN don't count.
-inline BoundingBox bounding_box(std::span<const float> xyz) {
+NPT_INLINE BoundingBox bounding_box(std::span<const float> xyz) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   std::array<double, 3> low{inf, inf, inf}, high{-inf, -inf, -inf};
   for (std::size_t i = 0; i < xyz.size(); i += 3)

@@ -34,7 +34,7 @@ struct SurfacePoint {
 };
 
 /// Where the vertices `xyz` put the point.
-inline Vec3f position_of(const SurfacePoint& point, std::span<const float> xyz) {
+NPT_INLINE Vec3f position_of(const SurfacePoint& point, std::span<const float> xyz) {
   const auto [a, b, c] = point.corners;
   const auto [u, v, w] = point.weights;
   if (u == 1) return point_at(xyz, a).as<float>();
@@ -42,8 +42,7 @@ inline Vec3f position_of(const SurfacePoint& point, std::span<const float> xyz) 
 }
 
 /// Where the vertices `xyz` put the points. [points]
-template <class = void>
-std::vector<Vec3f> positions_of(std::span<const SurfacePoint> points, std::span<const float> xyz) {
+NPT_INLINE std::vector<Vec3f> positions_of(std::span<const SurfacePoint> points, std::span<const float> xyz) {
   std::vector<Vec3f> positions(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) positions[i] = position_of(points[i], xyz);
   return positions;
@@ -52,9 +51,8 @@ std::vector<Vec3f> positions_of(std::span<const SurfacePoint> points, std::span<
 namespace internal {
 
 /// points.size() of the vertices: without repeats while they last, then all of them and random repeats.
-template <class = void>
-void draw_vertices(std::uint32_t vertices, Random& random, std::vector<std::uint32_t>& chosen,
-                   std::span<SurfacePoint> points) {
+NPT_INLINE void draw_vertices(std::uint32_t vertices, Random& random, std::vector<std::uint32_t>& chosen,
+                              std::span<SurfacePoint> points) {
   random_permutation(vertices, random, chosen);
   if (points.size() > vertices)
     for (std::uint32_t v = 0; v < vertices; ++v) chosen[v] = v;
@@ -63,8 +61,8 @@ void draw_vertices(std::uint32_t vertices, Random& random, std::vector<std::uint
 }
 
 /// sums[t]: the area (times two) of triangles 0 .. t.
-template <class = void>
-void cumulative_areas(std::span<const float> xyz, std::span<const Triangle> triangles, std::vector<double>& sums) {
+NPT_INLINE void cumulative_areas(std::span<const float> xyz, std::span<const Triangle> triangles,
+                                 std::vector<double>& sums) {
   sums.resize(triangles.size());
   double sum = 0;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -86,9 +84,8 @@ struct DrawScratch {
 /// their number. Points instead of a surface (no triangles, or none with an area): vertices, without repeats when count
 /// is less than their number, otherwise all and random repeats.
 /// Errors    npt::Error for no vertices
-template <class = void>
-void draw_points(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count, Random random,
-                 DrawScratch& scratch, std::vector<SurfacePoint>& points) {
+NPT_INLINE void draw_points(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
+                            Random random, DrawScratch& scratch, std::vector<SurfacePoint>& points) {
   expect_points(xyz, "mesh to resample");
   const auto vertices = static_cast<std::uint32_t>(xyz.size() / 3);
   points.resize(count);
@@ -116,9 +113,8 @@ void draw_points(std::span<const float> xyz, std::span<const Triangle> triangles
 }
 
 /// `count` points on the triangles, as the overload that is given its memory draws them.
-template <class = void>
-std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::span<const Triangle> triangles,
-                                      std::size_t count, Random random) {
+NPT_INLINE std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::span<const Triangle> triangles,
+                                                 std::size_t count, Random random) {
   DrawScratch scratch;
   std::vector<SurfacePoint> points;
   draw_points(xyz, triangles, count, random, scratch, points);
@@ -126,14 +122,12 @@ std::vector<SurfacePoint> draw_points(std::span<const float> xyz, std::span<cons
 }
 
 /// The positions of points that are drawn with a seed. [count]
-template <class = void>
-std::vector<Vec3f> resample(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count,
-                            std::uint64_t seed) {
+NPT_INLINE std::vector<Vec3f> resample(std::span<const float> xyz, std::span<const Triangle> triangles,
+                                       std::size_t count, std::uint64_t seed) {
   return positions_of(as_span(draw_points(xyz, triangles, count, Random(seed))), xyz);
 }
 
-template <class = void>
-std::vector<Vec3f> resample(const Mesh& mesh, std::size_t count, std::uint64_t seed) {
+NPT_INLINE std::vector<Vec3f> resample(const Mesh& mesh, std::size_t count, std::uint64_t seed) {
   return resample(mesh.coordinates(), as_span(triangulate(mesh)), count, seed);
 }
 

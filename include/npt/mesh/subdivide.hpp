@@ -19,14 +19,14 @@ namespace npt::inline NPT_ABI {
 
 /// Positions and triangles after one step. A triangle with a corner twice stays one; faces with more than three corners
 /// are cut into triangles first.
-inline Mesh subdivide(const Mesh& mesh) {
+NPT_INLINE Mesh subdivide(const Mesh& mesh) {
   const std::vector<Triangle> triangles = triangulate(mesh);
   const std::vector<Edge> edges = unique_edges(as_span(triangles));
   Mesh result;
   result.positions = mesh.positions;
   result.positions.reserve(mesh.vertex_count() + edges.size());
-  for (const auto& [a, b] : edges) {
-    const Vec3d sum = mesh.positions[a].as<double>() + mesh.positions[b].as<double>();
+  for (const Edge& edge : edges) {
+    const Vec3d sum = mesh.positions[edge[0]].as<double>() + mesh.positions[edge[1]].as<double>();
     result.positions.push_back((sum * 0.5).as<float>());
   }
   const auto middle = [&](std::uint32_t a, std::uint32_t b) {

@@ -20,7 +20,7 @@ namespace npt::inline NPT_ABI {
 using Edge = std::array<std::uint32_t, 2>;
 
 /// Edges {a, b}, a < b, in any order: each once, ascending.
-inline std::vector<Edge> unique_edges(std::span<const Edge> edges) {
+NPT_INLINE std::vector<Edge> unique_edges(std::span<const Edge> edges) {
   std::vector<std::uint64_t> keys;
   keys.reserve(edges.size());
   for (const auto& [a, b] : edges) keys.push_back(pair_key(a, b));
@@ -33,7 +33,7 @@ inline std::vector<Edge> unique_edges(std::span<const Edge> edges) {
 
 /// A mesh's undirected edges {a, b}, a < b, each once, ascending: sides of faces, not the diagonals of their triangles.
 /// A side from a vertex to itself is none.
-inline std::vector<Edge> unique_edges(const Mesh& mesh) {
+NPT_INLINE std::vector<Edge> unique_edges(const Mesh& mesh) {
   std::vector<Edge> edges;
   edges.reserve(mesh.corners.size());
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
@@ -47,7 +47,7 @@ inline std::vector<Edge> unique_edges(const Mesh& mesh) {
 }
 
 /// The undirected edges {a, b}, a < b, of triangles, each once, ascending. A side from a vertex to itself is none.
-inline std::vector<Edge> unique_edges(std::span<const Triangle> triangles) {
+NPT_INLINE std::vector<Edge> unique_edges(std::span<const Triangle> triangles) {
   std::vector<Edge> edges;
   edges.reserve(3 * triangles.size());
   for (const Triangle& t : triangles)
@@ -59,7 +59,8 @@ inline std::vector<Edge> unique_edges(std::span<const Triangle> triangles) {
 }
 
 /// [V] The least vertex that each vertex hangs together with by triangles.
-inline std::vector<std::uint32_t> connected_components(std::span<const Triangle> triangles, std::size_t vertex_count) {
+NPT_INLINE std::vector<std::uint32_t> connected_components(std::span<const Triangle> triangles,
+                                                           std::size_t vertex_count) {
   UnionFind components(vertex_count);
   for (const Triangle& t : triangles) {
     components.unite(t[0], t[1]);
@@ -80,7 +81,7 @@ struct Neighbours {
 };
 
 /// The neighbours that `edges` (each once) give `vertex_count` vertices.
-inline Neighbours neighbours(std::span<const Edge> edges, std::size_t vertex_count) {
+NPT_INLINE Neighbours neighbours(std::span<const Edge> edges, std::size_t vertex_count) {
   // Ascending edges give ascending neighbours: first the smaller ones, as second ends.
   if (!std::is_sorted(edges.begin(), edges.end())) return neighbours(unique_edges(edges), vertex_count);
   Neighbours result;
@@ -97,6 +98,6 @@ inline Neighbours neighbours(std::span<const Edge> edges, std::size_t vertex_cou
   return result;
 }
 
-inline Neighbours neighbours(const Mesh& mesh) { return neighbours(unique_edges(mesh), mesh.vertex_count()); }
+NPT_INLINE Neighbours neighbours(const Mesh& mesh) { return neighbours(unique_edges(mesh), mesh.vertex_count()); }
 
 }  // namespace npt::inline NPT_ABI

@@ -18,8 +18,7 @@ using Triangle = std::array<std::uint32_t, 3>;
 
 /// Each face as a fan around its first corner: (0, i, i + 1). By topology only, so that one mesh in two poses has the
 /// same triangles; choosing the shorter diagonal of a quad, as tinyobjloader does, breaks that. Face order is kept.
-template <class = void>
-std::vector<Triangle> triangulate(const Mesh& mesh) {
+NPT_INLINE std::vector<Triangle> triangulate(const Mesh& mesh) {
   std::vector<Triangle> triangles;
   triangles.reserve(mesh.corners.size() - std::min(mesh.corners.size(), 2 * mesh.face_count()));
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
@@ -30,8 +29,7 @@ std::vector<Triangle> triangulate(const Mesh& mesh) {
 }
 
 /// Gives a mesh these triangles for faces. Requires a mesh without faces.
-template <class = void>
-void set_faces(Mesh& mesh, std::span<const Triangle> triangles) {
+NPT_INLINE void set_faces(Mesh& mesh, std::span<const Triangle> triangles) {
   NPT_ASSERT(mesh.face_start.empty());
   mesh.face_start.resize(triangles.size() + 1);
   for (std::size_t f = 0; f < mesh.face_start.size(); ++f) mesh.face_start[f] = 3 * f;

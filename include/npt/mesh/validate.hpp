@@ -22,21 +22,21 @@ namespace npt::inline NPT_ABI {
 }
 
 /// "(1.000000, 2.000000, 3.000000)"
-inline std::string to_string(Vec3f p) {
+NPT_INLINE std::string to_string(Vec3f p) {
   return std::string("(") + std::to_string(p.x) + ", " + std::to_string(p.y) + ", " + std::to_string(p.z) + ")";
 }
 
 /// "vertex 12"
-inline std::string numbered(const char* kind, std::size_t i) { return std::string(kind) + ' ' + std::to_string(i); }
+NPT_INLINE std::string numbered(const char* kind, std::size_t i) { return std::string(kind) + ' ' + std::to_string(i); }
 
 namespace internal {
 
-inline void validate_finite(const std::vector<Vec3f>& points, const char* kind, const std::string& name) {
+NPT_INLINE void validate_finite(const std::vector<Vec3f>& points, const char* kind, const std::string& name) {
   for (std::size_t i = 0; i < points.size(); ++i)
     if (!is_finite(points[i])) invalid_mesh(name, numbered(kind, i), to_string(points[i]), "finite numbers");
 }
 
-inline void validate_faces(const Mesh& mesh, const std::string& name) {
+NPT_INLINE void validate_faces(const Mesh& mesh, const std::string& name) {
   const std::size_t corners = mesh.corners.size();
   if (mesh.face_start.empty()) {
     if (corners != 0) invalid_mesh(name, "corners", std::to_string(corners), "none in a mesh without faces");
@@ -60,8 +60,8 @@ inline void validate_faces(const Mesh& mesh, const std::string& name) {
   }
 }
 
-inline void validate_corner_indices(const Mesh& mesh, const std::vector<std::uint32_t>& indices, std::size_t count,
-                                    const char* kind, const std::string& name) {
+NPT_INLINE void validate_corner_indices(const Mesh& mesh, const std::vector<std::uint32_t>& indices, std::size_t count,
+                                        const char* kind, const std::string& name) {
   if (indices.empty()) return;
   if (indices.size() != mesh.corners.size())
     invalid_mesh(name, std::string("corners' ") + kind + "s", std::to_string(indices.size()),
@@ -72,7 +72,7 @@ inline void validate_corner_indices(const Mesh& mesh, const std::vector<std::uin
         invalid_mesh(name, numbered("face", f), numbered(kind, indices[c]), "a number below " + std::to_string(count));
 }
 
-inline void validate_attributes(const Mesh& mesh, const std::string& name) {
+NPT_INLINE void validate_attributes(const Mesh& mesh, const std::string& name) {
   const std::string vertices = std::to_string(mesh.vertex_count());
   if (mesh.corner_normal.empty() && !mesh.corners.empty() && !mesh.normals.empty() &&
       mesh.normals.size() != mesh.vertex_count())
@@ -88,7 +88,7 @@ inline void validate_attributes(const Mesh& mesh, const std::string& name) {
                    vertices + ", one for each vertex");
 }
 
-inline void validate_tags(const Mesh& mesh, const std::string& name) {
+NPT_INLINE void validate_tags(const Mesh& mesh, const std::string& name) {
   std::size_t previous = 0;
   for (const MeshTag& tag : mesh.tags) {
     const std::string place = "tag '" + tag.keyword + "'";
@@ -105,7 +105,7 @@ inline void validate_tags(const Mesh& mesh, const std::string& name) {
 }  // namespace internal
 
 /// Throws npt::Error unless `mesh` keeps all invariants and has at least one vertex. `name` stands in the message.
-inline void validate(const Mesh& mesh, const std::string& name) {
+NPT_INLINE void validate(const Mesh& mesh, const std::string& name) {
   if (mesh.positions.empty()) invalid_mesh(name, {}, "no vertices", "at least one vertex");
   if (mesh.positions.size() >= no_index)
     invalid_mesh(name, {}, std::to_string(mesh.positions.size()) + " vertices",

@@ -22,8 +22,7 @@ namespace npt::inline NPT_ABI {
 
 /// The order that undoes `order`: inverse[old vertex] = new position. Throws npt::Error unless `order` holds each of
 /// 0 .. V - 1 once.
-template <class = void>
-std::vector<std::uint32_t> inverse_order(std::span<const std::uint32_t> order) {
+NPT_INLINE std::vector<std::uint32_t> inverse_order(std::span<const std::uint32_t> order) {
   std::vector<std::uint32_t> inverse(order.size(), no_index);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const std::uint32_t old = order[i];
@@ -40,20 +39,19 @@ std::vector<std::uint32_t> inverse_order(std::span<const std::uint32_t> order) {
 namespace internal {
 
 /// A number whose unsigned order is the order of the float's values; NaN beyond the infinities, so the order is total.
-inline std::uint32_t order_key(float x) {
+NPT_INLINE std::uint32_t order_key(float x) {
   const std::uint32_t bits = std::bit_cast<std::uint32_t>(x);
   return bits & 0x80000000U ? ~bits : bits | 0x80000000U;
 }
 
 /// Point v by value: -0 is 0.
-inline std::array<std::uint32_t, 3> value_key(std::span<const float> xyz, std::size_t v) {
+NPT_INLINE std::array<std::uint32_t, 3> value_key(std::span<const float> xyz, std::size_t v) {
   return {order_key(xyz[3 * v] + 0.0F), order_key(xyz[3 * v + 1] + 0.0F), order_key(xyz[3 * v + 2] + 0.0F)};
 }
 
 /// Sorts `vertices`, keys whose second half is a vertex, by criterion number `level` and those behind it: x, y and z by
 /// value, then by their bits (-0 stands before 0), then the vertex.
-template <class = void>
-void sort_by_place(std::span<const float> xyz, std::span<std::uint64_t> vertices, std::size_t level) {
+NPT_INLINE void sort_by_place(std::span<const float> xyz, std::span<std::uint64_t> vertices, std::size_t level) {
   for (std::uint64_t& key : vertices) {
     const std::uint32_t v = second_of_key(key);
     const float x = xyz[3 * std::size_t{v} + level % 3];
@@ -70,8 +68,8 @@ void sort_by_place(std::span<const float> xyz, std::span<std::uint64_t> vertices
 }  // namespace internal
 
 /// The vertices in lexicographic order of (x, y, z), -0 equal to 0, into memory that is used again. `keys`: scratch.
-template <class = void>
-void canonical_order(std::span<const float> xyz, std::vector<std::uint64_t>& keys, std::vector<std::uint32_t>& order) {
+NPT_INLINE void canonical_order(std::span<const float> xyz, std::vector<std::uint64_t>& keys,
+                                std::vector<std::uint32_t>& order) {
   keys.resize(xyz.size() / 3);
   for (std::size_t v = 0; v < keys.size(); ++v) keys[v] = v;
   internal::sort_by_place(xyz, as_span(keys), 0);
@@ -81,8 +79,7 @@ void canonical_order(std::span<const float> xyz, std::vector<std::uint64_t>& key
 
 /// The vertices in lexicographic order of (x, y, z), -0 equal to 0. A permutation of the vertices changes only which of
 /// bitwise equal points comes first: the sequence of coordinates stays the same bit for bit.
-template <class = void>
-std::vector<std::uint32_t> canonical_order(std::span<const float> xyz) {
+NPT_INLINE std::vector<std::uint32_t> canonical_order(std::span<const float> xyz) {
   std::vector<std::uint64_t> keys;
   std::vector<std::uint32_t> order;
   canonical_order(xyz, keys, order);
@@ -91,9 +88,8 @@ std::vector<std::uint32_t> canonical_order(std::span<const float> xyz) {
 
 /// representative[v]: the vertex that comes first in canonical_order among those at the same point as v (v itself where
 /// it is alone), into memory that is used again.
-template <class = void>
-void coincident_representatives(std::span<const float> xyz, std::span<const std::uint32_t> canonical,
-                                std::vector<std::uint32_t>& representative) {
+NPT_INLINE void coincident_representatives(std::span<const float> xyz, std::span<const std::uint32_t> canonical,
+                                           std::vector<std::uint32_t>& representative) {
   representative.resize(canonical.size());
   for (std::size_t i = 0; i < canonical.size(); ++i) {
     const std::uint32_t v = canonical[i];
@@ -105,16 +101,14 @@ void coincident_representatives(std::span<const float> xyz, std::span<const std:
 /// representative[v]: the vertex that comes first in canonical_order among those at the same point as v (v itself where
 /// it is alone). Coincident vertices can't be told apart by their coordinates: giving each the result of its
 /// representative makes a result independent of the vertex order.
-template <class = void>
-std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz,
-                                                      std::span<const std::uint32_t> canonical) {
+NPT_INLINE std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz,
+                                                                 std::span<const std::uint32_t> canonical) {
   std::vector<std::uint32_t> representative;
   coincident_representatives(xyz, canonical, representative);
   return representative;
 }
 
-template <class = void>
-std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz) {
+NPT_INLINE std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz) {
   return coincident_representatives(xyz, as_span(canonical_order(xyz)));
 }
 

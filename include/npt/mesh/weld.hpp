@@ -33,7 +33,7 @@ struct Welding {
   }
 };
 
-inline Welding weld(std::span<const float> xyz) {
+NPT_INLINE Welding weld(std::span<const float> xyz) {
   const std::vector<std::uint32_t> representative = coincident_representatives(xyz);
   Welding welding{std::vector<std::uint32_t>(representative.size()), {}};
   std::vector<std::uint32_t> point(representative.size(), no_index);
@@ -49,7 +49,7 @@ inline Welding weld(std::span<const float> xyz) {
 }
 
 /// Every vertex a point of its own, for meshes whose seams are to open.
-inline Welding unwelded(std::size_t vertex_count) {
+NPT_INLINE Welding unwelded(std::size_t vertex_count) {
   Welding welding{std::vector<std::uint32_t>(vertex_count), {}};
   std::iota(welding.point_of.begin(), welding.point_of.end(), 0U);
   welding.vertex_of = welding.point_of;

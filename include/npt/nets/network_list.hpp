@@ -95,8 +95,7 @@ const std::vector<NetworkType<Exec>>& network_types() {
 }
 
 /// The variant in words: "bottleneck 256, conv_relu, per-vertex".
-template <class = void>
-std::string variant_name(const Metadata& variant) {
+NPT_INLINE std::string variant_name(const Metadata& variant) {
   const auto value = [&variant](const char* key) -> const std::string* {
     const auto found = variant.find(key);
     return found == variant.end() ? nullptr : &found->second;
@@ -115,8 +114,7 @@ namespace internal {
 
 /// What a file says of one key of its variant: its metadata, the caller's assumption, or for the bottleneck the
 /// encoder's shape.
-template <class = void>
-std::string file_variant(const SafetensorsFile& file, const Metadata& assume, const std::string& key) {
+NPT_INLINE std::string file_variant(const SafetensorsFile& file, const Metadata& assume, const std::string& key) {
   if (const std::string* stored = file.find_metadata(key)) return *stored;
   if (const auto assumed = assume.find(key); assumed != assume.end()) return assumed->second;
   if (key == "bottleneck")
@@ -126,8 +124,7 @@ std::string file_variant(const SafetensorsFile& file, const Metadata& assume, co
 }
 
 /// "bottleneck 256, 128; feature per-vertex, pooled": what the networks of a list differ in.
-template <class = void>
-std::string choices_of(const std::vector<const Metadata*>& variants) {
+NPT_INLINE std::string choices_of(const std::vector<const Metadata*>& variants) {
   std::map<std::string, std::vector<std::string>> values;
   for (const Metadata* variant : variants)
     for (const auto& [key, value] : *variant) {
@@ -146,9 +143,8 @@ std::string choices_of(const std::vector<const Metadata*>& variants) {
 
 /// The number of the variant that the file is of.
 /// Errors    npt::Error that names what the file says and what the list has
-template <class = void>
-std::size_t find_variant(const SafetensorsFile& file, const Metadata& assume,
-                         const std::vector<const Metadata*>& variants) {
+NPT_INLINE std::size_t find_variant(const SafetensorsFile& file, const Metadata& assume,
+                                    const std::vector<const Metadata*>& variants) {
   Metadata said;
   for (const Metadata* variant : variants)
     for (const auto& [key, value] : *variant)

@@ -353,9 +353,9 @@ class BodyWeights {
 
 /// measured: the fingers, for a body with finger joints
 /// Requires  finite points, triangles of numbers below V, a fit of this model
-inline SparseMatrix body_weights(const BodyModel& model, const BodyFit& fit, std::span<const Vec3d> points,
-                                 std::span<const Triangle> triangles, const BodyWeightsOptions& options = {},
-                                 std::array<skeleton::internal::HandMeasure, 2>* measured = nullptr) {
+NPT_INLINE SparseMatrix body_weights(const BodyModel& model, const BodyFit& fit, std::span<const Vec3d> points,
+                                     std::span<const Triangle> triangles, const BodyWeightsOptions& options = {},
+                                     std::array<skeleton::internal::HandMeasure, 2>* measured = nullptr) {
   std::vector<float> xyz;
   xyz.reserve(3 * points.size());
   for (const Vec3d p : points)

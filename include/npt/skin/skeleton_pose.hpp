@@ -24,7 +24,7 @@ struct Bone {
 };
 
 /// The bones of a body as it was fitted to a mesh.
-inline std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit) {
+NPT_INLINE std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit) {
   const BodyTables& tables = model.tables();
   const std::size_t joints = model.joint_count();
   const std::vector<Vec3d> place = fitted_joints(model, fit), vertices = fitted_points(model, fit);
@@ -53,8 +53,8 @@ inline std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit) {
 
 /// [J] The motion that takes each bone of the identity's skeleton from where it was fitted to the pose's angles. Bone
 /// lengths are the identity's; its root joint stays in place.
-inline std::vector<RigidMotion> skeleton_motions(const BodyModel& model, const BodyFit& identity,
-                                                 std::span<const float> axis_angles) {
+NPT_INLINE std::vector<RigidMotion> skeleton_motions(const BodyModel& model, const BodyFit& identity,
+                                                     std::span<const float> axis_angles) {
   std::vector<RigidMotion> from = model.bone_motions(identity.betas, identity.axis_angles);
   std::vector<RigidMotion> to = model.bone_motions(identity.betas, axis_angles);
   for (std::size_t j = 0; j < to.size(); ++j) {

@@ -105,7 +105,7 @@ struct TraceChange {
   Symmetric3 curvature;
 };
 
-inline TraceChange trace_change(const std::array<Vec3d, 3>& columns, const Rotation& rotation) {
+NPT_INLINE TraceChange trace_change(const std::array<Vec3d, 3>& columns, const Rotation& rotation) {
   const std::array<Vec3d, 3> own = rotation.columns();
   Vec3d slope;
   Symmetric3 s;  // the symmetric part of A R^T
@@ -122,7 +122,7 @@ inline TraceChange trace_change(const std::array<Vec3d, 3>& columns, const Rotat
 
 /// The rotation nearest to the matrix with these columns, sought from `start` in at most `steps` steps. From a start
 /// that is near, two or three give 1e-6; from anywhere, nine at most (20,000 random matrices of rank 2 and 3).
-inline Rotation nearest_rotation(const std::array<Vec3d, 3>& columns, Rotation start = {}, int steps = 100) {
+NPT_INLINE Rotation nearest_rotation(const std::array<Vec3d, 3>& columns, Rotation start = {}, int steps = 100) {
   const double size = length(columns[0]) + length(columns[1]) + length(columns[2]);
   if (!(size > 0)) return start;
   for (int i = 0; i < steps; ++i) {

@@ -28,7 +28,7 @@ struct Similarity {
 
 /// The similarity that takes `from` to `to` best.
 /// Requires  as many points in `to` as in `from`, at least one
-inline Similarity best_similarity(std::span<const Vec3d> from, std::span<const Vec3d> to) {
+NPT_INLINE Similarity best_similarity(std::span<const Vec3d> from, std::span<const Vec3d> to) {
   NPT_ASSERT(from.size() == to.size() && !from.empty());
   const auto count = static_cast<double>(from.size());
   Vec3d from_centre, to_centre;

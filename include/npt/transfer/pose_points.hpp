@@ -44,9 +44,8 @@ struct ChoiceScratch {
 /// Chooses the points of pairing number `pairing` on a pose mesh. `count`: vertices of the identity, where the network
 /// pairs vertices; 0: it pairs none, and is given all vertices.
 /// Errors    npt::Error for another count without options.resample
-template <class = void>
-void choose_points(const MeshView& pose, std::size_t count, const TransferOptions& options, std::uint64_t pairing,
-                   ChoiceScratch& scratch, PosePoints& chosen) {
+NPT_INLINE void choose_points(const MeshView& pose, std::size_t count, const TransferOptions& options,
+                              std::uint64_t pairing, ChoiceScratch& scratch, PosePoints& chosen) {
   const std::span<const float> xyz = pose.xyz;
   const auto vertices = static_cast<std::uint32_t>(pose.vertex_count());
   const bool paired = count != 0;
@@ -92,8 +91,7 @@ void choose_points(const MeshView& pose, std::size_t count, const TransferOption
 
 /// Where a pose mesh has its chosen points: [count, 3].
 /// Errors    npt::Error for another vertex count than they were chosen for
-template <class = void>
-void place_points(const MeshView& pose, const PosePoints& chosen, std::vector<float>& points) {
+NPT_INLINE void place_points(const MeshView& pose, const PosePoints& chosen, std::vector<float>& points) {
   if (pose.vertex_count() != chosen.vertices)
     throw Error({.file = std::string(pose.name),
                  .found = std::to_string(pose.vertex_count()) + " vertices",

@@ -110,8 +110,7 @@ namespace internal {
 /// Everything about a mesh that a transfer can't take.
 /// Errors    npt::Error for no vertices, all vertices in one point (NaN counts as different), and triangles of other
 ///           vertices
-template <class = void>
-void expect_transferable(const MeshView& mesh) {
+NPT_INLINE void expect_transferable(const MeshView& mesh) {
   const std::string_view name = mesh.name;
   expect_points(mesh.xyz, name);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -139,8 +138,7 @@ inline bool same_memory(const MeshView& a, const MeshView& b) {
 }
 
 /// Errors    npt::Error for a result of another size
-template <class = void>
-void expect_result(std::size_t found, std::size_t expected) {
+NPT_INLINE void expect_result(std::size_t found, std::size_t expected) {
   if (found != expected)
     throw Error({.file = "result",
                  .found = std::to_string(found) + " numbers",
@@ -148,8 +146,7 @@ void expect_result(std::size_t found, std::size_t expected) {
 }
 
 /// x to -x.
-template <class = void>
-void mirror(std::span<const float> xyz, std::vector<float>& mirrored) {
+NPT_INLINE void mirror(std::span<const float> xyz, std::vector<float>& mirrored) {
   mirrored.resize(xyz.size());
   for (std::size_t i = 0; i < xyz.size(); ++i) mirrored[i] = i % 3 == 0 ? -xyz[i] : xyz[i];
 }

@@ -25,8 +25,8 @@ inline const std::string* find_value(const Metadata& metadata, const char* key) 
 
 /// The options with what `metadata` says for those that were left open. `name`: of the weights' file, for messages.
 /// Errors    npt::Error that names the file and the key, for a value that can't be
-template <class = void>
-TransferOptions complete_options(TransferOptions options, const Metadata& metadata, const std::string& name) {
+NPT_INLINE TransferOptions complete_options(TransferOptions options, const Metadata& metadata,
+                                            const std::string& name) {
   if (!options.normalisation) {
     const std::string* stored = internal::find_value(metadata, "normalisation");
     options.normalisation =
@@ -51,8 +51,7 @@ inline bool names_metres(const Metadata& metadata) {
 }
 
 /// Throws npt::Error for options that can't be. `paired`: whether the network pairs vertices.
-template <class = void>
-void check_options(const TransferOptions& options, bool paired) {
+NPT_INLINE void check_options(const TransferOptions& options, bool paired) {
   if (options.pairings < 1)
     throw Error({.file = "pairings", .found = std::to_string(options.pairings), .expected = "at least 1"});
   if (paired && options.pairing == Pairing::as_given && options.pairings > 1)

@@ -24,8 +24,7 @@ inline double extent_of(std::span<const float> xyz) { return std::max(0.0, bound
 
 /// Metres in one unit of a person's mesh: 1, 0.01 or 0.001, whichever makes its extent a person's.
 /// Errors    npt::Error where none does
-template <class = void>
-double unit_of(const MeshView& person) {
+NPT_INLINE double unit_of(const MeshView& person) {
   const double extent = extent_of(person.xyz);
   for (const double unit : {1.0, 0.01, 0.001})
     if (extent * unit >= least_extent && extent * unit <= largest_extent) return unit;

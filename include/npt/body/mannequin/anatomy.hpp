@@ -124,7 +124,7 @@ inline constexpr JointPlace joint_places[] = {
 };
 
 /// The masses of the figure: what its surface is modelled on.
-inline BlendedLofts masses() {
+NPT_INLINE BlendedLofts masses() {
   const LocalFrame upright{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}};
   const LocalFrame sideways{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   std::vector<Loft> parts;

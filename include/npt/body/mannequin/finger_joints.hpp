@@ -49,7 +49,7 @@ struct FingerPlace {
   std::size_t finger = 0;
   double along = 0;
 };
-inline FingerPlace finger_place(Vec3d q) {
+NPT_INLINE FingerPlace finger_place(Vec3d q) {
   FingerPlace best;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t d = 0; d + 1 < std::size(anatomy::digits); ++d) {
@@ -64,7 +64,7 @@ inline FingerPlace finger_place(Vec3d q) {
 
 /// Direction of the hinge of the left middle joints: through those of index and little finger, and turning fingers
 /// towards the palm.
-inline Vec3d left_finger_hinge() {
+NPT_INLINE Vec3d left_finger_hinge() {
   const auto at = [](const anatomy::Digit& d) { return d.root + normalised(d.direction) * (middle_joint * d.length); };
   Vec3d hinge = at(anatomy::digits[3]) - at(anatomy::digits[0]);
   hinge.y = 0;
@@ -74,14 +74,14 @@ inline Vec3d left_finger_hinge() {
 }  // namespace internal
 
 /// Of a hand's finger joints, in the body's coordinates at rest. side: 0 left, 1 right
-inline Vec3d finger_hinge(std::size_t side) {
+NPT_INLINE Vec3d finger_hinge(std::size_t side) {
   const Vec3d left = internal::left_finger_hinge();
   return side == 0 ? left : Vec3d{left.x, -left.y, -left.z};
 }
 
 /// The mannequin, with whatever shape directions, with 40 joints.
 /// Requires  the mannequin's vertices and SMPL's joints
-inline BodyModel with_finger_joints(const BodyModel& body) {
+NPT_INLINE BodyModel with_finger_joints(const BodyModel& body) {
   NPT_ASSERT(body.joint_count() == smpl_joint_count);
   BodyTables tables = body.tables();
   const Vec3d origin = anatomy::rounded(anatomy::origin);
@@ -125,7 +125,7 @@ inline BodyModel with_finger_joints(const BodyModel& body) {
 }
 
 /// The angles of a body with finger joints, for left and right hand. axis_angles: [24, 3]; result: [40, 3]
-inline std::vector<float> with_fingers(std::span<const float> axis_angles, const std::array<HandBend, 2>& hands) {
+NPT_INLINE std::vector<float> with_fingers(std::span<const float> axis_angles, const std::array<HandBend, 2>& hands) {
   NPT_ASSERT(axis_angles.size() == 3 * smpl_joint_count);
   std::vector<float> result(axis_angles.begin(), axis_angles.end());
   result.resize(3 * fingered_joint_count);

@@ -35,7 +35,7 @@ struct LocalFrame {
 };
 
 /// The frame with the given axis whose u is as near as possible to `towards`.
-inline LocalFrame make_frame(Vec3d origin, Vec3d axis, Vec3d towards) {
+NPT_INLINE LocalFrame make_frame(Vec3d origin, Vec3d axis, Vec3d towards) {
   const Vec3d a = normalised(axis);
   const Vec3d u = normalised(towards - a * dot(towards, a));
   return {origin, a, u, cross(a, u)};

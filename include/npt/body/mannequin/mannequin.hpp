@@ -25,7 +25,7 @@ namespace npt::inline NPT_ABI {
 
 namespace internal {
 
-inline BodyTables mannequin_tables() {
+NPT_INLINE BodyTables mannequin_tables() {
   const anatomy::Surface surface = anatomy::mannequin_surface();
   const Vec3d origin = anatomy::rounded(anatomy::origin);
   BodyTables body;
@@ -55,10 +55,10 @@ BodyTables make_mannequin_tables();
 inline BodyTables make_mannequin_tables() { return internal::mannequin_tables(); }
 #endif
 
-inline BodyModel make_mannequin() { return BodyModel(make_mannequin_tables(), "mannequin"); }
+NPT_INLINE BodyModel make_mannequin() { return BodyModel(make_mannequin_tables(), "mannequin"); }
 
 /// The mannequin, made at the first call and then shared.
-inline const BodyModel& mannequin() {
+NPT_INLINE const BodyModel& mannequin() {
   static const BodyModel model = make_mannequin();
   return model;
 }

@@ -26,7 +26,7 @@ struct Mark {
   double at, value;
 };
 
-inline double between_marks(std::span<const Mark> marks, double x) {
+NPT_INLINE double between_marks(std::span<const Mark> marks, double x) {
   double value = marks.front().value;
   for (std::size_t i = 0; i + 1 < marks.size(); ++i) {
     value += (marks[i + 1].value - marks[i].value) * ramp(x, marks[i].at, marks[i + 1].at);
@@ -47,7 +47,7 @@ struct Bulge {
   double amount;
 };
 
-inline double total(std::span<const Bulge> bulges, Vec3d q) {
+NPT_INLINE double total(std::span<const Bulge> bulges, Vec3d q) {
   double sum = 0.0;
   for (const Bulge& b : bulges) {
     const Vec3d d{(q.x - b.centre.x) / b.radius.x, (q.y - b.centre.y) / b.radius.y, (q.z - b.centre.z) / b.radius.z};
@@ -75,7 +75,7 @@ inline constexpr Bulge chest[] = {{{0.078, 1.280, 0.105}, {0.095, 0.110, 0.110},
                                   {{0.000, 1.300, 0.060}, {0.220, 0.160, 0.160}, 0.3}};
 
 /// One vertex's ten displacements. q = (|x|, y, z) with outward normal n, as on the left half.
-inline std::array<Vec3d, mannequin_shape_count> shape_displacements(Vec3d q, Vec3d n) {
+NPT_INLINE std::array<Vec3d, mannequin_shape_count> shape_displacements(Vec3d q, Vec3d n) {
   const double on_arm = ramp(q.x, 0.14, 0.21) * ramp(q.y, 1.15, 1.30);
   // An arm moves with the height of its own axis: its thickness stays.
   const double y = q.y + (1.405 - q.y) * on_arm;
@@ -108,7 +108,7 @@ inline std::array<Vec3d, mannequin_shape_count> shape_displacements(Vec3d q, Vec
 }
 
 /// [V, 3, 10]
-inline std::vector<float> mannequin_shapedirs(const Surface& surface) {
+NPT_INLINE std::vector<float> mannequin_shapedirs(const Surface& surface) {
   // Normals of the masses alone: growing along those of the finished surface would fold its grooves.
   const BlendedLofts figure = masses();
   std::vector<float> dirs(surface.positions.size() * 3 * mannequin_shape_count);

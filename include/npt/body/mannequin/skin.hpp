@@ -22,7 +22,7 @@
 namespace npt::inline NPT_ABI::anatomy {
 
 /// 0 below `low`, 1 above `high`, smooth between.
-inline double ramp(double x, double low, double high) {
+NPT_INLINE double ramp(double x, double low, double high) {
   const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
   return t * t * (3.0 - 2.0 * t);
 }
@@ -30,7 +30,7 @@ inline double ramp(double x, double low, double high) {
 using JointWeights = std::array<double, smpl_joint_count>;
 
 /// Share of one arm at q = (|x|, y, z): everything from the collar bone outwards.
-inline double arm_share(Vec3d q) {
+NPT_INLINE double arm_share(Vec3d q) {
   const double height = ramp(q.y, 1.14, 1.37), beside_neck = ramp(q.y, 1.44, 1.50) * (1.0 - ramp(q.x, 0.05, 0.13));
   const double below_head = 1.0 - ramp(q.y, 1.48, 1.53);
   const double chest = ramp(q.x, 0.0, 0.170) * height * (1.0 - beside_neck) * below_head;
@@ -38,7 +38,7 @@ inline double arm_share(Vec3d q) {
 }
 
 /// Adds one arm's joints. `share` is what the trunk leaves to the arm.
-inline void add_arm(Vec3d q, double share, std::size_t side, JointWeights& w) {
+NPT_INLINE void add_arm(Vec3d q, double share, std::size_t side, JointWeights& w) {
   // Ribs under the armpit stay with the trunk, however far out they are.
   const double below_armpit = 1.0 - ramp(q.y, 1.23, 1.36);
   const double shoulder = ramp(q.x - 0.06 * below_armpit, 0.115, 0.235);
@@ -53,14 +53,14 @@ inline void add_arm(Vec3d q, double share, std::size_t side, JointWeights& w) {
 }
 
 /// Share of both legs at q: below a plane through the hip joint that rises outwards, like the fold of the groin.
-inline double legs_share(Vec3d q) {
+NPT_INLINE double legs_share(Vec3d q) {
   const double below = 0.42 * (q.x - 0.090) - 0.91 * (q.y - 0.912);
   // The crotch stays with the pelvis: pulled by both thighs it would become a web between them.
   const double beside_crotch = std::max(ramp(q.x, -0.04, 0.07), ramp(-q.y, -0.815, -0.700));
   return ramp(below, -0.075, 0.085) * beside_crotch;
 }
 
-inline void add_leg(Vec3d q, double share, std::size_t side, JointWeights& w) {
+NPT_INLINE void add_leg(Vec3d q, double share, std::size_t side, JointWeights& w) {
   // Narrow in front, so that the knee cap keeps its roundness; wide behind, where the skin folds.
   const double half = std::clamp(0.055 - 0.35 * q.z, 0.036, 0.070);
   const double knee = ramp(-q.y, -0.487 - half, -0.487 + half);
@@ -72,7 +72,7 @@ inline void add_leg(Vec3d q, double share, std::size_t side, JointWeights& w) {
   w[joint_index(SmplJoint::left_foot) + side] += share * knee * ankle * toes;
 }
 
-inline void add_trunk(Vec3d q, double share, JointWeights& w) {
+NPT_INLINE void add_trunk(Vec3d q, double share, JointWeights& w) {
   const double spine1 = ramp(q.y, 0.985, 1.115), spine2 = ramp(q.y, 1.100, 1.230), spine3 = ramp(q.y, 1.180, 1.300);
   // Neck and skull begin higher behind than in front.
   const double tilted = q.y + 0.45 * q.z;
@@ -85,7 +85,7 @@ inline void add_trunk(Vec3d q, double share, JointWeights& w) {
   w[joint_index(SmplJoint::head)] += share * spine3 * neck * head;
 }
 
-inline JointWeights joint_weights(Vec3d p) {
+NPT_INLINE JointWeights joint_weights(Vec3d p) {
   const Vec3d q{std::abs(p.x), p.y, p.z};
   const double arm = arm_share(q), legs = legs_share(q);
   JointWeights w{};
@@ -99,7 +99,7 @@ inline JointWeights joint_weights(Vec3d p) {
 }
 
 /// [V, 24], at most `bones` entries a row.
-inline SparseMatrix mannequin_weights(std::span<const Vec3d> positions, std::size_t bones = 4) {
+NPT_INLINE SparseMatrix mannequin_weights(std::span<const Vec3d> positions, std::size_t bones = 4) {
   SparseMatrix result;
   result.columns = smpl_joint_count;
   for (const Vec3d p : positions) {
@@ -119,7 +119,8 @@ inline SparseMatrix mannequin_weights(std::span<const Vec3d> positions, std::siz
 
 /// Positive weights with sum 1 whose average of `points` is `target`: of all such weights those nearest to `prior`
 /// (least relative entropy), found by Newton's method. Requires the target inside the points' convex hull.
-inline std::vector<double> convex_weights(std::span<const Vec3d> points, std::span<const double> prior, Vec3d target) {
+NPT_INLINE std::vector<double> convex_weights(std::span<const Vec3d> points, std::span<const double> prior,
+                                              Vec3d target) {
   std::vector<double> w(points.size());
   Vec3d lambda{};
   for (int step = 0; step < 30; ++step) {
@@ -151,7 +152,7 @@ inline std::vector<double> convex_weights(std::span<const Vec3d> points, std::sp
 }
 
 /// Reach of the skin around each joint that its place is averaged from.
-inline double joint_reach(SmplJoint joint) {
+NPT_INLINE double joint_reach(SmplJoint joint) {
   switch (joint) {
     case SmplJoint::left_hand:
       return 0.06;
@@ -179,7 +180,8 @@ inline double joint_reach(SmplJoint joint) {
 }
 
 /// [24, V]. `mirror` pairs vertices at x and -x: the right side's rows mirror the left side's.
-inline SparseMatrix mannequin_joint_regressor(std::span<const Vec3d> positions, std::span<const std::uint32_t> mirror) {
+NPT_INLINE SparseMatrix mannequin_joint_regressor(std::span<const Vec3d> positions,
+                                                  std::span<const std::uint32_t> mirror) {
   const std::size_t n = positions.size();
   std::vector<float> dense(smpl_joint_count * n, 0.0F);
   for (const JointPlace& place : joint_places) {

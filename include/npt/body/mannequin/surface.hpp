@@ -19,7 +19,7 @@ namespace npt::inline NPT_ABI::anatomy {
 /// Positions and shape directions are multiples of this, about a micrometre: every compiler then makes the same bits.
 inline constexpr double grid_step = 0x1p-20;
 
-inline Vec3d rounded(Vec3d p) {
+NPT_INLINE Vec3d rounded(Vec3d p) {
   const auto r = [](double x) { return std::floor(x / grid_step + 0.5) * grid_step; };
   return {r(p.x), r(p.y), r(p.z)};
 }
@@ -33,7 +33,7 @@ struct TriangleSheet {
 using digits::numbers_of;
 
 /// The half at x >= 0 as surface_data.hpp holds it.
-inline TriangleSheet left_half() {
+NPT_INLINE TriangleSheet left_half() {
   const std::vector<std::uint32_t> steps = numbers_of(half_positions, 4), corners = numbers_of(half_triangles, 2);
   TriangleSheet sheet;
   const auto coordinate = [&steps](std::size_t i) { return (static_cast<double>(steps[i]) - 0x1p23) * grid_step; };
@@ -51,7 +51,7 @@ struct Surface {
 };
 
 /// A whole surface from its half at x >= 0.
-inline Surface mirrored(const TriangleSheet& half) {
+NPT_INLINE Surface mirrored(const TriangleSheet& half) {
   Surface s;
   const auto n = static_cast<std::uint32_t>(half.positions.size());
   std::vector<std::uint32_t> name(n), twin(n);
@@ -76,6 +76,6 @@ inline Surface mirrored(const TriangleSheet& half) {
   return s;
 }
 
-inline Surface mannequin_surface() { return mirrored(left_half()); }
+NPT_INLINE Surface mannequin_surface() { return mirrored(left_half()); }
 
 }  // namespace npt::inline NPT_ABI::anatomy

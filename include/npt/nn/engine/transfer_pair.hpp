@@ -24,14 +24,12 @@ inline constexpr std::size_t max_vertices = std::size_t{1} << 28;       ///< of 
 inline constexpr std::size_t only_pair = static_cast<std::size_t>(-1);  ///< number of a pair that is not one of several
 
 // Names are composed only where an error is thrown: a warm call allocates nothing.
-template <class = void>
-std::string name_in_batch(const char* what, std::size_t pair) {
+NPT_INLINE std::string name_in_batch(const char* what, std::size_t pair) {
   return pair == only_pair ? what : std::string(what) + " of pair " + std::to_string(pair);
 }
 
 /// `size`: numbers of a mesh's coordinates.
-template <class = void>
-void check_coordinates(std::size_t size, const char* what, std::size_t pair = only_pair) {
+NPT_INLINE void check_coordinates(std::size_t size, const char* what, std::size_t pair = only_pair) {
   if (size == 0) throw Error({.file = name_in_batch(what, pair), .found = "no vertices", .expected = "at least one"});
   if (size % 3 != 0)
     throw Error({.file = name_in_batch(what, pair),
@@ -44,8 +42,7 @@ void check_coordinates(std::size_t size, const char* what, std::size_t pair = on
 }
 
 /// Numbers of the identity's coordinates and of the result's.
-template <class = void>
-void check_result(std::size_t identity, std::size_t result, std::size_t pair = only_pair) {
+NPT_INLINE void check_result(std::size_t identity, std::size_t result, std::size_t pair = only_pair) {
   if (identity != result)
     throw Error({.file = name_in_batch("result", pair),
                  .found = std::to_string(result) + " numbers",
@@ -53,8 +50,7 @@ void check_result(std::size_t identity, std::size_t result, std::size_t pair = o
 }
 
 /// Vertices of both meshes; `paired`: the network needs equally many.
-template <class = void>
-void check_pairing(bool paired, std::size_t pose, std::size_t identity, std::size_t pair = only_pair) {
+NPT_INLINE void check_pairing(bool paired, std::size_t pose, std::size_t identity, std::size_t pair = only_pair) {
   if (paired && pose != identity)
     throw Error(
         {.file = name_in_batch("pose", pair),

@@ -115,8 +115,7 @@ inline bool has_word_products(int parts) noexcept {
 }
 
 /// The kernel for a number of parts, of row registers and of halves of a panel, where there is one.
-template <class = void>
-AmxKernel amx_kernel_for(int parts, int row_registers, int halves) {
+NPT_INLINE AmxKernel amx_kernel_for(int parts, int row_registers, int halves) {
 #if NPT_HAS_AMX
   static constexpr AmxKernel kernels[max_parts][2][2] = {
       {{&amx_kernel<1, 1, 1>, &amx_kernel<1, 1, 2>}, {&amx_kernel<1, 2, 1>, &amx_kernel<1, 2, 2>}},

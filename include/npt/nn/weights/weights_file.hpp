@@ -42,8 +42,7 @@ Metadata variant_metadata() {
 }
 
 /// The shortest text that reads back as the same number.
-template <class = void>
-std::string number_text(double value) {
+NPT_INLINE std::string number_text(double value) {
   std::string text;
   append_number(text, value);
   return text;
@@ -51,8 +50,7 @@ std::string number_text(double value) {
 
 /// The finite number that a file's metadata gives as `text` for `key`; npt::Error that names file and key for other
 /// text.
-template <class = void>
-double metadata_number(const std::string& text, const std::string& file, const std::string& key) {
+NPT_INLINE double metadata_number(const std::string& text, const std::string& file, const std::string& key) {
   const std::optional<double> value = parse_number<double>(text);
   if (!value || !std::isfinite(*value))
     throw Error({.file = file, .place = "metadata " + key, .found = in_quotes(text), .expected = "a finite number"});
@@ -60,8 +58,7 @@ double metadata_number(const std::string& text, const std::string& file, const s
 }
 
 /// The shape that a parameter has in a weights file.
-template <class = void>
-TensorShape tensor_shape(const Parameter& p) {
+NPT_INLINE TensorShape tensor_shape(const Parameter& p) {
   TensorShape shape;
   for (int i = 0; i < p.rank; ++i) shape.push_back(static_cast<std::uint64_t>(p.dims[i]));
   return shape;
@@ -70,8 +67,7 @@ TensorShape tensor_shape(const Parameter& p) {
 namespace internal {
 
 /// The value for `key`: the file's, or the one assumed where the file has none. Both must agree.
-template <class = void>
-std::string agreed_value(const SafetensorsFile& file, const Metadata& assume, const std::string& key) {
+NPT_INLINE std::string agreed_value(const SafetensorsFile& file, const Metadata& assume, const std::string& key) {
   const std::string* stored = file.find_metadata(key);
   const auto assumed = assume.find(key);
   if (stored == nullptr && assumed == assume.end())
@@ -92,8 +88,8 @@ std::string agreed_value(const SafetensorsFile& file, const Metadata& assume, co
 }
 
 /// Everything about the tensors that doesn't fit the network, or nothing.
-template <class = void>
-std::vector<std::string> tensor_problems(const std::vector<NamedParameter>& parameters, const SafetensorsFile& file) {
+NPT_INLINE std::vector<std::string> tensor_problems(const std::vector<NamedParameter>& parameters,
+                                                    const SafetensorsFile& file) {
   std::vector<std::string> problems;
   for (const auto& [name, parameter] : parameters) {
     if (parameter.attribute) continue;
@@ -118,16 +114,14 @@ std::vector<std::string> tensor_problems(const std::vector<NamedParameter>& para
   return problems;
 }
 
-template <class = void>
-std::string variant_text(const Metadata& variant) {
+NPT_INLINE std::string variant_text(const Metadata& variant) {
   std::string text;
   for (const auto& [key, value] : variant) text += (text.empty() ? "" : ", ") + key + " " + value;
   return text.empty() ? "the network" : "the network with " + text;
 }
 
 /// Throws unless the file's metadata names this variant.
-template <class = void>
-void check_variant(const SafetensorsFile& file, const Metadata& variant, const Metadata& assume) {
+NPT_INLINE void check_variant(const SafetensorsFile& file, const Metadata& variant, const Metadata& assume) {
   for (const auto& [key, value] : variant) {
     // The bottleneck shows in the shapes, so that a file without it can't be mistaken.
     if (key == "bottleneck" && file.find_metadata(key) == nullptr) continue;
@@ -140,9 +134,8 @@ void check_variant(const SafetensorsFile& file, const Metadata& variant, const M
   }
 }
 
-template <class = void>
-void check_tensors(const SafetensorsFile& file, const std::vector<NamedParameter>& parameters,
-                   const Metadata& variant) {
+NPT_INLINE void check_tensors(const SafetensorsFile& file, const std::vector<NamedParameter>& parameters,
+                              const Metadata& variant) {
   const auto problems = tensor_problems(parameters, file);
   if (problems.empty()) return;
   std::string text;
