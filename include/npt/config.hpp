@@ -1,8 +1,9 @@
 /// Version, instruction-set tag and the few macros of npt. Everything else in the library is macro-free.
 ///
-/// Every entity lives in `npt::NPT_ABI`, an inline namespace named after the version and the instruction set that
-/// the translation unit is compiled for. Two units of one program built with different -march flags therefore use
-/// two sets of symbols, and the linker can't pick AVX-512 code for a machine without it.
+/// Every entity lives in `npt::NPT_ABI`, an inline namespace named after the version, the instruction set that the
+/// translation unit is compiled for, and its default executor. Two units of one program built with different -march
+/// flags therefore use two sets of symbols, and the linker can't pick AVX-512 code for a machine without it. Two that
+/// disagree about oneTBB don't share an engine: where one asks for the other's function, the link fails.
 #pragma once
 
 // MSVC says 199711 without /Zc:__cplusplus, and the truth in _MSVC_LANG.
@@ -42,10 +43,27 @@
 #define NPT_HAS_AMX 0
 #endif
 
-#if NPT_HAS_XSIMD
-#define NPT_TAG(set) v0_##set
+/// Whether engines run on oneTBB unless told otherwise: 0 where NPT_NO_TBB is defined, and where its headers are
+/// missing. Engines are then serial, or on std::thread where NPT_DEFAULT_THREADS is defined.
+#if !defined(NPT_NO_TBB) && __has_include(<tbb/task_arena.h>)
+#define NPT_HAS_TBB 1
 #else
+#define NPT_HAS_TBB 0
+#endif
+
+// What makes registers and what DefaultExecutor is changes types and functions everywhere.
+#if NPT_HAS_XSIMD && NPT_HAS_TBB
+#define NPT_TAG(set) v0_##set
+#elif NPT_HAS_XSIMD && defined(NPT_DEFAULT_THREADS)
+#define NPT_TAG(set) v0_threads_##set
+#elif NPT_HAS_XSIMD
+#define NPT_TAG(set) v0_serial_##set
+#elif NPT_HAS_TBB
 #define NPT_TAG(set) v0_portable_##set
+#elif defined(NPT_DEFAULT_THREADS)
+#define NPT_TAG(set) v0_portable_threads_##set
+#else
+#define NPT_TAG(set) v0_portable_serial_##set
 #endif
 
 // Every feature that npt or xsimd asks for has its part in the tag, also in combinations that no processor has: flags
@@ -101,20 +119,15 @@
 #elif (defined(__aarch64__) || defined(_M_ARM64)) && defined(__ARM_FEATURE_BF16_VECTOR_ARITHMETIC)
 #define NPT_ABI NPT_TAG(neon64bf16)
 #define NPT_ISA_NAME "neon64+bf16"
+#elif defined(__aarch64__) && defined(__clang__)
+#define NPT_ABI NPT_TAG(neon64clang)  // whose tiles are taller than g++'s
+#define NPT_ISA_NAME "neon64"
 #elif defined(__aarch64__) || defined(_M_ARM64)
 #define NPT_ABI NPT_TAG(neon64)
 #define NPT_ISA_NAME "neon64"
 #else
 #define NPT_ABI NPT_TAG(generic)
 #define NPT_ISA_NAME "generic"
-#endif
-
-/// Whether engines run on oneTBB unless told otherwise: 0 where NPT_NO_TBB is defined, and where its headers are
-/// missing; NPT_DEFAULT_THREADS gives them std::thread then. All units of a program that share an engine must agree.
-#if !defined(NPT_NO_TBB) && __has_include(<tbb/task_arena.h>)
-#define NPT_HAS_TBB 1
-#else
-#define NPT_HAS_TBB 0
 #endif
 
 /// Stands before an ordinary function that a header defines. It makes a template of it, whose parameter nobody names:
