@@ -15,6 +15,7 @@
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/limb_search.hpp>
 #include <npt/estimate/surface_track.hpp>
+#include <npt/estimate/warning_code.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
 
@@ -120,22 +121,19 @@ struct BodyEstimate {
   }
   static constexpr double odd_shape = 450;  ///< shape_oddity() from which on a user is told
   /// What a user should know of the mesh, or nothing.
-  std::string notes() const {
-    std::string text;
-    const auto add = [&text](const std::string& note) { text += (text.empty() ? "" : "; ") + note; };
+  std::vector<WarningCode> warnings() const {
+    using enum WarningCode;
+    std::vector<WarningCode> codes;
     const Vec3d axis = up();
     if (axis.y < -0.7)
-      add("reads as upside down");
+      codes.push_back(upside_down);
     else if (axis.y < 0.5)
-      add(std::abs(axis.z) > 0.85 ? "reads as lying, or its vertical axis is z" : "reads as lying or bent over");
-    const bool arms = doubtful(LimbPair::arms), legs = doubtful(LimbPair::legs);
-    if (arms || legs) {
-      const std::string limbs = arms && legs ? "arms and legs" : arms ? "arms" : "legs";
-      add("its " + limbs + " may be misread");
-    }
-    if (shape_oddity() > odd_shape) add("its proportions are no person's");
-    if (fit.facing < 0) add("its faces are turned inwards");
-    return text;
+      codes.push_back(std::abs(axis.z) > 0.85 ? lying_or_z_up : lying);
+    if (doubtful(LimbPair::arms)) codes.push_back(arms_uncertain);
+    if (doubtful(LimbPair::legs)) codes.push_back(legs_uncertain);
+    if (shape_oddity() > odd_shape) codes.push_back(unusual_proportions);
+    if (fit.facing < 0) codes.push_back(faces_inward);
+    return codes;
   }
   /// [V] A mesh's vertices in the body's coordinates.
   std::vector<Vec3d> points_of(const MeshView& mesh) const {
@@ -150,7 +148,8 @@ NPT_INLINE void expect_body(const BodyEstimate& reading, std::string_view name) 
   if (reading.fit.body.axis_angles.empty())
     throw Error({.file = std::string(name),
                  .found = "a mesh in which no body can lie",
-                 .expected = "a person, for the way through bodies"});
+                 .expected = "a person, for body estimation",
+                 .code = ErrorCode::not_recognised});
 }
 
 }  // namespace npt::inline NPT_ABI

@@ -8,6 +8,7 @@
 /// Source    docs/transfer.md
 #pragma once
 
+#include <npt/base/control.hpp>
 #include <npt/base/default_executor.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/matrix3.hpp>
@@ -55,6 +56,7 @@ namespace npt::inline NPT_ABI {
 struct BodyEstimatorOptions {
   std::size_t read_points = 1500;  ///< of a surface that the network reads
   int turns = 8;                   ///< in which it reads them; half of them where one of these reads well
+  bool all_views = false;          ///< all of them, also where one of the first half reads well
   /// Seven candidates instead of the fit's own three: of 110 natural poses 4 instead of 6 end beyond 3 cm, for a tenth
   /// of the time.
   CorrespondenceFitOptions fit{.candidates = 7};
@@ -78,7 +80,8 @@ class BasicBodyEstimator {
   const BodyModel& fingered_body() const noexcept { return fingers_.model(); }
 
   /// How a body lies in a mesh.
-  BodyEstimate read(const MeshView& mesh) const {
+  BodyEstimate read(const MeshView& mesh, const Control& control = {}) const {
+    control.step(0);
     BodyEstimate reading;
     reading.told = reader_.tells_people();
     reading.surface = surface_of(mesh, reading);
@@ -91,11 +94,16 @@ class BasicBodyEstimator {
       if (best.residual > hopeless_residual) return reading;  // nothing like a person
       readings = read_turns(samples, best.upright);
     }
+    control.step(0.2);
     fit(surface, readings, reading);
     Searched searched;
+    control.step(0.4);
     search_limbs(surface, readings, reading, searched);
+    control.step(0.6);
     if (likely(reading) && in_doubt(reading)) read_again(surface, samples, reading);
+    control.step(0.8);
     if (reading.likeness() < sure_fit) read_turned(surface, samples, reading);
+    control.step(0.9);
     if (likely(reading)) repair_limb_swap(mesh, surface, reading);
     if (reading.confidence() > 0) reading.hands = fingers_(surface, reading.fit);
     return reading;
@@ -176,7 +184,7 @@ class BasicBodyEstimator {
   std::vector<Correspondences> read_turns(std::span<const FitSurface::Sample> samples, const Matrix3& upright) const {
     const int half = (options_.turns + 1) / 2;
     std::vector<Correspondences> readings = reader_.read(samples, {.turns = half, .upright = upright});
-    if (least_residual(readings) < good_residual) return readings;
+    if (!options_.all_views && least_residual(readings) < good_residual) return readings;
     const Matrix3 between = rotation_matrix({0, std::numbers::pi / half, 0});
     for (Correspondences& r : reader_.read(samples, {.turns = half, .upright = between * upright}))
       readings.push_back(std::move(r));

@@ -3,8 +3,10 @@
 /// Units     metres and radians, in the body's coordinates
 #pragma once
 
+#include <npt/base/error.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/joint_names.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/body/skeleton.hpp>
@@ -13,19 +15,28 @@
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/finger_fit.hpp>
 #include <npt/estimate/fitted_body.hpp>
+#include <npt/mesh/mesh_view.hpp>
+#include <npt/scene/affine.hpp>
+#include <npt/scene/skinned_skeleton.hpp>
+#include <npt/skin/body_weights.hpp>
+#include <npt/skin/hand_skin.hpp>
 #include <npt/skin/skeleton_pose.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
 
 /// An identity bound to the body that was fitted to it.
 struct BoundCharacter {
-  BodyEstimate reading;
-  BodyFit body;                   ///< the reading's, with finger joints: 40
+  BodyEstimate estimate;
+  BodyFit body;                   ///< the estimate's, with finger joints: 40
   std::vector<Vec3d> joints;      ///< [40] where they are, in the body's coordinates
   std::array<HandBend, 2> hands;  ///< as measured on the mesh itself
   std::array<bool, 2> fingers{};  ///< whether the hands have any
@@ -48,6 +59,44 @@ struct BoundCharacter {
     return result;
   }
 
+  /// [40] How the joints move to joint angles [40, 3], in the mesh's own unit and place.
+  std::vector<Affine> motions_in_place(const BodyModel& fingered, std::span<const float> axis_angles) const {
+    std::vector<Affine> result;
+    for (const RigidMotion& m : motions(fingered, axis_angles)) {
+      const Vec3d centre = estimate.centre;
+      result.push_back({m.rotation, m.shift / estimate.metres + centre - m.rotation * centre});
+    }
+    return result;
+  }
+
+  /// Writes the vertices with joint angles [40, 3], in the mesh's own unit and place. result: [V, 3]
+  void pose(const BodyModel& fingered, std::span<const float> axis_angles, std::span<float> result) const {
+    if (result.size() != 3 * points.size())
+      throw Error({.file = "result",
+                   .found = std::to_string(result.size()) + " numbers",
+                   .expected = "three for each of " + std::to_string(points.size()) + " vertices"});
+    const std::vector<RigidMotion> all = motions(fingered, axis_angles);
+    for (std::size_t v = 0; v < points.size(); ++v) {
+      const Vec3f p = (moved(v, all) / estimate.metres + estimate.centre).as<float>();
+      result[3 * v] = p.x, result[3 * v + 1] = p.y, result[3 * v + 2] = p.z;
+    }
+  }
+
+  /// The skeleton and skin weights, in the mesh's own unit, place and pose.
+  SkinnedSkeleton skeleton(const BodyModel& fingered, JointNames names = JointNames::vrm) const {
+    SkinnedSkeleton result;
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      const int parent = fingered.tables().parents[j];
+      result.names.emplace_back(joint_name(j, names));
+      result.parents.push_back(parent < 0 ? SkinnedSkeleton::no_parent : static_cast<std::size_t>(parent));
+      result.joints.push_back(joints[j] / estimate.metres + estimate.centre);
+    }
+    result.start.assign(weights.start.begin(), weights.start.end());
+    for (std::size_t i = 0; i < weights.value.size(); ++i)
+      result.influences.push_back({static_cast<std::uint16_t>(weights.column[i]), weights.value[i]});
+    return result;
+  }
+
   /// Where the joints' motions [J] bring a vertex, in the body's coordinates.
   Vec3d moved(std::size_t v, std::span<const RigidMotion> motions) const {
     Vec3d sum;
@@ -56,5 +105,59 @@ struct BoundCharacter {
     return sum;
   }
 };
+
+namespace skin::internal {
+
+/// Radians of the middle joints beyond which fingers may touch the palm.
+inline constexpr double least_closed = 0.8;
+
+/// How far the hands are closed after the fingers of closed ones were measured; their joints' places, too.
+NPT_INLINE std::array<HandBend, 2> measured_hands(const BodyEstimate& estimate,
+                                                  const std::array<skeleton::internal::HandMeasure, 2>& measured,
+                                                  std::span<Vec3d> joints) {
+  // Radians that no finger bends: then it was measured wrongly.
+  constexpr double least = -0.4, most = 2.1;
+  std::array<HandBend, 2> hands = estimate.hands;
+  for (std::size_t side = 0; side < 2; ++side)
+    for (std::size_t f = 0; f < finger_count; ++f) {
+      const skeleton::internal::FingerMeasure& finger = measured[side].closed[f];
+      for (std::size_t k = 0; k < 2; ++k)
+        if (finger.joints[k]) joints[middle_finger_joint(side, f) + k] = *finger.joints[k];
+      const double middle = hands[side].middle[f] + finger.turns[0];
+      const double end = hands[side].middle[f] * 2 / 3 + finger.turns[1] - finger.turns[0];
+      if (std::min(middle, end) < least || std::max(middle, end) > most) continue;
+      hands[side].middle[f] = middle;
+      hands[side].end[f] = end - middle * 2 / 3;
+    }
+  return hands;
+}
+
+}  // namespace skin::internal
+
+/// Binds a mesh to the body that was estimated for it. fingered: the body model with finger joints
+/// Errors    npt::Error for an estimate without a body
+NPT_INLINE BoundCharacter bind_character(const BodyModel& fingered, const MeshView& mesh, BodyEstimate estimate) {
+  BoundCharacter character;
+  character.estimate = std::move(estimate);
+  const BodyEstimate& e = character.estimate;
+  expect_body(e, mesh.name);
+  character.body = e.fit.body;
+  character.body.axis_angles = with_fingers(e.fit.body.axis_angles, e.hands);
+  character.points = e.points_of(mesh);
+  const auto closed = [&e](std::size_t side) {
+    return std::ranges::max(e.hands[side].middle) > skin::internal::least_closed;
+  };
+  std::array<skeleton::internal::HandMeasure, 2> measured;
+  character.weights = body_weights(fingered, character.body, character.points, mesh.triangles,
+                                   {.facing = e.fit.facing, .closed = {closed(0), closed(1)}}, &measured);
+  const std::vector<Vec3d> rest = fingered.joints(e.fit.body.betas);
+  const auto motions = fingered.bone_motions(e.fit.body.betas, character.body.axis_angles);
+  for (std::size_t j = 0; j < rest.size(); ++j)
+    character.joints.push_back(motions[j](rest[j]) + e.fit.body.translation);
+  character.hands = skin::internal::measured_hands(e, measured, character.joints);
+  character.fingers = {measured[0].fingers, measured[1].fingers};
+  character.body.axis_angles = with_fingers(e.fit.body.axis_angles, character.hands);
+  return character;
+}
 
 }  // namespace npt::inline NPT_ABI

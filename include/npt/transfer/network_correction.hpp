@@ -73,7 +73,7 @@ class BasicNetworkCorrection {
   /// doesn't count. body: with finger joints
   std::vector<float> angles(const BodyModel& body, const BoundCharacter& identity, const BodyEstimate& pose,
                             std::vector<float> angles) const {
-    double share = BasicNetworkCorrection::share(identity.reading, pose);
+    double share = BasicNetworkCorrection::share(identity.estimate, pose);
     if (!(share > 0)) return angles;
     const Points points = choose(identity);
     std::vector<Vec3d> own = posed(body, identity, points, angles), other = by_network(identity, points, pose);
@@ -137,7 +137,7 @@ class BasicNetworkCorrection {
   /// The mean of a transfer and of the mirror images', which costs a second one and takes a quarter of the error.
   std::vector<Vec3d> by_network(const BoundCharacter& identity, const Points& points, const BodyEstimate& pose) const {
     // The network's meshes face +z.
-    const Matrix3 turn_identity = identity.reading.facing_front(), turn_pose = pose.facing_front();
+    const Matrix3 turn_identity = identity.estimate.facing_front(), turn_pose = pose.facing_front();
     std::array<std::vector<float>, 2> of_identity, of_pose, results;
     const auto add = [](std::vector<float>& to, Vec3d p) {
       const Vec3f q = p.as<float>();

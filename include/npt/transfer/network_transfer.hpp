@@ -1,8 +1,8 @@
 /// Meshes through the pose transfer network: normalised, paired at random, encoded and decoded in as many runs as the
-/// options ask for, averaged, refined. PoseTransfer takes this way for all that doesn't go through bodies.
+/// options ask for, averaged. PoseTransfer does so with all meshes for which no body is estimated.
 ///
 /// Threads   all members are const and may be called by any number of threads at a time
-/// Memory    a call whose shapes were seen before allocates nothing; preparing an identity for refinement does
+/// Memory    a call whose shapes were seen before allocates nothing
 /// Numerics  the same bits for any number of threads and for batches
 /// Errors    npt::Error as PoseTransfer's
 /// Source    Wang et al., CVPR 2020, section 4.1
@@ -20,10 +20,11 @@
 #include <npt/nn/engine/core.hpp>
 #include <npt/nn/engine/transfer_pair.hpp>
 #include <npt/nn/weights/weights_file.hpp>
-#include <npt/transfer/body_interface.hpp>
+#include <npt/transfer/mesh_checks.hpp>
+#include <npt/transfer/network_state.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/pose_points.hpp>
-#include <npt/transfer/prepared.hpp>
+#include <npt/transfer/result.hpp>
 #include <npt/transfer/settings.hpp>
 #include <npt/transfer/unit.hpp>
 
@@ -48,11 +49,11 @@ class NetworkTransfer {
  public:
   NetworkTransfer(const NetworkType<Exec>& type, std::span<const float> values, const Metadata& metadata,
                   const std::string& name, const TransferOptions& options, Exec executor)
-      : engine_(type.pack(values, std::move(executor), options.precision)),
+      : engine_(type.pack(values, std::move(executor), options.network.precision)),
         options_(complete_options(options, metadata, name)),
         variant_(type.variant),
         paired_(type.program->paired),
-        in_metres_(names_metres(metadata) && *options_.normalisation != Normalisation::sphere) {
+        in_metres_(names_metres(metadata) && *options_.network.normalisation != Normalisation::sphere) {
     check_options(options_, paired_);
   }
 
@@ -61,28 +62,30 @@ class NetworkTransfer {
   const TransferOptions& options() const noexcept { return options_; }
   const Metadata& variant() const noexcept { return variant_; }
   bool pairs_vertices() const noexcept { return paired_; }
-  std::size_t pairing_count() const noexcept { return paired_ ? static_cast<std::size_t>(options_.pairings) : 1; }
-  std::size_t run_count() const noexcept { return pairing_count() * (options_.mirror ? 2 : 1); }
+  std::size_t pairing_count() const noexcept {
+    return paired_ ? static_cast<std::size_t>(options_.network.pairings) : 1;
+  }
+  std::size_t run_count() const noexcept { return pairing_count() * (options_.network.mirror ? 2 : 1); }
 
   /// Metres in one unit of a mesh: as given in the options, or told from its extent; 1 where the weights ask for no
   /// unit.
   double unit_of(const MeshView& mesh) const {
     if (!in_metres_) return 1;
-    return options_.unit ? *options_.unit : npt::unit_of(mesh);
+    return options_.import.unit ? *options_.import.unit : npt::unit_of(mesh);
   }
 
   /// "bottleneck 256, conv_relu, per-vertex, 4 pairings, mirrored, refined within 0.04"
   std::string description() const {
     std::string text = variant_name(variant_);
-    if (paired_ && options_.pairing == Pairing::as_given) text += ", paired as given";
-    if (pairing_count() > 1) text += ", " + std::to_string(options_.pairings) + " pairings";
-    if (options_.mirror) text += ", mirrored";
+    if (paired_ && options_.network.pairing == Pairing::as_given) text += ", paired as given";
+    if (pairing_count() > 1) text += ", " + std::to_string(options_.network.pairings) + " pairings";
+    if (options_.network.mirror) text += ", mirrored";
     if (options_.refinement != nullptr) text += ", refined within " + number_text(*options_.refine_radius);
     return text;
   }
 
-  /// The identity's part: its coordinates for the network, its mirror image, its refinement.
-  void prepare_identity(const MeshView& mesh, PreparedIdentity& prepared) const {
+  /// The identity's part: its coordinates for the network, its mirror image.
+  void prepare_identity(const MeshView& mesh, NetworkIdentity& prepared) const {
     const auto lease = pool_.lease();
     prepare_identity(mesh, prepared, lease->choice);
   }
@@ -99,13 +102,13 @@ class NetworkTransfer {
                    .found = std::to_string(choice.pairings_.size()) + " pairings",
                    .expected = std::to_string(pairing_count()) + ", as this transfer's choose_points makes"});
   }
-  void encode(const MeshView& pose, const PoseChoice& choice, PreparedPose& prepared) const {
+  void encode(const MeshView& pose, const PoseChoice& choice, NetworkPose& prepared) const {
     const auto lease = pool_.lease();
     encode(pose, choice, *lease, prepared);
   }
   /// Writes a prepared identity's new positions [V, 3].
-  void decode(const PreparedIdentity& identity, const PreparedPose& pose, std::span<float> result) const {
-    if (options_.mirror && identity.mirrored_.empty())
+  void decode(const NetworkIdentity& identity, const NetworkPose& pose, std::span<float> result) const {
+    if (options_.network.mirror && identity.mirrored.empty())
       throw Error({.file = "identity",
                    .found = "one prepared without its mirror image",
                    .expected = "one that this transfer prepared"});
@@ -114,7 +117,7 @@ class NetworkTransfer {
     lease->results.resize(result.size());
     for (std::size_t r = 0; r < run_count(); ++r) {
       const std::span<float> own = as_span(lease->results);
-      engine_.decode(pose.codes_[r], input_of(identity, r), own);
+      engine_.decode(pose.codes[r], input_of(identity, r), own);
       add(own, mirrors(r), lease->sum);
     }
     finish(identity, lease->sum, result);
@@ -138,9 +141,9 @@ class NetworkTransfer {
     ChoiceScratch choice;
     PoseChoice pose_choice;
     std::vector<float> points;
-    std::vector<std::vector<float>> inputs;    ///< by run of a batch: pose points
-    std::vector<std::vector<float>> outputs;   ///< by run of a batch
-    std::vector<PreparedIdentity> identities;  ///< by job of a batch
+    std::vector<std::vector<float>> inputs;   ///< by run of a batch: pose points
+    std::vector<std::vector<float>> outputs;  ///< by run of a batch
+    std::vector<NetworkIdentity> identities;  ///< by job of a batch
     std::vector<TransferPair<float>> pairs;
     std::vector<std::size_t> identity_of;  ///< by job of a batch: place in identities
     std::vector<std::size_t> first_input;  ///< by job of a batch: place in inputs
@@ -150,46 +153,44 @@ class NetworkTransfer {
 
   /// Whether run number r is of the mirror images.
   bool mirrors(std::size_t r) const noexcept { return r >= pairing_count(); }
-  std::span<const float> input_of(const PreparedIdentity& identity, std::size_t r) const {
-    return as_span(mirrors(r) ? identity.mirrored_ : identity.coordinates_);
+  std::span<const float> input_of(const NetworkIdentity& identity, std::size_t r) const {
+    return as_span(mirrors(r) ? identity.mirrored : identity.coordinates);
   }
 
   /// From a mesh's coordinates to the network's, the unit included.
   NormalisingTransform transform_of(const MeshView& mesh, double unit) const {
-    NormalisingTransform transform = normalising_transform(mesh.xyz, *options_.normalisation, mesh.name);
+    NormalisingTransform transform = normalising_transform(mesh.xyz, *options_.network.normalisation, mesh.name);
     transform.scale *= unit;
     return transform;
   }
 
-  void prepare_identity(const MeshView& mesh, PreparedIdentity& prepared, ChoiceScratch& scratch) const {
+  void prepare_identity(const MeshView& mesh, NetworkIdentity& prepared, ChoiceScratch& scratch) const {
     const MeshView identity = internal::named(mesh, "identity");
     internal::expect_transferable(identity);
-    prepared.vertices_ = 0;
-    prepared.unit_ = unit_of(identity);
-    prepared.transform_ = transform_of(identity, prepared.unit_);
-    prepared.coordinates_.resize(identity.xyz.size());
-    prepared.place_.clear();
+    prepared.vertices = 0;
+    prepared.unit = unit_of(identity);
+    prepared.transform = transform_of(identity, prepared.unit);
+    prepared.coordinates.resize(identity.xyz.size());
+    prepared.place.clear();
     // Coincident vertices, as along seams, take the result of one of them: paired with different points they would
     // part.
-    const bool by_place = paired_ && options_.pairing == Pairing::random;
-    if (options_.invariant || by_place) canonical_order(identity.xyz, scratch.keys, scratch.canonical);
-    if (by_place || options_.invariant)
-      coincident_representatives(identity.xyz, as_span(scratch.canonical), prepared.place_);
-    if (!options_.invariant) {
-      prepared.transform_.apply(identity.xyz, as_span(prepared.coordinates_));
+    const bool by_place = paired_ && options_.network.pairing == Pairing::random;
+    if (options_.network.invariant || by_place) canonical_order(identity.xyz, scratch.keys, scratch.canonical);
+    if (by_place || options_.network.invariant)
+      coincident_representatives(identity.xyz, as_span(scratch.canonical), prepared.place);
+    if (!options_.network.invariant) {
+      prepared.transform.apply(identity.xyz, as_span(prepared.coordinates));
     } else {
       scratch.place.resize(scratch.canonical.size());
       for (std::size_t i = 0; i < scratch.canonical.size(); ++i) {
         const std::size_t v = scratch.canonical[i];
         scratch.place[v] = static_cast<std::uint32_t>(i);
-        prepared.transform_.apply(identity.xyz.subspan(3 * v, 3), as_span(prepared.coordinates_).subspan(3 * i, 3));
+        prepared.transform.apply(identity.xyz.subspan(3 * v, 3), as_span(prepared.coordinates).subspan(3 * i, 3));
       }
-      for (std::uint32_t& place : prepared.place_) place = scratch.place[place];
+      for (std::uint32_t& place : prepared.place) place = scratch.place[place];
     }
-    if (options_.mirror) internal::mirror(as_span(prepared.coordinates_), prepared.mirrored_);
-    prepared.refinement_ =
-        options_.refinement == nullptr ? nullptr : options_.refinement(identity, *options_.refine_radius);
-    prepared.vertices_ = identity.vertex_count();
+    if (options_.network.mirror) internal::mirror(as_span(prepared.coordinates), prepared.mirrored);
+    prepared.vertices = identity.vertex_count();
   }
 
   void choose(const MeshView& pose, std::size_t identity_vertices, ChoiceScratch& scratch, PoseChoice& choice) const {
@@ -209,14 +210,14 @@ class NetworkTransfer {
       for (std::size_t i = 0; i < points.size(); i += 3) points[i] = -points[i];
   }
 
-  void encode(const MeshView& pose, const PoseChoice& choice, Scratch& scratch, PreparedPose& prepared) const {
+  void encode(const MeshView& pose, const PoseChoice& choice, Scratch& scratch, NetworkPose& prepared) const {
     const NormalisingTransform transform = transform_of(pose, unit_of(pose));
-    prepared.codes_.resize(run_count());
+    prepared.codes.resize(run_count());
     for (std::size_t r = 0; r < run_count(); ++r) {
       pose_input(pose, transform, choice, r, scratch.points);
-      engine_.encode(scratch.points, prepared.codes_[r]);
+      engine_.encode(scratch.points, prepared.codes[r]);
     }
-    prepared.count_ = paired_ ? choice.pairings_.front().count() : 0;
+    prepared.count = paired_ ? choice.pairings_.front().count() : 0;
   }
 
   /// The first jobs of a batch, as many as share the network's sweeps; returns their number.
@@ -280,19 +281,18 @@ class NetworkTransfer {
   }
 
   /// The mean of all runs as positions in the identity's order, units and place.
-  void finish(const PreparedIdentity& identity, const std::vector<double>& sum, std::span<float> result) const {
+  void finish(const NetworkIdentity& identity, const std::vector<double>& sum, std::span<float> result) const {
     const auto runs = static_cast<double>(run_count());
-    for (std::size_t v = 0; v < identity.vertices_; ++v) {
-      const std::size_t from = identity.place_.empty() ? v : identity.place_[v];
+    for (std::size_t v = 0; v < identity.vertices; ++v) {
+      const std::size_t from = identity.place.empty() ? v : identity.place[v];
       // In double to the end: rounded to float in between, g++ 12 at -O3 leaves that rounding out in a loop's last
       // vertices.
       const Vec3d mean{sum[3 * from] / runs, sum[3 * from + 1] / runs, sum[3 * from + 2] / runs};
-      const Vec3f position = identity.transform_.apply_inverse(mean).as<float>();
+      const Vec3f position = identity.transform.apply_inverse(mean).as<float>();
       result[3 * v] = position.x;
       result[3 * v + 1] = position.y;
       result[3 * v + 2] = position.z;
     }
-    if (identity.refinement_ != nullptr) identity.refinement_->refine(result);
   }
 
   engine::Core<float, Exec> engine_;

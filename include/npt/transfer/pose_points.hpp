@@ -43,7 +43,7 @@ struct ChoiceScratch {
 
 /// Chooses the points of pairing number `pairing` on a pose mesh. `count`: vertices of the identity, where the network
 /// pairs vertices; 0: it pairs none, and is given all vertices.
-/// Errors    npt::Error for another count without options.resample
+/// Errors    npt::Error for another count without options.network.resample
 NPT_INLINE void choose_points(const MeshView& pose, std::size_t count, const TransferOptions& options,
                               std::uint64_t pairing, ChoiceScratch& scratch, PosePoints& chosen) {
   const std::span<const float> xyz = pose.xyz;
@@ -52,21 +52,21 @@ NPT_INLINE void choose_points(const MeshView& pose, std::size_t count, const Tra
   chosen.vertices = vertices;
   chosen.order.clear();
   chosen.surface.clear();
-  if (paired && count != vertices && !options.resample)
+  if (paired && count != vertices && !options.network.resample)
     throw Error({.file = std::string(pose.name),
                  .found = std::to_string(vertices) + " vertices",
                  .expected = std::to_string(count) +
                              ", as many as the identity has (or resampling, or weights with the pooled feature)"});
-  if (options.invariant) canonical_order(xyz, scratch.keys, scratch.canonical);
+  if (options.network.invariant) canonical_order(xyz, scratch.keys, scratch.canonical);
   Random random(options.seed, pairing);
   if (!paired) {
-    if (options.invariant) chosen.order = scratch.canonical;
+    if (options.network.invariant) chosen.order = scratch.canonical;
   } else if (count == vertices) {
-    if (options.pairing == Pairing::as_given) return;
+    if (options.network.pairing == Pairing::as_given) return;
     random_permutation(vertices, random, chosen.order);
-    if (options.invariant)
+    if (options.network.invariant)
       for (std::uint32_t& v : chosen.order) v = scratch.canonical[v];
-  } else if (!options.invariant) {
+  } else if (!options.network.invariant) {
     draw_points(xyz, pose.triangles, count, random, scratch.draw, chosen.surface);
   } else {
     // Drawn in the canonical order, so that the points don't depend on the vertices' numbers even where there are no

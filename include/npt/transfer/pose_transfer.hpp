@@ -1,21 +1,28 @@
-/// The door of the library: weights from a file, meshes as they come, the identity mesh in the pose mesh's pose.
+/// The entry point of the library: weights from a file, meshes as people have them, the identity mesh in the pose
+/// mesh's pose.
 ///
 ///   const auto transfer = npt::PoseTransfer::open("human.safetensors");
 ///   npt::Mesh posed = transfer(identity, pose);
 ///
-/// Meshes come in any vertex order, any number of vertices, any place, and in metres, centimetres or millimetres. The
-/// identity says where the result lies: its centre, scale and unit are taken out before the network and put back after
-/// it. The pose mesh is normalised by itself (Wang et al., CVPR 2020, section 4.1).
+///   npt::Character hero = transfer.character(identity);      estimated and bound once
+///   npt::Pose pose = transfer.pose(other);                   estimated once
+///   npt::Result result = transfer.apply(hero, pose);         .mesh, .method, .confidence, .warnings
+///
+/// Meshes come in any vertex order, any number of vertices, any place, and in any unit. The identity says where the
+/// result lies: its centre, scale and unit are taken out before the network and put back after it. The pose mesh is
+/// normalised by itself (Wang et al., CVPR 2020, section 4.1).
 #pragma once
 
 #include <npt/base/aligned.hpp>
 #include <npt/base/as_span.hpp>
+#include <npt/base/control.hpp>
 #include <npt/base/default_executor.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/pool.hpp>
 #include <npt/base/tensor_adapter.hpp>
 #include <npt/config.hpp>
 #include <npt/io/safetensors.hpp>
+#include <npt/io/tensor_values.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/metrics.hpp>
@@ -26,18 +33,25 @@
 #include <npt/nn/engine/model.hpp>
 #include <npt/nn/weights/weights_file.hpp>
 #include <npt/scene/affine.hpp>
-#include <npt/scene/skinned_skeleton.hpp>
-#include <npt/transfer/body_interface.hpp>
+#include <npt/transfer/body_domain.hpp>
+#include <npt/transfer/character.hpp>
+#include <npt/transfer/mesh_checks.hpp>
+#include <npt/transfer/network_state.hpp>
 #include <npt/transfer/network_transfer.hpp>
 #include <npt/transfer/options.hpp>
-#include <npt/transfer/prepared.hpp>
+#include <npt/transfer/pose.hpp>
+#include <npt/transfer/result.hpp>
+#include <npt/transfer/warning.hpp>
+#ifndef NPT_PREBUILT
+#include <npt/transfer/people.hpp>
+#endif
 
+#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <exception>
 #include <filesystem>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <span>
@@ -48,38 +62,55 @@
 
 namespace npt::inline NPT_ABI {
 
-/// A network with its weights, and all that stands between meshes and it. With TransferOptions::body, people in any
-/// pose and of any proportions go another way, through bodies (transfer/body_interface.hpp), and the network takes the
-/// rest.
+/// Networks with their weights, the body estimation that belongs to them, and all that stands between them and meshes.
 ///
+/// Methods   where a file holds a body estimator (people's does), meshes that it recognises are posed by body
+///           estimation; the pose transfer network takes the rest, and all of the meshes where it holds none
 /// Threads   all members are const and may be called by any number of threads at a time
-/// Memory    a call whose shapes were seen before allocates nothing, where it writes into memory of the caller's; only
-///           preparing an identity for refinement does, as a call with an unprepared identity must then. The way
-///           through bodies allocates
+/// Memory    the network allocates nothing for shapes that were seen before, where it writes into the caller's memory;
+///           body estimation does
 /// Numerics  the same bits for any number of threads, for batches, and for prepared meshes. NaN in gives NaN out
-/// Errors    npt::Error for empty meshes, meshes in one point, triangles of vertices that aren't there, results of
-///           another size, unequal vertex counts where the network pairs vertices and options.resample is off, an
-///           extent that is no person's in any unit (transfer/unit.hpp), things prepared by another transfer, and, in
-///           the automatic method, meshes that don't read as people and that the network tears apart
+/// Errors    npt::Error, whose code says what kind: empty meshes, meshes in one point, triangles of vertices that
+///           aren't there, results of another size, unequal vertex counts where the network pairs vertices and
+///           NetworkOptions::resample is off, an extent that is no person's in any unit where the network is asked,
+///           things prepared by another transfer, and, in the automatic method, meshes that aren't recognised and that
+///           the network distorts
 template <class Exec = DefaultExecutor>
 class BasicPoseTransfer {
  public:
-  /// Opens weights (.safetensors) of any network of the list. What the file says of itself is followed: network,
-  /// normalisation, unit, radius of the refinement. `threads` 0: as many as the process may use.
-  /// Errors    npt::Error that names the file, what it says of itself and what the list has; options out of range
+  /// Opens weights (.safetensors) of any network of the list. What the file's metadata says is followed: network,
+  /// normalisation, unit, radius of the refinement. threads 0: as many as the process may use.
+  /// Errors    npt::Error that names the file, what its metadata says and what the list has; options out of range
   template <class Networks = AllNetworks>
   static BasicPoseTransfer open(const std::filesystem::path& weights, const TransferOptions& options = {},
                                 int threads = 0) {
     return open<Networks>(SafetensorsFile::read(weights), options, Exec(threads));
   }
+  /// Opens several files, each a domain: a mesh goes to the one that recognises it with the highest confidence. The
+  /// default domain takes what none recognises: the first without a body estimator, or else the first.
+  template <class Networks = AllNetworks>
+  static BasicPoseTransfer open(std::initializer_list<std::filesystem::path> weights,
+                                const TransferOptions& options = {}, int threads = 0) {
+    std::vector<SafetensorsFile> files;
+    for (const std::filesystem::path& file : weights) files.push_back(SafetensorsFile::read(file));
+    return open<Networks>(std::span<const SafetensorsFile>(files), options, Exec(threads));
+  }
   /// Opens weights that were read already, to run on an executor of the host's.
   template <class Networks = AllNetworks>
   static BasicPoseTransfer open(const SafetensorsFile& file, const TransferOptions& options, Exec executor) {
-    const NetworkType<Exec>& type = find_network<Networks, Exec>(file, options.assume);
-    AlignedBuffer<float> values(type.buffer_size);
-    load_values(file, type.variant, *type.parameters, values.span(), options.assume);
-    BasicPoseTransfer transfer(type, values.span(), file.metadata(), file.name(), options, std::move(executor));
-    transfer.open_body(file);
+    return open<Networks>(std::span(&file, 1), options, std::move(executor));
+  }
+  template <class Networks = AllNetworks>
+  static BasicPoseTransfer open(std::span<const SafetensorsFile> files, const TransferOptions& options, Exec executor) {
+    if (files.empty()) throw Error({.file = "weights", .found = "no files", .expected = "at least one"});
+    BasicPoseTransfer transfer;
+    for (const SafetensorsFile& file : files) {
+      const NetworkType<Exec>& type = find_network<Networks, Exec>(file, options.network.assume);
+      AlignedBuffer<float> values(type.buffer_size);
+      load_values(file, type.variant, *type.parameters, values.span(), options.network.assume);
+      transfer.add(type, values.span(), file.metadata(), file.name(), options, executor);
+      transfer.open_body(file);
+    }
     return transfer;
   }
 
@@ -92,7 +123,7 @@ class BasicPoseTransfer {
     return BasicPoseTransfer(type, values.span(), {}, "random weights", options, std::move(executor));
   }
 
-  /// A network of the host's own, trained or loaded. `metadata`: what its weights file says (normalisation, unit).
+  /// A network of the host's own, trained or loaded. metadata: what its weights file says (normalisation, unit).
   template <class Net>
   explicit BasicPoseTransfer(const Model<Net>& model, const TransferOptions& options = {}, int threads = 0,
                              const Metadata& metadata = {})
@@ -103,12 +134,13 @@ class BasicPoseTransfer {
       : BasicPoseTransfer(network_type<Net, Exec>(), model.buffer(), metadata, "the model", options,
                           std::move(executor)) {}
 
-  /// Weights in a buffer laid out as Model::buffer(). `metadata`: of their file. `name` stands in messages of errors.
+  /// Weights in a buffer laid out as Model::buffer(). metadata: of their file; name: stands in messages of errors
   BasicPoseTransfer(const NetworkType<Exec>& type, std::span<const float> values, const Metadata& metadata,
-                    const std::string& name, const TransferOptions& options, Exec executor)
-      : network_(type, values, metadata, name, options, std::move(executor)) {}
+                    const std::string& name, const TransferOptions& options, Exec executor) {
+    add(type, values, metadata, name, options, std::move(executor));
+  }
 
-  /// The identity mesh in the pose mesh's pose: its faces, order, units and place; normals are renewed if it has any.
+  /// The identity mesh in the pose mesh's pose: its faces, order, unit and place; normals are renewed if it has any.
   Mesh operator()(const Mesh& identity, const Mesh& pose) const {
     Mesh result = identity;
     const std::vector<Triangle> of_identity = triangles_of(identity), of_pose = triangulate(pose);
@@ -118,15 +150,14 @@ class BasicPoseTransfer {
     return result;
   }
 
-  /// Writes the identity's new positions [V, 3], in its order, units and place. `result` may be the identity's own
-  /// memory.
+  /// Writes the identity's new positions [V, 3], in its order, unit and place. result: may be the identity's own memory
   void operator()(const MeshView& identity, const MeshView& pose, std::span<float> result) const {
     const TransferJob job{identity, pose, result};
     run({&job, 1});
   }
 
   /// The new positions as a tensor of the host's kind ([V, 3] in, [V, 3] out; <npt/adapt/xtensor.hpp>). Faces, which
-  /// refinement and other vertex counts want, go in by MeshView.
+  /// body estimation, refinement and other vertex counts want, go in by MeshView.
   template <HostTensor I, HostTensor P>
   auto operator()(const I& identity, const P& pose) const {
     const auto identity_points = TensorAdapter<I>::template read<float>(identity);
@@ -140,258 +171,9 @@ class BasicPoseTransfer {
   /// A batch through shared sweeps of the network, which is what small meshes need. An identity or a pose that occurs
   /// in several successive jobs, the same memory, is prepared once.
   void run(std::span<const TransferJob> jobs) const {
-    if (body_ != nullptr && options().method != Method::network) return run_by_body(jobs);
-    network_.run(jobs);
-  }
-
-  /// Prepares an identity for many poses.
-  PreparedIdentity prepare_identity(const MeshView& identity) const {
-    PreparedIdentity prepared;
-    prepare_identity(identity, prepared);
-    return prepared;
-  }
-  PreparedIdentity prepare_identity(const Mesh& identity, std::string_view name = "identity") const {
-    return prepare_identity(MeshView{identity.coordinates(), as_span(triangles_of(identity)), name});
-  }
-  /// Prepares an identity into memory that is used again.
-  void prepare_identity(const MeshView& identity, PreparedIdentity& prepared) const {
-    const MeshView mesh = internal::named(identity, "identity");
-    internal::expect_transferable(mesh);
-    prepare_identity(mesh, read_body(mesh), prepared);
-  }
-
-  /// Prepares an identity and the first pose for it, the bodies of both read side by side.
-  void prepare(const MeshView& identity, const MeshView& pose, PreparedIdentity& prepared_identity,
-               PreparedPose& prepared_pose) const {
-    internal::expect_transferable(internal::named(identity, "identity"));
-    internal::expect_transferable(internal::named(pose, "pose"));
-    std::array<std::shared_ptr<const BodyRead>, 2> reads;
-    engine().executor().for_each(2, [&](int i, int) {
-      reads[static_cast<std::size_t>(i)] =
-          read_body(i == 0 ? internal::named(identity, "identity") : internal::named(pose, "pose"));
-    });
-    prepare_identity(internal::named(identity, "identity"), std::move(reads[0]), prepared_identity);
-    const auto lease = pool_.lease();
-    network_.choose(internal::named(pose, "pose"), identity.vertex_count(), lease->choice);
-    take_pose(internal::named(pose, "pose"), lease->choice, std::move(reads[1]), prepared_pose);
-  }
-
-  /// Chooses the points that stand for every frame of a sequence, on its first frame. `identity_vertices`: of the
-  /// identities that take the poses; it doesn't matter where the network pairs no vertices.
-  PoseChoice choose_points(const MeshView& first_frame, std::size_t identity_vertices) const {
-    PoseChoice choice;
-    choose_points(first_frame, identity_vertices, choice);
-    return choice;
-  }
-  void choose_points(const MeshView& first_frame, std::size_t identity_vertices, PoseChoice& choice) const {
-    const MeshView pose = internal::named(first_frame, "pose");
-    internal::expect_transferable(pose);
-    network_.choose(pose, identity_vertices, choice);
-  }
-
-  /// Encodes a pose for identities of so many vertices; the number doesn't matter where the network pairs no vertices.
-  PreparedPose prepare_pose(const MeshView& pose, std::size_t identity_vertices) const {
-    PreparedPose prepared;
-    prepare_pose(pose, identity_vertices, prepared);
-    return prepared;
-  }
-  PreparedPose prepare_pose(const Mesh& pose, std::size_t identity_vertices, std::string_view name = "pose") const {
-    return prepare_pose(MeshView{pose.coordinates(), as_span(triangulate(pose)), name}, identity_vertices);
-  }
-  /// Encodes a pose into memory that is used again.
-  void prepare_pose(const MeshView& pose, std::size_t identity_vertices, PreparedPose& prepared) const {
-    const auto lease = pool_.lease();
-    const MeshView mesh = internal::named(pose, "pose");
-    internal::expect_transferable(mesh);
-    network_.choose(mesh, identity_vertices, lease->choice);
-    take_pose(mesh, lease->choice, read_body(mesh), prepared);
-  }
-  /// Encodes a frame of a sequence, by the points chosen on its first one, into memory that is used again.
-  /// `last`: how the frame before it was read as a body, to go on from; nullptr: it is read by itself.
-  void prepare_pose(const MeshView& frame, const PoseChoice& choice, PreparedPose& prepared,
-                    const BodyRead* last = nullptr) const {
-    const MeshView mesh = internal::named(frame, "pose");
-    internal::expect_transferable(mesh);
-    network_.expect_chosen(choice);
-    take_pose(mesh, choice, last == nullptr || body_ == nullptr ? read_body(mesh) : body_->follow(mesh, *last),
-              prepared);
-  }
-
-  /// How a prepared identity takes a prepared pose, and how sure that is.
-  TransferReport report(const PreparedIdentity& identity, const PreparedPose& pose) const {
-    TransferReport report;
-    report.read = identity.body_ != nullptr && pose.body_ != nullptr;
-    if (report.read) {
-      report.identity_confidence = identity.body_->confidence, report.pose_confidence = pose.body_->confidence;
-      report.identity_notes = identity.body_->notes, report.pose_notes = pose.body_->notes;
-    }
-    report.method = by_body(identity, pose) ? Method::body : Method::network;
-    return report;
-  }
-
-  /// What moves a prepared identity where it goes through bodies: its skeleton and skin weights. Nothing where it
-  /// doesn't, and where results are refined, which no skeleton can say.
-  std::optional<SkinnedSkeleton> skeleton(const PreparedIdentity& identity) const {
-    if (identity.binding_ == nullptr || identity.refinement_ != nullptr) return std::nullopt;
-    return body_->skeleton(*identity.binding_);
-  }
-  /// [J] How the joints of skeleton() move to a prepared pose. Requires report().method == Method::body.
-  std::vector<Affine> motions(const PreparedIdentity& identity, const PreparedPose& pose) const {
-    NPT_ASSERT(by_body(identity, pose));
-    return body_->motions(*identity.binding_, *pose.body_);
-  }
-
-  /// The joints of a prepared mesh. Requires report().method == Method::body with it.
-  JointPose joints(const PreparedIdentity& identity) const {
-    NPT_ASSERT(body_ != nullptr && identity.body_ != nullptr);
-    return body_->joints(*identity.body_);
-  }
-  JointPose joints(const PreparedPose& pose) const {
-    NPT_ASSERT(body_ != nullptr && pose.body_ != nullptr);
-    return body_->joints(*pose.body_);
-  }
-
-  /// Gives a prepared identity a prepared pose: writes its new positions [V, 3].
-  void operator()(const PreparedIdentity& identity, const PreparedPose& pose, std::span<float> result) const {
-    internal::expect_result(result.size(), 3 * identity.vertices_);
-    const bool known = pose.codes_.size() == network_.run_count() || (pose.codes_.empty() && pose.body_ != nullptr);
-    if (identity.vertices_ == 0 || !known || (pose.body_ != nullptr && body_ == nullptr))
-      throw Error({.file = identity.vertices_ == 0 ? "identity" : "pose",
-                   .found = "one that this transfer didn't prepare",
-                   .expected = "a prepared one"});
-    if (by_body(identity, pose)) {
-      body_->pose(*identity.binding_, *pose.body_, result);
-      if (identity.refinement_ != nullptr) identity.refinement_->refine(result);
-      return;
-    }
-    if (identity.not_for_network_ != nullptr) std::rethrow_exception(identity.not_for_network_);
-    if (pose.codes_.empty()) {  // it read so well that it wasn't encoded, but the identity doesn't
-      const auto lease = pool_.lease();
-      const MeshView mesh{pose.xyz_, pose.triangles_, "pose"};
-      network_.choose(mesh, identity.vertices_, lease->choice);
-      network_.encode(mesh, lease->choice, lease->late_pose);
-      return (*this)(identity, lease->late_pose, result);
-    }
-    network_.decode(identity, pose, result);
-    if (!identity.triangles_.empty()) expect_whole(identity, result);
-  }
-  /// Gives a prepared identity the pose of a mesh.
-  void operator()(const PreparedIdentity& identity, const MeshView& pose, std::span<float> result) const {
-    const auto lease = pool_.lease();
-    prepare_pose(pose, identity.vertices_, lease->prepared_pose);
-    (*this)(identity, lease->prepared_pose, result);
-  }
-
-  /// Whether the network meets the vertices of pose and identity one by one, so that pairings matter.
-  bool pairs_vertices() const noexcept { return network_.pairs_vertices(); }
-  /// The options that it was opened with, and what the weights' file says for those that were left open.
-  const TransferOptions& options() const noexcept { return network_.options(); }
-  /// What the weights' file calls the network's variant.
-  const Metadata& variant() const noexcept { return network_.variant(); }
-  /// The engine beneath, for experts: its coordinates are the network's own.
-  const engine::Core<float, Exec>& engine() const noexcept { return network_.engine(); }
-
-  /// Metres in one unit of a mesh: as given in the options, or told from its extent; 1 where the weights ask for no
-  /// unit.
-  double unit_of(const MeshView& mesh) const { return network_.unit_of(mesh); }
-
-  /// Whether it has the way through bodies.
-  bool has_body() const noexcept { return body_ != nullptr; }
-
-  /// One line: "bottleneck 256, conv_relu, per-vertex, 4 pairings, mirrored, refined within 0.04, people through
-  /// bodies".
-  std::string description() const {
-    return network_.description() + (body_ != nullptr ? ", people through bodies" : "");
-  }
-
- private:
-  void open_body(const SafetensorsFile& file) {
-    const std::string* named = file.find_metadata("reader");
-    const bool wanted = options().body != nullptr && options().method != Method::network;
-    if (wanted && (named != nullptr || !options().reader.empty())) {
-      const std::filesystem::path reader =
-          !options().reader.empty() ? options().reader : std::filesystem::path(file.name()).parent_path() / *named;
-      if (!std::filesystem::exists(reader))
-        throw Error(
-            {.file = reader.string(),
-             .found = "no such file",
-             .expected = "the reader that " + file.name() +
-                         " goes with, beside it as npt ships it; or a "
-                         "TransferOptions::reader of your own, or Method::network (--reader, --method network)"});
-      body_ = options().body(reader, static_cast<int>(engine().executor().slots()));
-    }
-    if (body_ == nullptr && options().method == Method::body)
-      throw Error(
-          {.file = file.name(),
-           .found = options().body == nullptr ? "method body without options.body" : "no reader named by its metadata",
-           .expected = "weights of people with their reader, and npt::body_method"});
-  }
-
-  std::shared_ptr<const BodyRead> read_body(const MeshView& mesh) const {
-    if (body_ == nullptr) return nullptr;
-    if (mesh.triangles.empty() && options().method != Method::body) return nullptr;  // a cloud of points has no surface
-    try {
-      return body_->read(mesh);
-    } catch (const Error&) {
-      if (options().method == Method::body) throw;
-      return nullptr;  // no surface, or coordinates that are not finite: the network takes or refuses it
-    }
-  }
-  bool may_take(const BodyRead* read) const {
-    return read != nullptr && (options().method == Method::body || read->confidence >= least_confidence);
-  }
-  bool by_body(const PreparedIdentity& identity, const PreparedPose& pose) const {
-    return identity.binding_ != nullptr && may_take(pose.body_.get());
-  }
-  /// Prepares an identity that was read. What stands in the network's way alone, such as a unit that can't be told, is
-  /// kept back for when the network is asked.
-  void prepare_identity(const MeshView& identity, std::shared_ptr<const BodyRead> read,
-                        PreparedIdentity& prepared) const {
-    prepared.body_ = std::move(read);
-    prepared.binding_ = nullptr;
-    prepared.not_for_network_ = nullptr;
-    if (may_take(prepared.body_.get())) prepared.binding_ = body_->bind(identity, *prepared.body_);
-    const bool judged = body_ != nullptr && options().method == Method::automatic && !options().keep_distorted;
-    const auto kept = judged ? identity.triangles : std::span<const Triangle>();
-    prepared.triangles_.assign(kept.begin(), kept.end());
-    prepared.xyz_.assign(identity.xyz.begin(), kept.empty() ? identity.xyz.begin() : identity.xyz.end());
-    try {
-      network_.prepare_identity(identity, prepared);
-    } catch (const Error&) {
-      if (prepared.binding_ == nullptr) throw;
-      prepared.not_for_network_ = std::current_exception();
-      prepared.unit_ = 1;
-      prepared.vertices_ = identity.vertex_count();
-    }
-  }
-  /// Errors    npt::Error for what the network tore apart; NaN comes through
-  static void expect_whole(const PreparedIdentity& identity, std::span<const float> result) {
-    // Transfers that came out well have 0.12 to 0.35, a robed figure, in three poses that can't be read, 0.6 to 1.8.
-    constexpr double torn = 0.5;
-    const double change = edge_change(identity.xyz_, result, identity.triangles_);
-    if (change > torn)
-      throw Error({.file = "result",
-                   .found = "a mesh that the network tore apart, its edges changed by " +
-                            std::to_string(std::lround(100 * change)) + " %",
-                   .expected = "at most 50 %, as of meshes and poses that the network knows; Method::network (--method "
-                               "network) gives the result all the same, Method::body (--method body) what a body makes "
-                               "of the pair"});
-  }
-  /// Takes a pose mesh that was read, and encodes it unless the network will hardly be asked.
-  void take_pose(const MeshView& mesh, const PoseChoice& choice, std::shared_ptr<const BodyRead> read,
-                 PreparedPose& prepared) const {
-    prepared.body_ = std::move(read);
-    if (!may_take(prepared.body_.get())) return network_.encode(mesh, choice, prepared);
-    prepared.codes_.clear();
-    prepared.count_ = 0;
-    prepared.xyz_.assign(mesh.xyz.begin(), mesh.xyz.end());
-    prepared.triangles_.assign(mesh.triangles.begin(), mesh.triangles.end());
-  }
-
-  /// Job by job; an identity or a pose that the job before had is not read again.
-  void run_by_body(std::span<const TransferJob> jobs) const {
-    PreparedIdentity identity;
-    PreparedPose pose;
+    if (!has_body() && domains_.size() == 1) return run_by_network(jobs);
+    Character character;
+    Pose pose;
     for (std::size_t j = 0; j < jobs.size(); ++j) {
       const TransferJob& job = jobs[j];
       internal::expect_result(job.result.size(), job.identity.xyz.size());
@@ -399,33 +181,480 @@ class BasicPoseTransfer {
       const bool known_pose = j > 0 && internal::same_memory(job.pose, jobs[j - 1].pose) &&
                               (!pairs_vertices() || job.identity.xyz.size() == jobs[j - 1].identity.xyz.size());
       if (!known_identity && !known_pose) {
-        prepare(job.identity, job.pose, identity, pose);
+        prepare(job.identity, job.pose, character, pose);
       } else {
-        if (!known_identity) prepare_identity(job.identity, identity);
-        if (!known_pose) prepare_pose(job.pose, job.identity.vertex_count(), pose);
+        if (!known_identity) prepare(job.identity, character);
+        if (!known_pose) prepare(job.pose, job.identity.vertex_count(), pose);
       }
-      if (job.report != nullptr) *job.report = report(identity, pose);
-      (*this)(identity, pose, job.result);
+      const TransferReport report = apply(character, pose, job.result);
+      if (job.report != nullptr) *job.report = report;
     }
+  }
+
+  /// Estimates a body for an identity and binds it, once for many poses. name: stands in messages
+  Character character(const Mesh& identity, std::string_view name = "identity", const Control& control = {}) const {
+    Character prepared;
+    const std::vector<Triangle> triangles = triangulate(identity);
+    prepare(MeshView{identity.coordinates(), triangles, name}, prepared, control);
+    prepared.mesh_ = std::make_shared<const Mesh>(identity);
+    return prepared;
+  }
+  Character character(const MeshView& identity, const Control& control = {}) const {
+    Character prepared;
+    prepare(identity, prepared, control);
+    return prepared;
+  }
+  /// A character that was saved, for this transfer.
+  /// Errors    npt::Error that names the file: not one of a character, or of a domain that this transfer doesn't have
+  Character load_character(const std::filesystem::path& path) const;
+
+  /// Estimates the pose of a mesh, once for many characters. identity_vertices: of the characters that will take it;
+  /// where the network pairs vertices and 0 stands here, the network encodes the pose each time that it is asked
+  Pose pose(const Mesh& mesh, std::size_t identity_vertices = 0, std::string_view name = "pose",
+            const Control& control = {}) const {
+    Pose prepared;
+    const std::vector<Triangle> triangles = triangulate(mesh);
+    prepare(MeshView{mesh.coordinates(), triangles, name}, identity_vertices, prepared, control);
+    return prepared;
+  }
+  Pose pose(const MeshView& mesh, std::size_t identity_vertices = 0, const Control& control = {}) const {
+    Pose prepared;
+    prepare(mesh, identity_vertices, prepared, control);
+    return prepared;
+  }
+
+  /// The same into memory that is used again.
+  void prepare(const MeshView& identity, Character& prepared, const Control& control = {}) const {
+    const MeshView mesh = checked(identity, "identity");
+    finish_character(mesh, estimate(mesh, control), nullptr, prepared);
+  }
+  void prepare(const MeshView& pose, std::size_t identity_vertices, Pose& prepared, const Control& control = {}) const {
+    const MeshView mesh = checked(pose, "pose");
+    finish_pose(mesh, estimate(mesh, control), identity_vertices, prepared);
+  }
+  /// An identity and the first pose for it, the bodies of both estimated side by side.
+  void prepare(const MeshView& identity, const MeshView& pose, Character& character, Pose& prepared_pose) const {
+    const std::array<MeshView, 2> meshes{checked(identity, "identity"), checked(pose, "pose")};
+    std::array<Found, 2> found;
+    engine().executor().for_each(2, [&](int i, int) {
+      const auto mesh = static_cast<std::size_t>(i);
+      found[mesh] = estimate(meshes[mesh], {});
+    });
+    finish_character(meshes[0], std::move(found[0]), nullptr, character);
+    finish_pose(meshes[1], std::move(found[1]), identity.vertex_count(), prepared_pose);
+  }
+  /// A frame of a sequence, by the points that were chosen on its first one, into memory that is used again. last: the
+  /// frame before it, to go on from; nullptr: the frame is estimated by itself. PoseTracker does this.
+  void prepare(const MeshView& frame, const PoseChoice& choice, Pose& prepared, const Pose* last = nullptr) const {
+    const MeshView mesh = checked(frame, "pose");
+    const bool follows = last != nullptr && last->own_.estimate != nullptr;
+    Found found = follows ? Found{last->own_.domain, nullptr} : estimate(mesh, {});
+    const Domain& domain = *domains_[found.domain];
+    domain.network.expect_chosen(choice);
+    if (follows) found.estimate = domain.body->follow(mesh, *last->own_.estimate);
+    take(mesh, MeshRole::pose, std::move(found), prepared.own_);
+    keep_or_encode(mesh, choice, prepared);
+  }
+
+  /// Chooses the points that stand for every frame of a sequence, on its first frame. identity_vertices: of the
+  /// characters that take the poses; it doesn't matter where the network pairs no vertices
+  PoseChoice choose_points(const MeshView& first_frame, std::size_t identity_vertices) const {
+    PoseChoice choice;
+    choose_points(first_frame, identity_vertices, choice);
+    return choice;
+  }
+  void choose_points(const MeshView& first_frame, std::size_t identity_vertices, PoseChoice& choice) const {
+    main().network.choose(checked(first_frame, "pose"), identity_vertices, choice);
+  }
+
+  /// The character in the pose.
+  Result apply(const Character& character, const Pose& pose) const {
+    Result result;
+    if (character.mesh_ != nullptr) {
+      result.mesh = *character.mesh_;
+    } else {
+      result.mesh.positions.resize(character.vertex_count());
+      set_faces(result.mesh, character.triangles());
+    }
+    static_cast<TransferReport&>(result) = apply(character, pose, result.mesh.coordinates());
+    recompute_normals(result.mesh);
+    return result;
+  }
+  /// Writes the character's new positions [V, 3].
+  TransferReport apply(const Character& character, const Pose& pose, std::span<float> result) const {
+    const TransferReport report = this->report(character, pose);
+    internal::expect_result(result.size(), character.xyz_.size());
+    if (report.method == Method::body)
+      character.own_.body->pose(*character.binding_, *pose.own_.estimate, result);
+    else
+      by_network(character, pose, report, result);
+    if (character.refinement_ != nullptr) character.refinement_->refine(result);
+    if (report.method == Method::network) expect_whole(character, pose, report, result);
+    return report;
+  }
+  /// Gives the character the pose of a mesh.
+  TransferReport apply(const Character& character, const MeshView& pose, std::span<float> result) const {
+    const auto lease = pool_.lease();
+    prepare(pose, character.vertex_count(), lease->pose);
+    return apply(character, lease->pose, result);
+  }
+
+  /// How apply() will make its result, and what a user should know of it.
+  /// Errors    npt::Error for what another transfer prepared, and for a pose of another domain than the character's
+  TransferReport report(const Character& character, const Pose& pose) const {
+    expect_own(character.own_, "identity");
+    expect_own(pose.own_, "pose");
+    const transfer::internal::Prepared &a = character.own_, &b = pose.own_;
+    if (a.recognised && b.recognised && a.domain != b.domain)
+      throw Error({.file = b.name,
+                   .found = "a pose of the domain '" + b.domain_name + "'",
+                   .expected = "one of '" + a.domain_name + "', as " + a.name + " is",
+                   .code = ErrorCode::domains_differ});
+    TransferReport report;
+    report.method = a.recognised && b.recognised ? Method::body : Method::network;
+    if (a.estimate != nullptr && b.estimate != nullptr)
+      report.confidence = std::min(a.estimate->confidence, b.estimate->confidence);
+    const bool by_body = report.method == Method::body;
+    report.warnings = by_body ? a.by_body : a.by_network;
+    report.warnings.append(by_body ? b.by_body : b.by_network);
+    return report;
+  }
+
+  /// [J] How the joints of the character's skeleton move to the pose; none where the network makes the result.
+  std::optional<std::vector<Affine>> motions(const Character& character, const Pose& pose) const {
+    if (report(character, pose).method != Method::body) return std::nullopt;
+    return character.own_.body->motions(*character.binding_, *pose.own_.estimate);
+  }
+
+  /// Whether the network meets the vertices of pose and identity one by one, so that pairings matter.
+  bool pairs_vertices() const noexcept { return main().network.pairs_vertices(); }
+  /// The options that it was opened with, and what the weights' file says for those that were left open.
+  const TransferOptions& options() const noexcept { return main().network.options(); }
+  /// What the weights' file calls the network's variant.
+  const Metadata& variant() const noexcept { return main().network.variant(); }
+  /// The engine beneath, for experts: its coordinates are the network's own.
+  const engine::Core<float, Exec>& engine() const noexcept { return main().network.engine(); }
+  /// Metres in one unit of a mesh: as given in the options, or inferred from its extent; 1 where the weights ask for no
+  /// unit.
+  double unit_of(const MeshView& mesh) const { return main().network.unit_of(mesh); }
+  /// Whether it estimates bodies.
+  bool has_body() const noexcept {
+    for (const auto& domain : domains_)
+      if (domain->body != nullptr) return true;
+    return false;
+  }
+  /// The domains of the opened weights, in their order: "human"; empty where a file names none.
+  std::vector<std::string> domain_names() const {
+    std::vector<std::string> names;
+    for (const auto& domain : domains_) names.push_back(domain->name);
+    return names;
+  }
+
+  /// One line: "bottleneck 256, conv_relu, per-vertex, 4 pairings, mirrored, refined within 0.04, people by body
+  /// estimation".
+  std::string description() const {
+    return main().network.description() + (has_body() ? ", people by body estimation" : "");
+  }
+
+ private:
+  /// The weights of one file.
+  struct Domain {
+    Domain(const NetworkType<Exec>& type, std::span<const float> values, const Metadata& metadata,
+           const std::string& file, const TransferOptions& options, Exec executor)
+        : network(type, values, metadata, file, options, std::move(executor)) {
+      if (const auto named = metadata.find("domain"); named != metadata.end()) name = named->second;
+    }
+
+    std::string name;
+    NetworkTransfer<Exec> network;
+    std::shared_ptr<const BodyDomain> body;
+  };
+  /// What was estimated for a mesh, and by which domain.
+  struct Found {
+    std::size_t domain = 0;
+    std::shared_ptr<const DomainEstimate> estimate{};
+  };
+  /// The memory of one call.
+  struct Scratch {
+    PoseChoice choice;
+    Pose pose;
+    NetworkPose late;
+  };
+
+  BasicPoseTransfer() = default;
+
+  void add(const NetworkType<Exec>& type, std::span<const float> values, const Metadata& metadata,
+           const std::string& name, const TransferOptions& options, Exec executor) {
+    domains_.push_back(std::make_unique<Domain>(type, values, metadata, name, options, std::move(executor)));
+  }
+
+  /// Body estimation of the file, or of the one beside it that its metadata names (key "body").
+  void open_body(const SafetensorsFile& file) {
+    if (options().method == Method::network) return;
+    const int threads = static_cast<int>(engine().executor().slots());
+    std::shared_ptr<const BodyDomain>& body = domains_.back()->body;
+    body = open_body_domain(file, options().body, threads);
+    const std::string* named = file.find_metadata("body");
+    if (body == nullptr && named != nullptr) {
+      const std::filesystem::path beside = std::filesystem::path(file.name()).parent_path() / *named;
+      if (!std::filesystem::exists(beside))
+        throw Error({.file = beside.string(),
+                     .found = "no such file",
+                     .expected = "the weights of body estimation that " + file.name() + " goes with, beside it",
+                     .code = ErrorCode::missing_weights,
+                     .remedy = Remedy::give_weights});
+      body = open_body_domain(SafetensorsFile::read(beside), options().body, threads);
+    }
+    if (body == nullptr && options().method == Method::body)
+      throw Error({.file = file.name(),
+                   .found = "weights without body estimation",
+                   .expected = "weights of people: the body method needs them",
+                   .code = ErrorCode::missing_weights,
+                   .remedy = Remedy::choose_method});
+  }
+
+  /// The first file's, whose options and engine stand for all.
+  const Domain& main() const noexcept { return *domains_.front(); }
+  /// Takes what no domain recognises.
+  std::size_t default_domain() const noexcept {
+    for (std::size_t d = 0; d < domains_.size(); ++d)
+      if (domains_[d]->body == nullptr) return d;
+    return 0;
+  }
+
+  static MeshView checked(const MeshView& mesh, std::string_view role) {
+    const MeshView named = internal::named(mesh, role);
+    internal::expect_transferable(named);
+    return named;
+  }
+
+  double least_confidence() const { return options().method == Method::body ? 0 : options().body.least_confidence; }
+
+  /// The estimate of the domain with the highest confidence. None where no domain estimates bodies, and, unless the
+  /// body method was asked for, where the mesh has no surface.
+  Found estimate(const MeshView& mesh, const Control& control) const {
+    Found best{default_domain(), nullptr};
+    if (options().method != Method::body && !internal::has_surface(mesh)) return best;
+    for (std::size_t d = 0; d < domains_.size(); ++d) {
+      if (domains_[d]->body == nullptr) continue;
+      auto found = domains_[d]->body->estimate(mesh, control);
+      if (best.estimate == nullptr || found->confidence > best.estimate->confidence) best = {d, std::move(found)};
+    }
+    const bool several = domains_.size() > 1 && best.estimate != nullptr;
+    if (several && best.estimate->confidence < least_confidence()) best.domain = default_domain();
+    return best;
+  }
+
+  /// What Character and Pose have in common.
+  void take(const MeshView& mesh, MeshRole role, Found found, transfer::internal::Prepared& own) const {
+    const Domain& domain = *domains_[found.domain];
+    own.owner = owner_;
+    own.domain = found.domain;
+    own.domain_name.assign(domain.name);
+    own.name.assign(mesh.name);
+    own.body = domain.body;
+    own.estimate = std::move(found.estimate);
+    own.recognised =
+        own.estimate != nullptr && domain.body != nullptr && own.estimate->confidence >= least_confidence();
+    own.by_body.clear();
+    own.by_network.clear();
+    if (own.estimate != nullptr) {
+      const double confidence = own.estimate->confidence;
+      for (const WarningCode code : own.estimate->warnings) own.by_body.push_back({code, role, 0});
+      if (confidence < options().body.high_confidence)
+        own.by_body.push_back({WarningCode::low_confidence, role, confidence});
+      if (!own.recognised) own.by_network.push_back({WarningCode::not_recognised, role, confidence});
+    } else if (has_body()) {
+      own.by_network.push_back({WarningCode::no_surface, role, 0});
+    }
+  }
+
+  /// What stands in the network's way alone, such as a unit that can't be inferred, is kept back for when the network
+  /// is asked.
+  /// binding: of a character that was saved; nullptr: the mesh is bound here
+  void finish_character(const MeshView& mesh, Found found, std::shared_ptr<const DomainBinding> binding,
+                        Character& character) const {
+    take(mesh, MeshRole::identity, std::move(found), character.own_);
+    transfer::internal::Prepared& own = character.own_;
+    character.mesh_ = nullptr;
+    if (own.recognised && binding == nullptr) binding = own.body->bind(mesh, *own.estimate);
+    character.binding_ = own.recognised ? std::move(binding) : nullptr;
+    character.xyz_.assign(mesh.xyz.begin(), mesh.xyz.end());
+    character.triangles_.assign(mesh.triangles.begin(), mesh.triangles.end());
+    character.network_refusal_.reset();
+    const NetworkTransfer<Exec>& network = domains_[own.domain]->network;
+    try {
+      network.prepare_identity(mesh, character.network_);
+      note_unit(character.network_.unit, MeshRole::identity, own);
+    } catch (const Error& error) {
+      if (!own.recognised) throw with_recognition(error, own);
+      character.network_refusal_ = error.parts();
+      character.network_.unit = 1;
+    }
+    character.refinement_ =
+        options().refinement == nullptr
+            ? nullptr
+            : std::shared_ptr<const Refinement>(options().refinement(mesh, *network.options().refine_radius));
+  }
+
+  void finish_pose(const MeshView& mesh, Found found, std::size_t identity_vertices, Pose& pose) const {
+    take(mesh, MeshRole::pose, std::move(found), pose.own_);
+    if (pose.own_.recognised || (identity_vertices == 0 && pairs_vertices())) return keep(mesh, pose);
+    const auto lease = pool_.lease();
+    domains_[pose.own_.domain]->network.choose(mesh, identity_vertices, lease->choice);
+    keep_or_encode(mesh, lease->choice, pose);
+  }
+  void keep_or_encode(const MeshView& mesh, const PoseChoice& choice, Pose& pose) const {
+    const NetworkTransfer<Exec>& network = domains_[pose.own_.domain]->network;
+    if (pose.own_.recognised) return keep(mesh, pose);
+    try {
+      network.encode(mesh, choice, pose.network_);
+      note_unit(network.unit_of(mesh), MeshRole::pose, pose.own_);
+    } catch (const Error& error) {
+      throw with_recognition(error, pose.own_);
+    }
+    if (domains_.size() > 1) return keep(mesh, pose, true);
+    pose.xyz_.clear();
+    pose.triangles_.clear();
+  }
+  /// Keeps the mesh for when the network is asked.
+  static void keep(const MeshView& mesh, Pose& pose, bool encoded = false) {
+    if (!encoded) pose.network_.codes.clear(), pose.network_.count = 0;
+    pose.xyz_.assign(mesh.xyz.begin(), mesh.xyz.end());
+    pose.triangles_.assign(mesh.triangles.begin(), mesh.triangles.end());
+  }
+  static void note_unit(double unit, MeshRole role, transfer::internal::Prepared& own) {
+    if (unit != 1) own.by_network.push_back({WarningCode::unit_assumed, role, unit, Remedy::give_unit});
+  }
+
+  void by_network(const Character& character, const Pose& pose, const TransferReport& report,
+                  std::span<float> result) const {
+    if (character.network_refusal_) throw with_recognition(Error(*character.network_refusal_), weaker(character, pose));
+    const NetworkTransfer<Exec>& network = domains_[character.own_.domain]->network;
+    const bool encoded = pose.network_.codes.size() == network.run_count() && character.own_.domain == pose.own_.domain;
+    if (encoded) return network.decode(character.network_, pose.network_, result);
+    if (pose.xyz_.empty()) throw foreign("pose");
+    // Recognised so well that it wasn't encoded, but the character isn't, or encoded for no character yet.
+    const auto lease = pool_.lease();
+    const MeshView mesh{pose.xyz_, pose.triangles_, pose.own_.name};
+    try {
+      network.choose(mesh, character.vertex_count(), lease->choice);
+      network.encode(mesh, lease->choice, lease->late);
+    } catch (const Error& error) {
+      throw report.confidence ? with_recognition(error, weaker(character, pose)) : error;
+    }
+    network.decode(character.network_, lease->late, result);
+  }
+
+  static const transfer::internal::Prepared& weaker(const Character& character, const Pose& pose) {
+    const transfer::internal::Prepared &a = character.own_, &b = pose.own_;
+    const auto confidence = [](const transfer::internal::Prepared& own) {
+      return own.estimate == nullptr ? 0 : own.estimate->confidence;
+    };
+    return confidence(a) < confidence(b) ? a : b;
+  }
+
+  /// The network's refusal of a mesh that wasn't recognised: that is what a user can change.
+  static Error with_recognition(const Error& refusal, const transfer::internal::Prepared& own) {
+    if (own.estimate == nullptr) return refusal;
+    ErrorParts parts = refusal.parts();
+    parts.found = "a mesh that is not recognised as a person (confidence " + percent_text(own.estimate->confidence) +
+                  "), and that the network can't take: " + parts.file +
+                  (parts.place.empty() ? "" : ", " + parts.place) + ": " + parts.found;
+    parts.file = own.name;
+    parts.place.clear();
+    parts.code = ErrorCode::not_recognised;
+    if (parts.remedy == Remedy::none) parts.remedy = Remedy::choose_method;
+    return Error(parts);
+  }
+
+  /// Errors    npt::Error for what the network distorts, where meshes weren't recognised; NaN comes through
+  void expect_whole(const Character& character, const Pose& pose, const TransferReport& report,
+                    std::span<const float> result) const {
+    if (!has_body() || options().method != Method::automatic || options().network.keep_distorted) return;
+    if (character.triangles_.empty()) return;
+    // Transfers that came out well have 0.12 to 0.35, a robed figure, in three poses that can't be recognised, 0.6 to
+    // 1.8.
+    constexpr double distorted = 0.5;
+    const double change = edge_change(character.xyz_, result, character.triangles_);
+    if (!(change > distorted)) return;
+    const transfer::internal::Prepared& own = weaker(character, pose);
+    const std::string stretch = "the pose transfer network distorts the result (edges change by " +
+                                percent_text(change) + ", " + percent_text(distorted) + " allowed)";
+    const bool estimated = report.confidence.has_value();
+    throw Error({.file = estimated ? own.name : "result",
+                 .found = estimated ? "a mesh that is not recognised as a person (confidence " +
+                                          percent_text(own.estimate->confidence) + "); " + stretch
+                                    : "a mesh without a body; " + stretch,
+                 .expected = "meshes of people, of which confidence is at least " +
+                             percent_text(options().body.least_confidence),
+                 .code = estimated ? ErrorCode::not_recognised : ErrorCode::distorted,
+                 .remedy = Remedy::choose_method});
+  }
+
+  static Error foreign(const char* what) {
+    return Error({.file = what,
+                  .found = "one that this transfer didn't prepare",
+                  .expected = "a prepared one",
+                  .code = ErrorCode::foreign});
+  }
+  void expect_own(const transfer::internal::Prepared& own, const char* what) const {
+    if (own.owner != owner_) throw foreign(what);
+  }
+
+  void run_by_network(std::span<const TransferJob> jobs) const {
+    std::vector<std::shared_ptr<const Refinement>> refinements;
+    for (std::size_t j = 0; options().refinement != nullptr && j < jobs.size(); ++j) {
+      const bool known = j > 0 && internal::same_memory(jobs[j].identity, jobs[j - 1].identity);
+      refinements.push_back(known ? refinements.back()
+                                  : std::shared_ptr<const Refinement>(options().refinement(
+                                        checked(jobs[j].identity, "identity"), *options().refine_radius)));
+    }
+    main().network.run(jobs);
+    for (std::size_t j = 0; j < refinements.size(); ++j) refinements[j]->refine(jobs[j].result);
   }
 
   /// A mesh's triangles where something asks for them.
   std::vector<Triangle> triangles_of(const Mesh& identity) const {
-    return options().refinement != nullptr || body_ != nullptr ? triangulate(identity) : std::vector<Triangle>();
+    return options().refinement != nullptr || has_body() ? triangulate(identity) : std::vector<Triangle>();
   }
 
-  /// The memory of one call.
-  struct Scratch {
-    PoseChoice choice;
-    PreparedPose prepared_pose, late_pose;
-  };
-
-  NetworkTransfer<Exec> network_;
-  std::shared_ptr<const BodyMethod> body_;
+  std::vector<std::unique_ptr<Domain>> domains_;
+  std::shared_ptr<const std::string> owner_ = std::make_shared<const std::string>("transfer");
   Pool<Scratch> pool_;
 };
 
-/// The door as most hosts use it: on oneTBB, or serial without.
+template <class Exec>
+Character BasicPoseTransfer<Exec>::load_character(const std::filesystem::path& path) const {
+  const SafetensorsFile file = SafetensorsFile::read(path);
+  const std::string* format = file.find_metadata("format");
+  const std::string* domain = file.find_metadata("domain");
+  if (format == nullptr || *format != "npt character 1" || domain == nullptr)
+    throw Error({.file = file.name(),
+                 .place = "metadata",
+                 .found = format == nullptr ? "no format" : "the format '" + *format + "'",
+                 .expected = "'npt character 1', as Character::save writes it"});
+  std::size_t d = 0;
+  while (d < domains_.size() && (domains_[d]->body == nullptr || domains_[d]->name != *domain)) ++d;
+  if (d == domains_.size())
+    throw Error({.file = file.name(),
+                 .found = "a character of the domain '" + *domain + "'",
+                 .expected = "one of the domains that this transfer has",
+                 .code = ErrorCode::domains_differ});
+  const std::vector<float> xyz = to_values<float>(file.at("positions"), NonFinite::refuse);
+  const std::vector<std::int64_t> corners = to_values<std::int64_t>(file.at("triangles"), NonFinite::refuse);
+  std::vector<Triangle> triangles(corners.size() / 3);
+  for (std::size_t i = 0; i < 3 * triangles.size(); ++i)
+    triangles[i / 3][i % 3] = corners[i] < 0 ? no_index : static_cast<std::uint32_t>(corners[i]);
+  const std::string name = path.string();
+  const MeshView mesh = checked({xyz, triangles, name}, name);
+  auto [estimate, binding] = domains_[d]->body->load(file);
+  Character character;
+  finish_character(mesh, {d, std::move(estimate)}, std::move(binding), character);
+  return character;
+}
+
+/// The entry point as most hosts use it: on oneTBB, or serial without.
 using PoseTransfer = BasicPoseTransfer<>;
 
 #ifdef NPT_PREBUILT

@@ -27,9 +27,9 @@ inline const std::string* find_value(const Metadata& metadata, const char* key) 
 /// Errors    npt::Error that names the file and the key, for a value that can't be
 NPT_INLINE TransferOptions complete_options(TransferOptions options, const Metadata& metadata,
                                             const std::string& name) {
-  if (!options.normalisation) {
+  if (!options.network.normalisation) {
     const std::string* stored = internal::find_value(metadata, "normalisation");
-    options.normalisation =
+    options.network.normalisation =
         stored == nullptr ? Normalisation::centre : parse_normalisation(*stored, name + ": metadata normalisation");
   }
   if (const std::string* radius = internal::find_value(metadata, "refine_radius"); radius && !options.refine_radius) {
@@ -52,14 +52,15 @@ inline bool names_metres(const Metadata& metadata) {
 
 /// Throws npt::Error for options that can't be. `paired`: whether the network pairs vertices.
 NPT_INLINE void check_options(const TransferOptions& options, bool paired) {
-  if (options.pairings < 1)
-    throw Error({.file = "pairings", .found = std::to_string(options.pairings), .expected = "at least 1"});
-  if (paired && options.pairing == Pairing::as_given && options.pairings > 1)
+  if (options.network.pairings < 1)
+    throw Error({.file = "pairings", .found = std::to_string(options.network.pairings), .expected = "at least 1"});
+  if (paired && options.network.pairing == Pairing::as_given && options.network.pairings > 1)
     throw Error({.file = "pairings",
-                 .found = std::to_string(options.pairings) + " with vertices paired as given",
+                 .found = std::to_string(options.network.pairings) + " with vertices paired as given",
                  .expected = "1: only random pairings differ"});
-  if (options.unit && (!(*options.unit > 0) || !(*options.unit <= 1e6)))
-    throw Error({.file = "unit", .found = std::to_string(*options.unit), .expected = "metres, above 0, at most 1e6"});
+  if (options.import.unit && (!(*options.import.unit > 0) || !(*options.import.unit <= 1e6)))
+    throw Error(
+        {.file = "unit", .found = std::to_string(*options.import.unit), .expected = "metres, above 0, at most 1e6"});
 }
 
 }  // namespace npt::inline NPT_ABI

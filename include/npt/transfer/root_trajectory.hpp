@@ -1,9 +1,9 @@
-/// Where a character that is posed in one place goes: along the pose's way, on its own legs.
+/// The root trajectory of a character that was posed in one place: that of the pose, in proportion to its own legs.
 #pragma once
 
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
-#include <npt/transfer/body_interface.hpp>
+#include <npt/estimate/joint_pose.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -19,19 +19,19 @@ namespace npt::inline NPT_ABI {
 /// leg        of the character
 /// poses      [frames] as they were read
 /// lowest     [frames] the least y of each frame
-inline std::vector<Vec3d> root_way(double leg, std::span<const JointPose> poses, std::span<const double> lowest,
-                                   double ground) {
+NPT_INLINE std::vector<Vec3d> root_trajectory(double leg, std::span<const JointPose> poses,
+                                              std::span<const double> lowest, double ground) {
   double legs = 0;
   for (const JointPose& pose : poses) legs += pose.leg / static_cast<double>(poses.size());
   if (!(leg > 0 && legs > 0)) return {};
-  std::vector<Vec3d> way;
+  std::vector<Vec3d> trajectory;
   double deepest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    way.push_back((poses[i].root - poses[0].root) * (leg / legs));
-    deepest = std::min(deepest, lowest[i] + way[i].y);
+    trajectory.push_back((poses[i].root - poses[0].root) * (leg / legs));
+    deepest = std::min(deepest, lowest[i] + trajectory[i].y);
   }
-  for (Vec3d& step : way) step.y += ground - deepest;
-  return way;
+  for (Vec3d& step : trajectory) step.y += ground - deepest;
+  return trajectory;
 }
 
 }  // namespace npt::inline NPT_ABI

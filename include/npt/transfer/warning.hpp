@@ -1,0 +1,121 @@
+/// What a user should know of a transfer, as codes, and their plain English.
+///   for (const npt::Warning& warning : result.warnings) puts(npt::text_of(warning, "hero.glb", "walk.glb").c_str());
+#pragma once
+
+#include <npt/base/error.hpp>
+#include <npt/config.hpp>
+#include <npt/estimate/warning_code.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace npt::inline NPT_ABI {
+
+/// Which mesh of a pair something is said of.
+enum class MeshRole { identity, pose };
+
+struct Warning {
+  WarningCode code = WarningCode::low_confidence;
+  MeshRole mesh = MeshRole::identity;
+  double value = 0;  ///< a confidence from 0 to 1, or metres in one unit (unit_assumed); else 0
+  Remedy remedy = Remedy::look_at_result;
+
+  friend bool operator==(const Warning&, const Warning&) = default;
+};
+
+/// A list of warnings in place, so that a warm transfer allocates nothing.
+class Warnings {
+ public:
+  /// Each code at most once a mesh, and no mesh has more than seven at a time.
+  static constexpr std::size_t capacity = 16;
+
+  void push_back(const Warning& warning) {
+    if (size_ < capacity) items_[size_++] = warning;
+  }
+  void append(const Warnings& others) {
+    for (const Warning& warning : others) push_back(warning);
+  }
+  void clear() noexcept { size_ = 0; }
+  std::size_t size() const noexcept { return size_; }
+  bool empty() const noexcept { return size_ == 0; }
+  const Warning& operator[](std::size_t i) const { return items_[i]; }
+  const Warning* begin() const noexcept { return items_.data(); }
+  const Warning* end() const noexcept { return items_.data() + size_; }
+  /// Whether a code is in the list.
+  bool contains(WarningCode code) const {
+    for (const Warning& warning : *this)
+      if (warning.code == code) return true;
+    return false;
+  }
+
+ private:
+  std::array<Warning, capacity> items_{};
+  std::size_t size_ = 0;
+};
+
+/// "66 %"
+NPT_INLINE std::string percent_text(double fraction) { return std::to_string(std::lround(100 * fraction)) + " %"; }
+
+/// Metres in a unit, in words: "centimetres".
+NPT_INLINE std::string unit_name(double metres) {
+  if (metres == 1) return "metres";
+  if (metres == 0.01) return "centimetres";
+  if (metres == 0.001) return "millimetres";
+  if (metres == 0.0254) return "inches";
+  if (metres == 0.3048) return "feet";
+  return "units of " + std::to_string(metres) + " metres";
+}
+
+/// What a warning says, without its remedy. identity, pose: what the meshes are called
+NPT_INLINE std::string text_of(const Warning& warning, std::string_view identity, std::string_view pose) {
+  using enum WarningCode;
+  const std::string name(warning.mesh == MeshRole::identity ? identity : pose);
+  switch (warning.code) {
+    case not_recognised:
+      return name + " is not recognised as a person (confidence " + percent_text(warning.value) +
+             "): the pose transfer network was used, which was trained on people in few poses";
+    case low_confidence:
+      return name + " is recognised as a person with a low confidence of " + percent_text(warning.value);
+    case no_surface:
+      return name + " has no surface, so no body was estimated: the pose transfer network was used";
+    case upside_down:
+      return name + " stands upside down";
+    case lying:
+      return name + " lies or is bent over";
+    case lying_or_z_up:
+      return name + " lies, or its vertical axis is z";
+    case arms_uncertain:
+      return name + ": an arm may be in the wrong place";
+    case legs_uncertain:
+      return name + ": a leg may be in the wrong place";
+    case unusual_proportions:
+      return name + " has proportions that no person has";
+    case faces_inward:
+      return name + " has faces that are turned inwards";
+    case unit_assumed:
+      return name + " is taken to be in " + unit_name(warning.value) + ", by its size";
+  }
+  return name;
+}
+
+/// What a user can do, in plain words and without any program's options; empty for Remedy::none.
+NPT_INLINE std::string text_of(Remedy remedy) {
+  switch (remedy) {
+    case Remedy::none:
+      return {};
+    case Remedy::look_at_result:
+      return "look at the result before using it";
+    case Remedy::choose_method:
+      return "ask for the body method or for the network to get its result all the same";
+    case Remedy::give_unit:
+      return "say the unit of the mesh";
+    case Remedy::give_weights:
+      return "put the missing weights beside the others, or ask for the network alone";
+  }
+  return {};
+}
+
+}  // namespace npt::inline NPT_ABI
