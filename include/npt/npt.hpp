@@ -1,6 +1,7 @@
-/// npt: neural pose transfer. The umbrella: engine, network, weights, meshes and the way between them.
-/// Mesh files (<npt/io/mesh_file.hpp>), bodies (<npt/body/...>) and xtensor (<npt/adapt/xtensor.hpp>) are included
-/// apart, since not every host wants their dependencies.
+/// npt: neural pose transfer. The umbrella: weights, meshes, body estimation and networks, and the transfer between
+/// meshes. Mesh files (<npt/io/mesh_file.hpp>), moving scenes (<npt/transfer/animation.hpp>), xtensor
+/// (<npt/adapt/xtensor.hpp>) and refinement (<npt/transfer/detail_refiner.hpp>) are included apart, since not every host
+/// wants their dependencies.
 #pragma once
 
 #include <npt/base/error.hpp>
@@ -12,4 +13,5 @@
 #include <npt/nn/engine/model.hpp>
 #include <npt/nn/graph/explain.hpp>
 #include <npt/nn/weights/weights_file.hpp>
+#include <npt/transfer/pose_tracker.hpp>
 #include <npt/transfer/pose_transfer.hpp>

@@ -83,7 +83,7 @@ class BasicBodyEstimator {
   BodyEstimate read(const MeshView& mesh, const Control& control = {}) const {
     control.step(0);
     BodyEstimate reading;
-    reading.told = reader_.tells_people();
+    reading.told = reader_.knows_negatives();
     reading.surface = surface_of(mesh, reading);
     if (mesh.xyz.size() < 3 * fewest_vertices) return reading;
     const FitSurface& surface = *reading.surface;

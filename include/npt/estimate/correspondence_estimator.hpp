@@ -40,6 +40,13 @@
 
 namespace npt::inline NPT_ABI {
 
+/// The correspondence network in a weights file that holds it beside others, under "correspondence/"; the file itself
+/// where it holds no other.
+NPT_INLINE SafetensorsFile correspondence_part(const SafetensorsFile& file) {
+  SafetensorsFile part = file.part("correspondence/");
+  return part.tensors().empty() ? file : part;
+}
+
 struct CorrespondenceEstimatorOptions {
   int turns = 8;                          ///< directions about the vertical axis in which a mesh is read
   Matrix3 upright = Matrix3::identity();  ///< turns the mesh first: for meshes whose vertical axis isn't y
@@ -51,10 +58,10 @@ class BasicCorrespondenceEstimator {
   using Network = CorrespondenceNet<>;
 
   static BasicCorrespondenceEstimator open(const std::filesystem::path& weights, int threads = 0) {
-    return BasicCorrespondenceEstimator(SafetensorsFile::read(weights), Exec(threads));
+    return BasicCorrespondenceEstimator(correspondence_part(SafetensorsFile::read(weights)), Exec(threads));
   }
   BasicCorrespondenceEstimator(const SafetensorsFile& file, Exec executor)
-      : engine_(loaded(file), std::move(executor)), tells_people_(file.find_metadata("tells_people") != nullptr) {}
+      : engine_(loaded(file), std::move(executor)), knows_negatives_(file.find_metadata("negatives") != nullptr) {}
   BasicCorrespondenceEstimator(const Model<Network>& model, Exec executor) : engine_(model, std::move(executor)) {}
 
   /// The median of all readings, and then each of them: turns + 1 readings, or one for a single turn.
@@ -74,9 +81,9 @@ class BasicCorrespondenceEstimator {
   }
 
   const Engine<Network, float, Exec>& engine() const noexcept { return engine_; }
-  /// Whether it was trained to tell people from other things (metadata "tells_people"), whose points it then reads to
+  /// Whether it was trained to tell people from other things (metadata "knows_negatives"), whose points it then reads to
   /// belong far from any body (lab/correspondence_sampler.hpp).
-  bool tells_people() const noexcept { return tells_people_; }
+  bool knows_negatives() const noexcept { return knows_negatives_; }
 
  private:
   /// Metres; of places in bodies that no training had.
@@ -148,7 +155,7 @@ class BasicCorrespondenceEstimator {
   }
 
   Engine<Network, float, Exec> engine_;
-  bool tells_people_ = false;
+  bool knows_negatives_ = false;
 };
 
 using CorrespondenceEstimator = BasicCorrespondenceEstimator<>;

@@ -1,0 +1,7 @@
+#define NPT_PREBUILDING
+#include <npt/transfer/people.hpp>
+
+std::shared_ptr<const npt::BodyDomain> npt::open_body_domain(const SafetensorsFile& file, const BodyOptions& options,
+                                                             int threads) {
+  return transfer::internal::open_people(file, options, threads);
+}
