@@ -15,7 +15,7 @@
 #include <npt/lab/sequences.hpp>
 #include <npt/mesh/subdivide.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/transfer/pose_sequence.hpp>
+#include <npt/transfer/pose_tracker.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -115,16 +115,14 @@ Row further_frames(const Options& o, std::uint64_t seed) {
                           npt::ShapeDistribution::normal, npt::PoseDistribution::natural);
   npt::EvaluationPair frame = set.pair(0, 0);
   const program::PoseTransfer transfer = program::open_transfer(o.transfer);
-  const npt::PreparedIdentity identity = transfer.prepare_identity(identity_of(frame));
-  npt::PoseSequence sequence(transfer);
-  npt::PreparedPose prepared;
+  const npt::Character identity = transfer.character(identity_of(frame));
+  npt::PoseTracker sequence(transfer);
   std::vector<float> result(frame.identity.size()), again(frame.identity.size());
   Row row{.name = "a further frame", .vertices = result.size() / 3, .seconds = {}};
   for (std::size_t f = 0; f <= o.frames; ++f) {
     if (f > 0) frame = set.pair(0, f);
     const double start = bench::seconds_now();
-    sequence.prepare(pose_of(frame), result.size() / 3, prepared);
-    transfer(identity, prepared, result);
+    transfer.apply(identity, sequence.next(pose_of(frame), result.size() / 3), result);
     const double seconds = bench::seconds_now() - start;
     if (f == 0) {
       transfer(identity_of(frame), pose_of(frame), again);

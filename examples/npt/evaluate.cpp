@@ -338,7 +338,7 @@ void run(Options o) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  o->transfer.options.keep_distorted = true;  // what is measured is what comes out
+  o->transfer.options.network.keep_distorted = true;  // what is measured is what comes out
   program::add_transfer_options(command, o->transfer);
   CLI::Option* body =
       command.add_option("--body", o->body, "Body in SMPL's layout (.safetensors); without: the built-in mannequin");

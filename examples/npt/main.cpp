@@ -2,6 +2,7 @@
 /// 0 done, 1 bad input or a failure, 2 bad arguments, 130 interrupted.
 #include "host/host.hpp"
 #include "interrupt.hpp"
+#include "remedies.hpp"
 #include "subcommand.hpp"
 
 #include <npt/base/error.hpp>
@@ -88,6 +89,8 @@ int main(int argc, char** argv) {
     return complain("interrupted", interrupted);
   } catch (const std::bad_alloc&) {
     return complain("out of memory", failed);
+  } catch (const npt::Error& error) {
+    return complain(program::message_of(error), failed);
   } catch (const std::exception& error) {
     return complain(error.what(), failed);
   } catch (...) {

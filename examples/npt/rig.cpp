@@ -45,9 +45,9 @@ void add(CLI::App& command) {
   command.add_option(
       "--unit", o->transfer.unit,
       "Of a mesh from .ply, .obj, .stl or .off: metre, centimetre, millimetre, inch, foot, or metres as a "
-      "number; without: told from its size");
-  command.add_option("--reader", o->transfer.options.reader,
-                     "Weights of the network that reads bodies; without: those that the weights name");
+      "number; without: inferred from its size");
+  command.add_option("--weights", o->transfer.network.weights,
+                     "Weights (.safetensors); without: those shipped with npt");
   command.add_option("--threads", o->transfer.threads, "Threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();

@@ -1,6 +1,6 @@
 #include "sequence_evaluation.hpp"
 
-#include <npt/transfer/pose_sequence.hpp>
+#include <npt/transfer/pose_tracker.hpp>
 
 #include <cstddef>
 #include <span>
@@ -11,19 +11,18 @@ namespace program {
 std::vector<npt::SequenceErrors> evaluate_sequences(const npt::SequenceSet& set, const PoseTransfer& transfer,
                                                     bool fresh_choices, const std::function<void()>& after_frame) {
   std::vector<npt::SequenceErrors> sequences;
-  npt::PreparedIdentity identity;
-  npt::PreparedPose pose;
+  npt::Character identity;
   for (std::size_t s = 0; s < set.count; ++s) {
-    npt::PoseSequence frames(transfer);
+    npt::PoseTracker frames(transfer);
     bool first = true;
     sequences.push_back(npt::evaluate_sequence(
         set, s,
         [&](const npt::EvaluationPair& frame, std::span<float> result) {
-          if (first) transfer.prepare_identity({frame.identity, frame.identity_triangles, "identity"}, identity);
+          if (first) transfer.prepare({frame.identity, frame.identity_triangles, "identity"}, identity);
           first = false;
           if (fresh_choices) frames.restart();
-          frames.prepare({frame.pose, frame.pose_triangles, "pose"}, identity.vertex_count(), pose);
-          transfer(identity, pose, result);
+          const npt::Pose& pose = frames.next({frame.pose, frame.pose_triangles, "pose"}, identity.vertex_count());
+          transfer.apply(identity, pose, result);
         },
         after_frame));
   }

@@ -2,6 +2,7 @@
 /// angles of one or many pose meshes. Or, with --protocol, its error on the paper's pairs.
 #include "arguments.hpp"
 #include "interrupt.hpp"
+#include "networks.hpp"
 #include "progress.hpp"
 #include "protocol_arguments.hpp"
 #include "shipped_weights.hpp"
@@ -23,7 +24,7 @@
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
-#include <npt/transfer/body_method.hpp>
+#include <npt/transfer/pose_transfer.hpp>
 
 #include <algorithm>
 #include <array>
@@ -57,12 +58,12 @@ std::shared_ptr<const npt::BodyModel> body_of(const Options& o) {
   return o.body ? std::make_shared<const npt::BodyModel>(npt::load_body(*o.body)) : npt::borrowed(npt::mannequin());
 }
 
-/// The reader that ships, from whose readings fits begin; nullptr where it isn't found: fits then search alone.
-std::shared_ptr<const npt::BodyMethod> shipped_reader(int threads) {
-  if (const auto file = program::find_shipped("readers/human.safetensors")) return npt::body_method(*file, threads);
-  std::cerr << "npt: note: found no reader (readers/human.safetensors beside the shipped weights): bodies are searched "
-               "from the usual poses\n";
-  return nullptr;
+/// The shipped body estimation, from whose estimates fits begin; none where it isn't found: fits then search alone.
+std::optional<program::PoseTransfer> shipped_estimation(int threads) {
+  if (const auto file = program::find_shipped("human.safetensors"))
+    return program::PoseTransfer::open(*file, {.method = npt::Method::body}, threads);
+  std::cerr << "npt: note: found no shipped weights (human.safetensors): bodies are searched from the usual poses\n";
+  return std::nullopt;
 }
 
 class Skeleton {
@@ -81,7 +82,7 @@ class Skeleton {
     program::catch_interrupts();
     const program::Stopwatch watch;
     fitter_ = std::make_shared<const npt::BodyFitter>(body_of(options_));
-    reader_ = shipped_reader(options_.threads);
+    estimation_ = shipped_estimation(options_.threads);
     program::Progress progress("poses", jobs_.size());
     prepare();
     std::mutex mutex;
@@ -120,14 +121,13 @@ class Skeleton {
     return npt::fit_body(*fitter_, mesh, file.string(), start ? &*start : nullptr);
   }
 
-  /// Where a mesh reads as a person, the pose that was read.
+  /// The estimated pose of a mesh that is recognised as a person.
   std::optional<npt::BodyFit> start_of(const npt::Mesh& mesh, const std::string& name) const {
-    if (!reader_ || fitter_->model().joint_count() != npt::smpl_joint_count) return std::nullopt;
-    const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
+    if (!estimation_ || fitter_->model().joint_count() != npt::smpl_joint_count) return std::nullopt;
     try {
-      const auto read = reader_->read({mesh.coordinates(), triangles, name});
-      if (read->confidence < npt::sure_start) return std::nullopt;
-      return npt::start_of(reader_->joints(*read), fitter_->model());
+      const npt::Pose pose = estimation_->pose(mesh, 0, name);
+      if (*pose.confidence() < npt::sure_start) return std::nullopt;
+      return npt::start_of(*pose.joints(), fitter_->model());
     } catch (const npt::Error&) {
       return std::nullopt;  // what is wrong with the mesh, the fit says
     }
@@ -173,7 +173,7 @@ class Skeleton {
   std::vector<TransferJob> jobs_;
   program::ShownResults shown_;
   std::shared_ptr<const npt::BodyFitter> fitter_;
-  std::shared_ptr<const npt::BodyMethod> reader_;
+  std::optional<program::PoseTransfer> estimation_;
   npt::Mesh identity_;
   std::optional<npt::SkeletonTransfer> transfer_;
   npt::BodyFit first_fit_;

@@ -3,7 +3,7 @@
 #include "interrupt.hpp"
 #include "open_transfer.hpp"
 #include "progress.hpp"
-#include "sequence_start.hpp"
+#include "remedies.hpp"
 #include "stopwatch.hpp"
 #include "subcommand.hpp"
 #include "transfer_animation.hpp"
@@ -22,7 +22,8 @@
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
-#include <npt/transfer/pose_sequence.hpp>
+#include <npt/transfer/animation.hpp>
+#include <npt/transfer/pose_tracker.hpp>
 
 #include <algorithm>
 #include <array>
@@ -86,30 +87,20 @@ class LoadedMesh {
 class Transferring {
  public:
   Transferring(const program::PoseTransfer& transfer, bool sequence)
-      : transfer_(transfer), frames_(transfer_), sequence_(sequence) {}
+      : transfer_(transfer), tracker_(transfer_), sequence_(sequence) {}
 
   const npt::Mesh& identity() const { return identity_.mesh(); }
   const npt::Mesh& pose() const { return pose_.mesh(); }
 
   /// `metres`: in a unit of the result, where it is to be written in metres; else 1.
   npt::Mesh run(const TransferJob& job, program::JobOutcome& outcome, double& metres) {
-    const auto [new_identity, new_pose] = prepare(job);
+    prepare(job);
     npt::Mesh result = identity_.mesh();
-    const npt::TransferReport report = transfer_.report(prepared_identity_, prepared_pose_);
-    try {
-      transfer_(prepared_identity_, prepared_pose_, result.coordinates());
-    } catch (const npt::Error& error) {
-      throw program::with_confidence(error, report, job.identity.string(), job.pose.string());
-    }
+    const npt::TransferReport report = transfer_.apply(character_, prepared_pose_, result.coordinates());
     npt::recompute_normals(result);
-    outcome.read = report.read;
-    outcome.confidence = report.confidence();
+    outcome.confidence = report.confidence;
     outcome.method = report.method == npt::Method::network ? "network" : "body";
-    outcome.notes = program::method_notes(report, job.identity.string(), job.pose.string());
-    if (report.method == npt::Method::network) {
-      if (new_identity) note_unit(identity_.view(), outcome);
-      if (new_pose) note_unit(pose_.view(), outcome);
-    }
+    outcome.notes = program::notes_of(report.warnings, job.identity.string(), job.pose.string());
     std::string note;
     metres = program::metres_in(transfer_, identity_.view(), job.identity, job.out, note);
     if (!note.empty()) outcome.notes.push_back(std::move(note));
@@ -120,48 +111,37 @@ class Transferring {
   void pass(const TransferJob& job) { prepare(job); }
 
  private:
-  std::pair<bool, bool> prepare(const TransferJob& job) {
+  void prepare(const TransferJob& job) {
     const bool first = series_ != job.series;
-    if (first) frames_.restart();
+    if (first) tracker_.restart();
     series_ = job.series;
-    const bool new_identity = identity_.load(job.identity), new_pose = pose_.load(job.pose);
-    if (new_identity) prepared_identity_ = {};
-    if (new_pose) prepared_pose_ = {};
+    if (identity_.load(job.identity)) character_ = {};
+    if (pose_.load(job.pose)) prepared_pose_ = {};
     const std::size_t vertices = identity_.mesh().vertex_count();
-    if (!sequence_ && prepared_identity_.vertex_count() == 0 && !prepared_pose_.encoded()) {
-      transfer_.prepare(identity_.view(), pose_.view(), prepared_identity_, prepared_pose_);
-    }
-    if (prepared_identity_.vertex_count() == 0) transfer_.prepare_identity(identity_.view(), prepared_identity_);
+    if (!sequence_ && character_.vertex_count() == 0 && !prepared_pose_.prepared())
+      return transfer_.prepare(identity_.view(), pose_.view(), character_, prepared_pose_);
+    if (character_.vertex_count() == 0) transfer_.prepare(identity_.view(), character_);
     const std::size_t taken = prepared_pose_.identity_vertices();
-    const bool fits = !transfer_.pairs_vertices() || taken == 0 || taken == vertices;
-    if (!prepared_pose_.encoded() || !fits) {
-      if (!sequence_) frames_.restart();
-      frames_.prepare(pose_.view(), vertices, prepared_pose_);
-      if (sequence_ && first) start(job.pose, vertices);
+    if (prepared_pose_.prepared() && (!transfer_.pairs_vertices() || taken == 0 || taken == vertices)) return;
+    if (!sequence_) {
+      transfer_.prepare(pose_.view(), vertices, prepared_pose_);
+    } else if (first) {
+      const std::vector<fs::path> all = program::meshes_in(job.pose.parent_path());
+      prepared_pose_ = tracker_.start(
+          pose_.mesh(), job.pose.string(), vertices, npt::frames_to_try(all.size()),
+          [&all](std::size_t k) { return formats::read_mesh(all[npt::frame_to_try(k + 1, all.size())]); });
+    } else {
+      prepared_pose_ = tracker_.next(pose_.view(), vertices);
     }
-    return {new_identity, new_pose};
-  }
-
-  /// pose: the first of a folder
-  void start(const fs::path& pose, std::size_t vertices) {
-    const std::vector<fs::path> all = program::meshes_in(pose.parent_path());
-    program::start_where_it_reads(
-        transfer_, frames_, pose_.mesh(), vertices, prepared_pose_, program::frames_to_try(all.size()),
-        [&all](std::size_t k) { return formats::read_mesh(all[program::frame_to_try(k + 1, all.size())]); });
-  }
-
-  void note_unit(const npt::MeshView& mesh, program::JobOutcome& outcome) const {
-    std::string note = program::unit_note(transfer_, mesh);
-    if (!note.empty()) outcome.notes.push_back(std::move(note));
   }
 
   const program::PoseTransfer& transfer_;
-  npt::PoseSequence<npt::DefaultExecutor> frames_;
+  npt::PoseTracker<npt::DefaultExecutor> tracker_;
   bool sequence_;
   std::optional<std::size_t> series_;
   LoadedMesh identity_, pose_;
-  npt::PreparedIdentity prepared_identity_;
-  npt::PreparedPose prepared_pose_;
+  npt::Character character_;
+  npt::Pose prepared_pose_;
 };
 
 /// The processes of a run under mpirun, or this one alone.
@@ -288,7 +268,7 @@ class Transfer {
       step();
     } catch (const npt::Error& error) {
       const TransferJob& job = jobs_[i];
-      const std::string message = (job.place.empty() ? "" : job.place + ": ") + error.what();
+      const std::string message = (job.place.empty() ? "" : job.place + ": ") + program::message_of(error);
       const std::lock_guard lock(mutex_);
       outcomes_[i].status = Status::failed;
       outcomes_[i].error = message;
@@ -378,7 +358,7 @@ class Transfer {
       double metres = 1;
       const npt::Mesh result = worker.run(job, outcome, metres);
       npt::validate(result, "result for " + job.identity.string());
-      npt::write_mesh(job.out, program::scaled(result, metres));
+      npt::write_mesh(job.out, npt::scaled(result, metres));
       outcome.seconds = watch.seconds();
       outcome.status = Status::done;
       const std::lock_guard lock(mutex_);
@@ -432,10 +412,10 @@ class Transfer {
   }
 
   /// How the last pair was transferred.
-  std::string way() const {
+  std::string how() const {
     for (auto outcome = outcomes_.rbegin(); outcome != outcomes_.rend(); ++outcome)
       if (outcome->status == Status::done && outcome->method == "body")
-        return "through bodies, confidence " + std::to_string(std::lround(100 * outcome->confidence)) + " %";
+        return "by body estimation, confidence " + npt::percent_text(*outcome->confidence);
       else if (outcome->status == Status::done)
         break;
     return description_;
@@ -454,7 +434,7 @@ class Transfer {
     const std::string what = done == 1 && all_.size() == 1 ? all_.front().out.string()
                              : done == 1                   ? "1 mesh"
                                                            : std::to_string(done) + " meshes";
-    std::cout << what << " in " << time << (description_.empty() ? "" : " (" + way() + ")")
+    std::cout << what << " in " << time << (description_.empty() ? "" : " (" + how() + ")")
               << (processes > 1 ? ", " + std::to_string(processes) + " processes" : "")
               << (there.empty() ? "" : ", " + there) << '\n';
   }
@@ -536,7 +516,8 @@ void add(CLI::App& command) {
   command.add_option("--format", o->format, "ply, obj or glb: of the results in a folder; without: as the identity")
       ->check(CLI::IsMember({"ply", "obj", "glb"}))
       ->excludes("--pairs");
-  command.add_flag("--each", o->each, "Poses of a folder are no sequence: each is taken for itself, several at a time")
+  command
+      .add_flag("--each", o->each, "Takes each pose of a folder by itself, several at a time, instead of as a sequence")
       ->excludes("--pairs");
   command
       .add_option("--in-flight", o->in_flight,

@@ -4,7 +4,7 @@
 #include "interrupt.hpp"
 #include "open_transfer.hpp"
 #include "progress.hpp"
-#include "sequence_start.hpp"
+#include "remedies.hpp"
 #include "stopwatch.hpp"
 #include "transfer_batch.hpp"
 #include "transfer_jobs.hpp"
@@ -24,8 +24,7 @@
 #include <npt/mesh/validate.hpp>
 #include <npt/scene/animate.hpp>
 #include <npt/scene/pose.hpp>
-#include <npt/transfer/pose_sequence.hpp>
-#include <npt/transfer/root_way.hpp>
+#include <npt/transfer/animation.hpp>
 #include <npt/transfer/unit.hpp>
 
 #include <algorithm>
@@ -45,16 +44,8 @@ namespace fs = std::filesystem;
 
 bool is_gltf(const fs::path& path) { return extension_of(path) == ".glb" || extension_of(path) == ".gltf"; }
 
-/// The skeleton of a mesh that goes through bodies, with the names that were asked for.
-std::optional<npt::SkinnedSkeleton> named_skeleton(const PoseTransfer& transfer, const npt::PreparedIdentity& identity,
-                                                   const std::string& names) {
-  std::optional<npt::SkinnedSkeleton> skeleton = transfer.skeleton(identity);
-  const npt::JointNames how = names == "mixamo" ? npt::JointNames::mixamo
-                              : names == "smpl" ? npt::JointNames::smpl
-                                                : npt::JointNames::vrm;
-  for (std::size_t j = 0; skeleton && j < skeleton->joint_count(); ++j)
-    skeleton->names[j] = std::string(npt::joint_name(j, how));
-  return skeleton;
+npt::JointNames joint_names(const std::string& names) {
+  return names == "mixamo" ? npt::JointNames::mixamo : names == "smpl" ? npt::JointNames::smpl : npt::JointNames::vrm;
 }
 
 /// The poses of a sequence, one after another: a clip's at a rate, or a folder's meshes in the order of their names.
@@ -62,88 +53,47 @@ class PoseFrames {
  public:
   PoseFrames(const fs::path& pose, const AnimationArguments& animation) : name_(pose.string()) {
     const double rate = animation.fps.value_or(30);
-    if (fs::is_directory(pose)) {
-      if (animation.clip || animation.time)
-        throw npt::Error({animation.clip ? "--clip" : "--time", {}, "a folder of poses", "a .glb for --pose"});
-      clip_name_ = fs::path(resolved(pose)).filename().string();
-      files_ = meshes_in(pose);
-      for (std::size_t i = 0; i < files_.size(); ++i) times_.push_back(static_cast<double>(i) / rate);
+    if (!fs::is_directory(pose)) {
+      expect_extension(pose, formats::scenes);
+      clip_.emplace(formats::read_scene(pose), name_,
+                    npt::ClipFrames::Options{.clip = animation.clip, .rate = rate, .time = animation.time});
       return;
     }
-    expect_extension(pose, formats::scenes);
-    scene_ = formats::read_scene(pose);
-    poser_.emplace(scene_, name_);
-    clip_ = &choose_clip(animation);
-    clip_name_ = clip_->name;
-    mesh_ = poser_->mesh();
-    if (!animation.time) {
-      // Counted before any of them is made: a clip may claim to be a year long.
-      if (clip_->length() * rate > most_frames)
-        throw npt::Error({name_, "clip '" + clip_name_ + "'", std::to_string(clip_->length()) + " s",
-                          "at most " + std::to_string(most_frames) + " frames"});
-      times_ = npt::frame_times(*clip_, rate);
-    } else if (*animation.time > clip_->length() + 1e-3) {
-      throw npt::Error({"--time",
-                        {},
-                        std::to_string(*animation.time) + " s",
-                        "at most " + std::to_string(clip_->length()) + " s, the clip's length"});
-    } else {
-      times_ = {*animation.time};
-    }
+    if (animation.clip || animation.time)
+      throw npt::Error({animation.clip ? "--clip" : "--time", {}, "a folder of poses", "a .glb for --pose"});
+    clip_name_ = fs::path(resolved(pose)).filename().string();
+    files_ = meshes_in(pose);
+    for (std::size_t i = 0; i < files_.size(); ++i) times_.push_back(static_cast<double>(i) / rate);
   }
 
-  std::size_t size() const { return times_.size(); }
-  const std::vector<double>& times() const { return times_; }
-  const std::string& clip_name() const { return clip_name_; }
+  std::size_t size() const { return times().size(); }
+  const std::vector<double>& times() const { return clip_ ? clip_->times() : times_; }
+  const std::string& clip_name() const { return clip_ ? clip_->clip_name() : clip_name_; }
   /// The file that frame i comes from, for messages.
   std::string name(std::size_t i) const { return files_.empty() ? name_ : files_[i].string(); }
 
-  const npt::Mesh& load(std::size_t i) {
-    if (files_.empty()) {
-      poser_->positions(clip_, times_[i], mesh_.coordinates());
-      npt::recompute_normals(mesh_);
-    } else {
-      mesh_ = formats::read_mesh(files_[i]);
-    }
-    return mesh_;
-  }
+  const npt::Mesh& load(std::size_t i) { return clip_ ? clip_->frame(i) : mesh_ = formats::read_mesh(files_[i]); }
 
-  /// Meshes in which the figure may read better than in the first frame: a rig at rest, and other frames.
-  std::size_t other_count() const { return (poser_ ? 1 : 0) + frames_to_try(size()); }
-  const npt::Mesh& load_other(std::size_t i) {
-    if (poser_ && i == 0) return mesh_ = poser_->mesh();
-    return load(frame_to_try(poser_ ? i : i + 1, size()));
+  npt::FrameSource source() {
+    npt::FrameSource source;
+    if (clip_) {
+      source = npt::frame_source(*clip_);
+    } else {
+      source.count = files_.size();
+      source.frame = [this](std::size_t i) -> const npt::Mesh& { return load(i); };
+      source.other_count = npt::frames_to_try(files_.size());
+      source.other = [this](std::size_t k) { return load(npt::frame_to_try(k + 1, files_.size())); };
+    }
+    source.name = [this](std::size_t i) { return name(i); };
+    return source;
   }
 
  private:
-  static constexpr int most_frames = 100'000;
-
-  const npt::Clip& choose_clip(const AnimationArguments& animation) const {
-    if (animation.clip) return npt::find_clip(scene_, *animation.clip, name_);
-    if (scene_.clips.size() == 1) return scene_.clips.front();
-    throw npt::Error(
-        {name_,
-         {},
-         std::to_string(scene_.clips.size()) + " clips",
-         scene_.clips.empty() ? "a clip to take poses from" : "--clip, one of " + npt::clip_names(scene_)});
-  }
-
   std::string name_, clip_name_;
   std::vector<fs::path> files_;
-  npt::Scene scene_;
-  std::optional<npt::ScenePoser> poser_;
-  const npt::Clip* clip_ = nullptr;
+  std::optional<npt::ClipFrames> clip_;
   std::vector<double> times_;
   npt::Mesh mesh_;
-};
-
-/// What the frames of a transferred sequence are: positions, and the joints' motions where all of them went through
-/// bodies.
-struct TransferredFrames {
-  std::vector<std::vector<float>> positions;
-  std::vector<std::vector<npt::Affine>> motions;
-  std::optional<npt::SkinnedSkeleton> skeleton;
-  npt::TransferReport worst;
 };
 
 class AnimationTransfer {
@@ -168,21 +118,20 @@ class AnimationTransfer {
     write();
     if (all_.picture) draw();
     if (page != nullptr) show(*page);
-    const bool by_body = done_.worst.method != npt::Method::network;
+    const npt::TransferReport& report = done_.report;
+    const bool by_body = report.method != npt::Method::network;
     const double seconds = watch.seconds();
     char time[32];
     std::snprintf(time, sizeof time, "%.2f s", seconds);
     std::cout << job_.out.string() << ": " << frames_.size() << (frames_.size() == 1 ? " frame" : " frames") << " of "
               << frames_.clip_name() << how_ << " in " << time << " ("
-              << (by_body ? "through bodies, confidence " +
-                                std::to_string(std::lround(100 * done_.worst.confidence())) + " %"
+              << (by_body ? "by body estimation, confidence " + npt::percent_text(*report.confidence)
                           : transfer.description())
               << ")\n";
     JobOutcome outcome;
     outcome.status = JobOutcome::Status::done;
-    outcome.read = done_.worst.read;
     outcome.method = by_body ? "body" : "network";
-    outcome.confidence = done_.worst.confidence();
+    outcome.confidence = report.confidence;
     outcome.seconds = seconds;
     outcome.notes = notes;
     outcome.frames = frames_.size();
@@ -217,61 +166,24 @@ class AnimationTransfer {
     const std::vector<npt::Triangle> own = npt::triangulate(identity_);
     const std::string name = job_.identity.string();
     const npt::MeshView view{identity_.coordinates(), own, name};
-    std::vector<npt::JointPose> poses;
-    std::string worst_name, of_unit;
-    npt::PreparedIdentity prepared;
-    npt::PreparedPose pose;
-    npt::PoseSequence frames(transfer);
     catch_interrupts();
     {
       Progress progress("frames", frames_.size());
-      transfer.prepare_identity(view, prepared);
-      done_.skeleton = named_skeleton(transfer, prepared, all_.animation.names);
-      for (std::size_t i = 0; i < frames_.size(); ++i) {
+      const npt::Character character = transfer.character(view);
+      std::size_t done = 0;
+      const npt::Control control{.progress = [&](double) {
+        if (done++ > 0) progress.advance();
         stop_if_interrupted();
-        const npt::Mesh& mesh = frames_.load(i);
-        const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
-        const std::string pose_name = frames_.name(i);
-        frames.prepare({mesh.coordinates(), triangles, pose_name}, identity_.vertex_count(), pose);
-        if (i == 0)
-          start_where_it_reads(transfer, frames, npt::Mesh(mesh), identity_.vertex_count(), pose, frames_.other_count(),
-                               [this](std::size_t k) -> npt::Mesh { return frames_.load_other(k); });
-        std::vector<float>& result = done_.positions.emplace_back(3 * identity_.vertex_count());
-        const npt::TransferReport report = transfer.report(prepared, pose);
-        try {
-          transfer(prepared, pose, result);
-        } catch (const npt::Error& error) {
-          throw with_confidence(error, report, name, pose_name);
-        }
-        if (i == 0 || report.confidence() < done_.worst.confidence()) done_.worst = report, worst_name = pose_name;
-        if (report.method != npt::Method::body) done_.skeleton.reset();
-        if (done_.skeleton) done_.motions.push_back(transfer.motions(prepared, pose));
-        if (report.method == npt::Method::body) poses.push_back(transfer.joints(pose));
-        if (report.method == npt::Method::network && i == 0) of_unit = unit_note(transfer, view);
-        progress.advance();
-      }
+      }};
+      const bool follow_root = !all_.animation.time && !all_.animation.in_place;
+      done_ =
+          npt::animate(transfer, character, frames_.source(), follow_root, joint_names(all_.animation.names), control);
     }
-    if (!all_.animation.time && !all_.animation.in_place && poses.size() == frames_.size())
-      follow_root(transfer.joints(prepared).leg, poses);
-    std::vector<std::string> notes = method_notes(done_.worst, name, worst_name);
-    if (!of_unit.empty()) notes.push_back(of_unit);
+    std::vector<std::string> notes = notes_of(done_.report.warnings, name, frames_.name(done_.weakest));
     std::string in_metres;
     metres_ = metres_in(transfer, view, job_.identity, to_folder() ? frame_file(0) : job_.out, in_metres);
     if (!in_metres.empty()) notes.push_back(in_metres);
     return notes;
-  }
-
-  /// Takes the frames, which all have their root joint in one place, along the pose's way, from where the identity is.
-  void follow_root(double leg, const std::vector<npt::JointPose>& poses) {
-    std::vector<double> lowest_of;
-    for (const std::vector<float>& xyz : done_.positions) lowest_of.push_back(npt::bounding_box(xyz).low.y);
-    const std::vector<npt::Vec3d> way =
-        npt::root_way(leg, poses, lowest_of, npt::bounding_box(identity_.coordinates()).low.y);
-    for (std::size_t i = 0; i < way.size(); ++i) {
-      npt::move_points(done_.positions[i], way[i]);
-      if (done_.skeleton)
-        for (npt::Affine& motion : done_.motions[i]) motion.shift += way[i];
-    }
   }
 
   npt::Mesh frame(std::size_t i) const {
@@ -284,9 +196,9 @@ class AnimationTransfer {
 
   void write() {
     if (all_.animation.time) {
-      npt::write_mesh(job_.out, scaled(frame(0), metres_));
+      npt::write_mesh(job_.out, npt::scaled(frame(0), metres_));
     } else if (to_folder()) {
-      for (std::size_t i = 0; i < frames_.size(); ++i) npt::write_mesh(frame_file(i), scaled(frame(i), metres_));
+      for (std::size_t i = 0; i < frames_.size(); ++i) npt::write_mesh(frame_file(i), npt::scaled(frame(i), metres_));
     } else {
       write_moving();
     }
@@ -294,26 +206,10 @@ class AnimationTransfer {
 
   void write_moving() {
     for (std::size_t i = 0; i < frames_.size(); ++i) frame(i);  // validates
-    const npt::Mesh identity = scaled(identity_, metres_);
-    npt::MeshScene made = npt::scene_from(identity, job_.identity.stem().string());
-    if (done_.skeleton) {
-      npt::SkinnedSkeleton skeleton = *done_.skeleton;
-      for (npt::Vec3d& joint : skeleton.joints) joint = joint * metres_;
-      std::vector<std::vector<npt::Affine>> motions = done_.motions;
-      for (auto& of_frame : motions)
-        for (npt::Affine& motion : of_frame) motion.shift = motion.shift * metres_;
-      const std::size_t first = npt::add_skeleton(made, skeleton);
-      npt::add_skeleton_clip(made, skeleton, first, frames_.clip_name(), frames_.times(), motions);
-      how_ = " on a skeleton of " + std::to_string(skeleton.joint_count()) + " joints";
-    } else {
-      std::vector<std::vector<float>> positions = done_.positions;
-      if (metres_ != 1)
-        for (std::vector<float>& xyz : positions)
-          for (float& x : xyz) x = static_cast<float>(static_cast<double>(x) * metres_);
-      npt::add_morph_clip(made, identity, frames_.clip_name(), frames_.times(), positions);
-      how_ = " as morph targets";
-    }
-    npt::write_scene(job_.out, made.scene);
+    how_ = done_.skeleton ? " on a skeleton of " + std::to_string(done_.skeleton->joint_count()) + " joints"
+                          : std::string(" as morph targets");
+    npt::write_scene(job_.out, npt::animation_scene(identity_, job_.identity.stem().string(), done_,
+                                                    frames_.clip_name(), frames_.times(), metres_));
   }
 
   /// Frames evenly over the sequence.
@@ -336,15 +232,15 @@ class AnimationTransfer {
   /// shown in the identity's size.
   void show(view::Page& page) {
     view::Group& group = page.groups.emplace_back(view::Group{job_.out.filename().string(), {}});
-    group.panels.push_back(view::mesh_panel("identity", scaled(identity_, metres_)));
+    group.panels.push_back(view::mesh_panel("identity", npt::scaled(identity_, metres_)));
     group.panels.back().colour = render::parse_colour("blue", "--view");
     const double ratio =
         metres_ * npt::extent_of(identity_.coordinates()) / npt::extent_of(frames_.load(0).coordinates());
     const double size = ratio > 1.5 || ratio < 1 / 1.5 ? ratio : 1;
-    view::Panel pose = view::mesh_panel("pose", scaled(frames_.load(0), size));
+    view::Panel pose = view::mesh_panel("pose", npt::scaled(frames_.load(0), size));
     pose.colour = render::parse_colour("sand", "--view");
     for (std::size_t i = 1; i < frames_.size(); ++i)
-      view::add_frame(pose, scaled(frames_.load(i), size), frames_.name(i));
+      view::add_frame(pose, npt::scaled(frames_.load(i), size), frames_.name(i));
     group.panels.push_back(std::move(pose));
     if (extension_of(job_.out) == ".glb") {
       view::Panel result;
@@ -367,7 +263,7 @@ class AnimationTransfer {
   npt::Mesh identity_;
   double metres_ = 1;  ///< in a unit of the identity, where the result is in metres
   std::optional<OutputFolder> folder_;
-  TransferredFrames done_;
+  npt::Animation done_;
   std::string how_;
 };
 
@@ -420,7 +316,7 @@ void animate(const Animations& all, const TransferArguments& arguments) {
     } catch (const npt::Error& error) {
       const std::string& place = all.jobs[i].place;
       outcomes[i].status = Status::failed;
-      outcomes[i].error = (place.empty() ? "" : place + ": ") + error.what();
+      outcomes[i].error = (place.empty() ? "" : place + ": ") + message_of(error);
       ++failed;
       if (!all.keep_going) {
         write_report();
@@ -455,28 +351,28 @@ void rig(const fs::path& file, const fs::path& out, const AnimationArguments& an
   const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
   const std::string name = file.string();
   const npt::MeshView view{mesh.coordinates(), triangles, name};
-  const npt::PreparedIdentity prepared = transfer.prepare_identity(view);
-  auto skeleton = named_skeleton(transfer, prepared, animation.names);
-  const long confidence = std::lround(100 * prepared.body()->confidence);
-  if (!skeleton || prepared.body()->confidence < npt::least_confidence)
+  const npt::Character character = transfer.character(view);
+  auto skeleton = character.skeleton();
+  const double confidence = character.confidence().value_or(0);
+  if (!skeleton || confidence < npt::least_confidence)
     throw npt::Error({name,
                       {},
-                      "a mesh that doesn't read as a person (confidence " + std::to_string(confidence) + " %)",
+                      "a mesh that is not recognised as a person (confidence " + npt::percent_text(confidence) + ")",
                       "a person"});
+  for (std::size_t j = 0; j < skeleton->joint_count(); ++j)
+    skeleton->names[j] = std::string(npt::joint_name(j, joint_names(animation.names)));
   std::string note;
   const double metres = metres_in(transfer, view, file, out, note);
   for (npt::Vec3d& joint : skeleton->joints) joint = joint * metres;
-  npt::MeshScene made = npt::scene_from(scaled(mesh, metres), file.stem().string());
+  npt::MeshScene made = npt::scene_from(npt::scaled(mesh, metres), file.stem().string());
   npt::add_skeleton(made, *skeleton);
   npt::write_scene(out, made.scene);
   if (!note.empty()) std::cerr << "npt: note: " << note << '\n';
-  if (prepared.body()->confidence < npt::high_confidence)
-    std::cerr << "npt: note: " << name << " reads as a person with a confidence of only " << confidence
-              << " %: look at the result before using it\n";
+  for (const std::string& text : notes_of(character.warnings(), name, name)) std::cerr << "npt: note: " << text << '\n';
   char time[32];
   std::snprintf(time, sizeof time, "%.2f s", watch.seconds());
-  std::cout << out.string() << ": " << skeleton->joint_count() << " joints in " << time << " (confidence " << confidence
-            << " %)\n";
+  std::cout << out.string() << ": " << skeleton->joint_count() << " joints in " << time << " (confidence "
+            << npt::percent_text(confidence) << ")\n";
 }
 
 }  // namespace program

@@ -27,8 +27,8 @@ inline void add_animation_options(CLI::App& command, AnimationArguments& argumen
       ->check(CLI::IsMember({"vrm", "mixamo", "smpl"}))
       ->capture_default_str();
   command.add_flag("--in-place", arguments.in_place,
-                   "The root joint of a sequence in one file stays where the identity has it; without: it goes as far "
-                   "as the pose's, for the length of the legs");
+                   "The root joint of a sequence in one file stays where the identity has it; without: it moves as "
+                   "the pose's does, in proportion to the legs");
   command.add_option("--time", arguments.time, "Second of the clip, for one pose of it")->check(CLI::Range(0.0, 1e6));
 }
 
@@ -45,8 +45,8 @@ struct Animations {
 bool is_animation(const AnimationArguments& animation, const std::filesystem::path& pose,
                   const std::filesystem::path& out);
 
-/// Transfers every frame and writes the results: one mesh for --time; else a .glb with a skeleton where the identity
-/// goes through bodies, with morph targets where it doesn't; or a mesh a frame, in a folder.
+/// Transfers every frame and writes the results: one mesh for --time; else a .glb with a skeleton where bodies
+/// are estimated, with morph targets where they aren't; or a mesh a frame, in a folder.
 /// Errors    npt::Error
 void animate(const Animations& animations, const TransferArguments& arguments);
 

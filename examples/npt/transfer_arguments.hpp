@@ -33,7 +33,7 @@ struct TransferArguments {
   NetworkOptions network;
   npt::TransferOptions options;
   std::optional<std::string> normalise, unit;
-  std::string pairing = "random", resample = "auto", method = "auto";
+  std::string pairing = "random", resample = "auto", method = "auto", quality = "balanced";
   bool refine = false, random_weights = false;
   int threads = 0;  ///< 0: all that the process may use
 };
@@ -59,23 +59,26 @@ inline void add_transfer_options(CLI::App& command, TransferArguments& arguments
       ->excludes("--weights");
   command
       .add_option("--method", arguments.method,
-                  "body: through bodies that are fitted to both meshes, for people in any pose; network: by the pose "
-                  "transfer network; auto: the former where both meshes read as people")
+                  "body: by body estimation, for people in any pose; network: by the pose transfer network; auto: by "
+                  "body estimation where both meshes are recognised as people, else by the network")
       ->check(CLI::IsMember({"auto", "body", "network"}))
       ->capture_default_str();
-  command.add_option("--reader", arguments.options.reader,
-                     "Weights of the network that reads bodies; without: those that the weights name");
+  command
+      .add_option("--quality", arguments.quality,
+                  "Of body estimation: fast (about half of the time), balanced, or best (all views of every mesh)")
+      ->check(CLI::IsMember({"fast", "balanced", "best"}))
+      ->capture_default_str();
   command.add_option("--threads", arguments.threads, "Threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   command
       .add_option("--normalise", arguments.normalise,
-                  "How meshes are brought to the network's coordinates; without: the weights' own way")
+                  "How meshes are brought to the network's coordinates; without: as the weights say")
       ->check(CLI::IsMember({"sphere", "centre", "none"}));
   command.add_option(
       "--unit", arguments.unit,
-      "Of both meshes: metre, centimetre, millimetre, inch, foot, or metres as a number; without: told from "
-      "their size, where the weights are in metres");
+      "Of both meshes: metre, centimetre, millimetre, inch, foot, or metres as a number; without: inferred "
+      "from their size, where the network asks for it");
   command
       .add_option(
           "--pairing", arguments.pairing,
@@ -88,21 +91,22 @@ inline void add_transfer_options(CLI::App& command, TransferArguments& arguments
                   "auto: bring the pose mesh to the identity's vertex count; off: refuse another count")
       ->check(CLI::IsMember({"auto", "off"}))
       ->capture_default_str();
-  command.add_flag("--invariant", arguments.options.invariant,
+  command.add_flag("--invariant", arguments.options.network.invariant,
                    "Permuting a mesh's vertices permutes the result bit for bit, and changes nothing else");
   command
-      .add_option("--pairings", arguments.options.pairings,
+      .add_option("--pairings", arguments.options.network.pairings,
                   "Average over so many random pairings of pose and identity vertices (per-vertex feature)")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
-  command.add_flag("--mirror", arguments.options.mirror,
+  command.add_flag("--mirror", arguments.options.network.mirror,
                    "Average with the transfer of the mirror images, left to right; for symmetric subjects");
   CLI::Option* refine =
       command.add_flag("--refine", arguments.refine, "Give results the identity's surface detail (needs Eigen)");
   command
-      .add_option("--refine-radius", arguments.options.refine_radius,
-                  "Detail below this size comes from the identity, as a share of the root of its area; without: as the "
-                  "weights say, or 0.04")
+      .add_option(
+          "--refine-radius", arguments.options.refine_radius,
+          "Detail below this size comes from the identity, as a fraction of the root of its area; without: as the "
+          "weights say, or 0.04")
       ->check(CLI::Range(1e-6, 10.0))
       ->needs(refine);
 }

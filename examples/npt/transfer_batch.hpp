@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
@@ -66,9 +67,9 @@ inline std::vector<TransferJob> jobs_of(std::vector<TransferJob> jobs, Shard sha
 struct JobOutcome {
   enum class Status { none, done, skipped, failed };
   Status status = Status::none;
-  bool read = false;   ///< the meshes were read as bodies: there is a confidence
-  std::string method;  ///< "body" or "network"
-  double confidence = 0, seconds = 0;
+  std::string method;                ///< "body" or "network"
+  std::optional<double> confidence;  ///< where bodies were estimated
+  double seconds = 0;
   std::size_t frames = 0;  ///< of a sequence in one file
   std::vector<std::string> notes;
   std::string error;
@@ -83,7 +84,7 @@ inline std::string report_line(const TransferJob& job, const JobOutcome& outcome
               {"status", names[static_cast<int>(outcome.status)]}};
   if (outcome.status == JobOutcome::Status::done) {
     line["method"] = outcome.method;
-    if (outcome.read) line["confidence"] = outcome.confidence;
+    if (outcome.confidence) line["confidence"] = *outcome.confidence;
     line["notes"] = outcome.notes;
     line["seconds"] = outcome.seconds;
     if (outcome.frames > 0) line["frames"] = outcome.frames;

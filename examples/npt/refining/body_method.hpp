@@ -1,18 +1,12 @@
-/// The way through bodies as `npt transfer` and `npt evaluate` take it. A build with Eigen has it
-/// (body_method_eigen.cpp); any other leaves all transfers to the network, and asking for it is an error
-/// (body_method_missing.cpp).
+/// npt::canonical_coordinates as `npt train` uses it: a build with liblbfgs has it (body_method_eigen.cpp); in any other,
+/// asking for it is an error that says so (body_method_missing.cpp).
 #pragma once
 
 #include <npt/body/body_model.hpp>
-#include <npt/transfer/body_interface.hpp>
 
 #include <vector>
 
 namespace refining {
-
-/// nullptr where this build has none and `method` leaves the choice.
-/// Errors    npt::Error where this build has none and `method` asks for it
-npt::MakeBodyMethod body_method(npt::Method method);
 
 /// npt::canonical_coordinates: [V, 3], where each vertex of a body belongs on the resting mannequin.
 /// Errors    npt::Error where this build can't fit bodies
