@@ -558,9 +558,10 @@ class BasicPoseTransfer {
   static Error with_recognition(const Error& refusal, const transfer::internal::Prepared& own) {
     if (own.estimate == nullptr) return refusal;
     ErrorParts parts = refusal.parts();
-    parts.found = "a mesh that is not recognised as a person (confidence " + percent_text(own.estimate->confidence) +
-                  "), and that the network can't take: " + parts.file +
-                  (parts.place.empty() ? "" : ", " + parts.place) + ": " + parts.found;
+    parts.expected = "a person; the network, which takes other meshes, refuses it: found " + parts.found +
+                     (parts.expected.empty() ? "" : ", expected " + parts.expected);
+    parts.found =
+        "a mesh that is not recognised as a person (confidence " + percent_text(own.estimate->confidence) + ")";
     parts.file = own.name;
     parts.place.clear();
     parts.code = ErrorCode::not_recognised;

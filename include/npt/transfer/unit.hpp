@@ -30,10 +30,11 @@ NPT_INLINE double unit_of(const MeshView& person) {
     if (extent * unit >= least_extent && extent * unit <= largest_extent) return unit;
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.4g", extent);
-  throw Error(
-      {.file = std::string(person.name),
-       .found = std::string("a mesh ") + text.data() + " units across",
-       .expected = "a person, 0.4 to 4 metres across, in metres, centimetres or millimetres: say what its unit is"});
+  throw Error({.file = std::string(person.name),
+               .found = std::string("a mesh ") + text.data() + " units across",
+               .expected = "a person, 0.4 to 4 metres across, in metres, centimetres or millimetres",
+               .code = ErrorCode::unknown_unit,
+               .remedy = Remedy::give_unit});
 }
 
 }  // namespace npt::inline NPT_ABI
