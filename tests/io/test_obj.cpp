@@ -92,9 +92,10 @@ TEST_CASE("a line is checked before anything reads it") {
   CHECK(check.keyword() == "usemtl");
   CHECK(check.argument() == "a b");
   CHECK(check.check("f 1 1 1 9", 5) == Statement::face);
-  CHECK(check.corner_count() == 4);
-  CHECK(error_of([&] { check.check_end(); }) ==
-        "f: line 5: found vertex 9, expected at most 1, the number in the file");
+  CHECK(check.line_number() == 5);
+  CHECK(check.check("l 1/1 2", 6) == Statement::element);
+  CHECK(error_of([&] { check.check("f 1 1 1x", 7); }) ==
+        "f: line 7: found '1x', expected the number of a vertex, from 1, or negative to count backwards");
 }
 
 TEST_CASE("every kind of blank separates, and comments may follow every statement") {
@@ -144,7 +145,10 @@ TEST_CASE("statements without a place in a mesh are passed over") {
   CHECK(mesh.face_count() == 1);
   CHECK(mesh.corners.size() == 3);
   CHECK(obj_error(after_triangle("l 1 4\nf 1 2 3\n")).find("vertex 4") != std::string::npos);
+  CHECK(obj_error(after_triangle("l 1 2/3\nvt 0 0\n")).find("texture coordinate 3") != std::string::npos);
+  CHECK(obj_error(after_triangle("p -4\n")).find("vertex -4") != std::string::npos);
   CHECK(obj_error(after_triangle("p x\n")).find("'x'") != std::string::npos);
+  CHECK(parse(after_triangle("p\nl # 1\nf 1 2 3\n")).face_count() == 1);
 }
 
 TEST_CASE("writing and reading gives back the same mesh and the same text") {
@@ -195,6 +199,11 @@ TEST_CASE("normals and texture coordinates in all their forms are written as the
   CHECK(npt::format_obj(parse(cloud), "f") == cloud);
   CHECK(parse(after_triangle("vt 0.5\nf 1/1 2/1 3/1\n")).texcoords[0] == npt::Vec3f{0.5F, 0, 0});
   CHECK(parse(after_triangle("f 1/ 2// 3\n")).corner_texcoord.empty());
+  // tinyobjloader alone takes the next corner's vertex for what is missing behind a slash.
+  const Mesh slashes =
+      parse(after_triangle("vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\nvn 0 1 0\nvn 1 0 0\nf 1/ 2//\t3/1/ 1//2\n"));
+  CHECK(slashes.corner_texcoord == Indices{no_index, no_index, 0, no_index});
+  CHECK(slashes.corner_normal == Indices{no_index, no_index, no_index, 1});
 }
 
 TEST_CASE("a tag that ends in a backslash doesn't continue") {
@@ -236,7 +245,32 @@ TEST_CASE("wrong indices are errors with their line") {
         corner);
   CHECK(obj_error(after_triangle("vt 0 0\nf 1/2 2/1 3/1\n")) ==
         "f: line 5: found texture coordinate 2, expected at most 1, the number in the file");
-  CHECK(obj_error(after_triangle("f 1//1 2//1 3//1\n")).find("normal 1, expected at most 0") != std::string::npos);
+  CHECK(obj_error(after_triangle("vn 0 0 1\nf 1//1 2//2 3//1\n")).find("normal 2, expected at most 1") !=
+        std::string::npos);
+}
+
+TEST_CASE("normals and texture coordinates that faces name and the file doesn't have are left out, with a note") {
+  std::vector<std::string> notes;
+  const Mesh normals = npt::parse_obj(after_triangle("f 1//1 2//2 3//3\n"), "f", &notes);
+  CHECK(normals.corners == Indices{0, 1, 2});
+  CHECK(normals.corner_normal.empty());
+  CHECK(notes == std::vector<std::string>{"f: faces refer to normals, and the file has none: read without them"});
+  notes.clear();
+  const Mesh both = npt::parse_obj(after_triangle("f 1/7/9 2/8/9 3/9/9\n"), "f", &notes);
+  CHECK(both.corner_texcoord.empty());
+  CHECK(notes.size() == 2);
+  CHECK(notes[0] == "f: faces refer to texture coordinates, and the file has none: read without them");
+  notes.clear();
+  CHECK(parse(npt::format_obj(both, "f")).corners == both.corners);
+  npt::parse_obj(after_triangle("f 1 2 3\n"), "f", &notes);
+  CHECK(notes.empty());
+  CHECK(obj_error(after_triangle("f 1 2 4\n")).find("vertex 4") != std::string::npos);
+}
+
+TEST_CASE("comments may hold any bytes") {
+  const std::string nul(1, '\0');
+  const std::string text = "# a" + nul + "b\nv 0 0 0\nv 1 0 0 # " + nul + "\nv 0 1 0\nf 1 2 3\n# " + nul;
+  CHECK(parse(text).face_count() == 1);
 }
 
 TEST_CASE("faces of fewer than three corners, and files that are no OBJ, are errors") {

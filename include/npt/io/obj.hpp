@@ -7,6 +7,7 @@
 ///   o, g, usemtl, s, mtllib are kept in their places between the faces; material files are not opened
 ///   l, p      verified and left out: a transfer is about surfaces
 ///   all other statements are passed over
+/// Repaired  texture coordinates or normals that faces refer to where the file has none at all are left out, with a note
 /// Lines     every line end, "\" before one, comments also behind numbers, no line end after the last line
 /// Numerics  positions are kept as 32-bit floats, correctly rounded
 /// Errors    npt::Error that names file and line: a number that is none, is not finite or doesn't fit, too few or too
@@ -21,10 +22,15 @@
 #include <npt/mesh/mesh.hpp>
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
-inline Mesh read_obj(const std::filesystem::path& path) { return parse_obj(read_file(path), path.string()); }
+/// `notes` gets a sentence for each thing that was repaired.
+inline Mesh read_obj(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr) {
+  return parse_obj(read_file(path), path.string(), notes);
+}
 
 /// Writes a mesh completely or not at all.
 inline void write_obj(const std::filesystem::path& path, const Mesh& mesh) {
