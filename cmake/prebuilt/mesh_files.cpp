@@ -2,15 +2,21 @@
 #include <npt/io/gltf.hpp>
 #include <npt/io/mesh_file.hpp>
 
-npt::Scene npt::read_scene(const std::filesystem::path& path) { return internal::read_scene_file(path); }
-npt::Mesh npt::read_gltf(const std::filesystem::path& path) { return internal::read_gltf_mesh(path); }
+npt::Scene npt::read_scene(const std::filesystem::path& path, std::vector<std::string>* notes) {
+  return internal::read_scene_file(path, notes);
+}
+npt::Mesh npt::read_gltf(const std::filesystem::path& path, std::vector<std::string>* notes) {
+  return internal::read_gltf_mesh(path, notes);
+}
 void npt::write_scene(const std::filesystem::path& path, const Scene& scene) {
   internal::write_scene_file(path, scene);
 }
 void npt::write_gltf(const std::filesystem::path& path, const Mesh& mesh) { internal::write_gltf_mesh(path, mesh); }
 std::string npt::glb_bytes(const Scene& scene, const std::string& name) { return format_gltf(scene, name); }
 
-npt::Mesh npt::read_mesh(const std::filesystem::path& path) { return internal::read_mesh_file(path); }
+npt::Mesh npt::read_mesh(const std::filesystem::path& path, std::vector<std::string>* notes) {
+  return internal::read_mesh_file(path, notes);
+}
 void npt::write_mesh(const std::filesystem::path& path, const Mesh& mesh, PlyFormat ply_format) {
   internal::write_mesh_file(path, mesh, ply_format);
 }

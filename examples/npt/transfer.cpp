@@ -59,11 +59,12 @@ struct Options {
 /// A mesh as read, kept while successive jobs name the same file.
 class LoadedMesh {
  public:
-  /// Whether the file is another one than before, and was read.
-  bool load(const fs::path& file) {
+  /// Whether the file is another one than before, and was read. `notes` gets a sentence for each thing that was
+  /// repaired.
+  bool load(const fs::path& file, std::vector<std::string>& notes) {
     if (loaded_ && file == file_) return false;
     loaded_ = false;
-    mesh_ = formats::read_mesh(file);
+    mesh_ = formats::read_mesh(file, &notes);
     triangles_ = npt::triangulate(mesh_);
     name_ = file.string();
     file_ = file;
@@ -94,13 +95,14 @@ class Transferring {
 
   /// `metres`: in a unit of the result, where it is to be written in metres; else 1.
   npt::Mesh run(const TransferJob& job, program::JobOutcome& outcome, double& metres) {
-    prepare(job);
+    prepare(job, outcome.notes);
     npt::Mesh result = identity_.mesh();
     const npt::TransferReport report = transfer_.apply(character_, prepared_pose_, result.coordinates());
     npt::recompute_normals(result);
     outcome.confidence = report.confidence;
     outcome.method = report.method == npt::Method::network ? "network" : "body";
-    outcome.notes = program::notes_of(report.warnings, job.identity.string(), job.pose.string());
+    for (std::string& note : program::notes_of(report.warnings, job.identity.string(), job.pose.string()))
+      outcome.notes.push_back(std::move(note));
     std::string note;
     metres = program::metres_in(transfer_, identity_.view(), job.identity, job.out, note);
     if (!note.empty()) outcome.notes.push_back(std::move(note));
@@ -108,15 +110,18 @@ class Transferring {
   }
 
   /// Takes a frame whose result is there already: the next ones depend on it.
-  void pass(const TransferJob& job) { prepare(job); }
+  void pass(const TransferJob& job) {
+    std::vector<std::string> notes;
+    prepare(job, notes);
+  }
 
  private:
-  void prepare(const TransferJob& job) {
+  void prepare(const TransferJob& job, std::vector<std::string>& notes) {
     const bool first = series_ != job.series;
     if (first) tracker_.restart();
     series_ = job.series;
-    if (identity_.load(job.identity)) character_ = {};
-    if (pose_.load(job.pose)) prepared_pose_ = {};
+    if (identity_.load(job.identity, notes)) character_ = {};
+    if (pose_.load(job.pose, notes)) prepared_pose_ = {};
     const std::size_t vertices = identity_.mesh().vertex_count();
     if (!sequence_ && character_.vertex_count() == 0 && !prepared_pose_.prepared())
       return transfer_.prepare(identity_.view(), pose_.view(), character_, prepared_pose_);

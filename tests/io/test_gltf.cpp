@@ -271,6 +271,17 @@ TEST_CASE("broken numbers in buffers are errors, rounded weights are not") {
   CHECK(scene.meshes[0].blocks[0].weights == std::vector<float>{1, 0, 0, 0, 0.5F, 0.5F, 0, 0, 0, 1, 0, 0});
 }
 
+TEST_CASE("an inverse bind matrix whose last row is zeros is taken for an affine map, with a note") {
+  std::vector<std::string> notes;
+  const npt::Scene whole = npt::parse_gltf(small_gltf::file(), "x.glb", {}, &notes);
+  CHECK(notes.empty());
+  const npt::Scene scene = npt::parse_gltf(with_bytes(200, floats({0})), "x.glb", {}, &notes);
+  CHECK(scene.skins.at(0).inverse_binds == whole.skins.at(0).inverse_binds);
+  CHECK(notes == std::vector<std::string>{"x.glb: skins[0].inverseBindMatrices, joint 0: the last row is 0 0 0 0, "
+                                          "taken as 0 0 0 1"});
+  CHECK(error_in(with_bytes(200, floats({2}))).find("expected 0 0 0 1") != std::string::npos);
+}
+
 TEST_CASE("names: doubled, empty and wild ones stay tags of one line") {
   const std::string file =
       changed(R"("materials":[{"name":"skin",)", R"("materials":[{"name":" a\nb "},{"name":"a_b"},{},{"name":"skin",)");

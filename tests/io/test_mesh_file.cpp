@@ -4,6 +4,8 @@
 #include <mesh/zoo.hpp>
 #include <npt/io/mesh_file.hpp>
 
+#include "support/needs.hpp"
+
 using scratch::error_of;
 
 TEST_CASE("the extension decides, in any case") {
@@ -27,6 +29,23 @@ TEST_CASE("other extensions are errors that name the known ones") {
   CHECK(error_of([] { npt::mesh_format("mesh"); }) ==
         "mesh: found no extension, expected a mesh file, .obj, .ply or .glb");
   CHECK(error_of([] { npt::write_mesh("a.obj.gz", zoo::cube()); }).starts_with("a.obj.gz: found extension '.gz'"));
+}
+
+TEST_CASE("what other programs read is read, with a note for each file" *
+          support::needs_shared("data/awkward/normals_named_but_missing.obj")) {
+  const std::filesystem::path folder = NPT_SHARED "/data/awkward";
+  for (const char* name : {"normals_named_but_missing.obj", "header_with_a_stray_line.ply"}) {
+    std::vector<std::string> notes;
+    CHECK(npt::read_mesh(folder / name, &notes).vertex_count() == 741);
+    REQUIRE(notes.size() == 1);
+    CHECK(notes[0].starts_with((folder / name).string() + ": "));
+  }
+  std::vector<std::string> notes;
+  CHECK(npt::read_mesh(folder / "texture_named_but_missing.obj", &notes).texcoords.empty());
+  CHECK(notes.size() == 2);
+  notes.clear();
+  CHECK(npt::read_mesh(folder / "inverse_bind_last_row_zero.glb", &notes).face_count() > 0);
+  CHECK(notes.size() == 1);
 }
 
 TEST_CASE("errors of a file name its path") {

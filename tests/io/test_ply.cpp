@@ -206,7 +206,20 @@ TEST_CASE("wrong headers are errors with their line") {
         std::string::npos);
   CHECK(ply_error(header("element vertex 1\nproperty list float int a\n")).find("a list's length") !=
         std::string::npos);
-  CHECK(ply_error(header("nonsense\n")).starts_with("f: line 3: found 'nonsense'"));
+}
+
+TEST_CASE("lines of a header that aren't PLY's are passed over, with a note") {
+  const std::string remarks = "made with a program\n\nsecond remark\n", rows = "element vertex 1\n" + xyz;
+  std::vector<std::string> notes;
+  const Mesh mesh = npt::parse_ply(header(remarks + rows) + "1 2 3\n", "f", &notes);
+  CHECK(mesh.positions == std::vector<npt::Vec3f>{{1, 2, 3}});
+  CHECK(notes ==
+        std::vector<std::string>{"f: line 3: passed over 'made with a program', which is no line of a PLY header"});
+  notes.clear();
+  npt::parse_ply(header("comment made with a program\n" + rows) + "1 2 3\n", "f", &notes);
+  CHECK(notes.empty());
+  CHECK(ply_error(header("nonsense\n")) ==
+        "f: header: found no vertices, expected element vertex, with a count of at least 1");
 }
 
 TEST_CASE("a header of very many names takes time in proportion") {

@@ -5,6 +5,7 @@
 #include <npt/scene/pose.hpp>
 
 #include <algorithm>
+#include <iostream>
 #include <string>
 
 namespace formats {
@@ -20,19 +21,30 @@ bool is_one_of(const std::filesystem::path& path, std::span<const std::string_vi
   return std::ranges::find(extensions, extension) != extensions.end();
 }
 
+/// What `read` makes with a place for its notes: the caller's, or one whose notes are printed.
+auto with_notes(std::vector<std::string>* notes, auto read) {
+  if (notes != nullptr) return read(notes);
+  std::vector<std::string> own;
+  auto result = read(&own);
+  for (const std::string& note : own) std::cerr << "npt: note: " + note + '\n';
+  return result;
+}
+
 }  // namespace
 
 bool is_scene(const std::filesystem::path& path) { return is_one_of(path, scenes); }
 
-npt::Mesh read_mesh(const std::filesystem::path& path) {
+npt::Mesh read_mesh(const std::filesystem::path& path, std::vector<std::string>* notes) {
   if (is_one_of(path, off)) return read_off(path);
-  if (!is_one_of(path, foreign)) return npt::read_mesh(path);
+  if (!is_one_of(path, foreign))
+    return with_notes(notes, [&](std::vector<std::string>* to) { return npt::read_mesh(path, to); });
   const npt::Scene scene = read_foreign(path);
   return npt::ScenePoser(scene, path.string()).mesh();
 }
 
-npt::Scene read_scene(const std::filesystem::path& path) {
-  return is_one_of(path, foreign) ? read_foreign(path) : npt::read_scene(path);
+npt::Scene read_scene(const std::filesystem::path& path, std::vector<std::string>* notes) {
+  if (is_one_of(path, foreign)) return read_foreign(path);
+  return with_notes(notes, [&](std::vector<std::string>* to) { return npt::read_scene(path, to); });
 }
 
 }  // namespace formats

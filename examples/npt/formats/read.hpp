@@ -8,7 +8,9 @@
 
 #include <array>
 #include <filesystem>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace formats {
 
@@ -22,9 +24,10 @@ inline constexpr std::array<std::string_view, 3> foreign{".fbx", ".dae", ".stl"}
 /// In any case of letters.
 bool is_scene(const std::filesystem::path& path);
 
-npt::Mesh read_mesh(const std::filesystem::path& path);
+/// `notes` gets a sentence for each thing that was repaired; nullptr: the program prints them.
+npt::Mesh read_mesh(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 /// Of a format in `scenes` or `foreign`.
-npt::Scene read_scene(const std::filesystem::path& path);
+npt::Scene read_scene(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 
 /// Whether this build has assimp.
 bool reads_foreign();

@@ -4,6 +4,7 @@
 ///   accessors           all kinds, interleaved, sparse, normalised and quantised (KHR_mesh_quantization)
 ///   Draco               where built with libdraco (NPT_WITH_DRACO), else refused, as EXT_meshopt_compression is
 ///   left out            lines, and points beside surfaces; cameras, lights, tangents, extras
+/// Repaired  inverse bind matrices whose last row is 0 0 0 0 are taken with 0 0 0 1, with a note
 /// Images are never decoded. Numerics  positions are 32-bit floats
 /// Errors    npt::Error: whatever the specification forbids and matters here; files that leave the document's folder; a
 ///           document that would make 64 times as many numbers as it has bytes
@@ -25,6 +26,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
@@ -33,12 +35,12 @@ namespace npt::inline NPT_ABI {
 namespace internal {
 
 template <bool Draco = with_draco>
-Scene read_scene_file(const std::filesystem::path& path) {
-  return parse_gltf<Draco>(read_file(path), path.string(), path.parent_path());
+Scene read_scene_file(const std::filesystem::path& path, std::vector<std::string>* notes) {
+  return parse_gltf<Draco>(read_file(path), path.string(), path.parent_path(), notes);
 }
 template <bool Draco = with_draco>
-Mesh read_gltf_mesh(const std::filesystem::path& path) {
-  const Scene scene = read_scene_file<Draco>(path);
+Mesh read_gltf_mesh(const std::filesystem::path& path, std::vector<std::string>* notes) {
+  const Scene scene = read_scene_file<Draco>(path, notes);
   return ScenePoser(scene, path.string()).mesh();
 }
 inline void write_scene_file(const std::filesystem::path& path, const Scene& scene) {
@@ -54,15 +56,20 @@ inline void write_gltf_mesh(const std::filesystem::path& path, const Mesh& mesh)
 #endif
 
 #ifdef NPT_PREBUILT
-Scene read_scene(const std::filesystem::path& path);
-Mesh read_gltf(const std::filesystem::path& path);
+Scene read_scene(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
+Mesh read_gltf(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 void write_scene(const std::filesystem::path& path, const Scene& scene);
 void write_gltf(const std::filesystem::path& path, const Mesh& mesh);
 std::string glb_bytes(const Scene& scene, const std::string& name);
 #else
-inline Scene read_scene(const std::filesystem::path& path) { return internal::read_scene_file(path); }
+/// `notes` gets a sentence for each thing that was repaired.
+inline Scene read_scene(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr) {
+  return internal::read_scene_file(path, notes);
+}
 /// The scene as it stands, as one mesh.
-inline Mesh read_gltf(const std::filesystem::path& path) { return internal::read_gltf_mesh(path); }
+inline Mesh read_gltf(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr) {
+  return internal::read_gltf_mesh(path, notes);
+}
 
 /// Writes a GLB completely or not at all.
 inline void write_scene(const std::filesystem::path& path, const Scene& scene) {

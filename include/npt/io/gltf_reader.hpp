@@ -35,6 +35,9 @@ class GltfReader {
   GltfReader(std::string_view file, const std::string& name, const std::optional<std::filesystem::path>& folder)
       : document_(file, name, folder), folder_(folder) {}
 
+  /// What was repaired; empty: nothing.
+  const std::string& note() const { return note_; }
+
   Scene read() {
     check_extensions();
     scene_.appearance = GltfAppearanceReader(document_, folder_).read();
@@ -129,6 +132,15 @@ class GltfReader {
     return {Matrix3::from_columns(column(0), column(1), column(2)), column(3)};
   }
 
+  /// Some exporters write a last row of zeros, and other programs never look at it.
+  Affine inverse_bind(float* m, const std::string& place) {
+    if (m[3] == 0 && m[7] == 0 && m[11] == 0 && m[15] == 0) {
+      m[15] = 1;
+      if (note_.empty()) note_ = place + ": the last row is 0 0 0 0, taken as 0 0 0 1";
+    }
+    return affine(m, place);
+  }
+
   void read_skins() {
     for (const Item& item : document_.objects(document_.root(), "skins")) {
       Skin skin{.name = document_.text(item, "name")};
@@ -137,13 +149,13 @@ class GltfReader {
       if (skin.joints.empty()) document_.fail(item.place, "no joints", "at least one");
       skin.inverse_binds.resize(skin.joints.size());
       if (const auto number = document_.index(item, "inverseBindMatrices", document_.accessor_count(), "accessors")) {
-        const std::vector<float> values = document_.floats(*number, 16, "inverse bind matrices");
+        std::vector<float> values = document_.floats(*number, 16, "inverse bind matrices");
         if (values.size() / 16 < skin.joints.size())
           document_.fail(item.place, std::to_string(values.size() / 16) + " inverse bind matrices",
                          std::to_string(skin.joints.size()) + ", one for each joint");
         for (std::size_t j = 0; j < skin.joints.size(); ++j)
           skin.inverse_binds[j] =
-              affine(&values[16 * j], item.place + ".inverseBindMatrices, joint " + std::to_string(j));
+              inverse_bind(&values[16 * j], item.place + ".inverseBindMatrices, joint " + std::to_string(j));
       }
       scene_.skins.push_back(std::move(skin));
     }
@@ -214,16 +226,20 @@ class GltfReader {
   GltfDocument document_;
   std::optional<std::filesystem::path> folder_;
   Scene scene_;
+  std::string note_;
 };
 
 }  // namespace internal
 
 /// A scene from the bytes of a glTF file, binary or text. `name` stands in the messages of errors; `folder`: where
-/// files that it names are looked for; nothing: they are refused.
+/// files that it names are looked for; nothing: they are refused. `notes` gets a sentence for what was repaired.
 template <bool Draco = internal::with_draco>
 Scene parse_gltf(std::string_view file, const std::string& name,
-                 const std::optional<std::filesystem::path>& folder = {}) {
-  return internal::GltfReader<Draco>(file, name, folder).read();
+                 const std::optional<std::filesystem::path>& folder = {}, std::vector<std::string>* notes = nullptr) {
+  internal::GltfReader<Draco> reader(file, name, folder);
+  Scene scene = reader.read();
+  if (notes != nullptr && !reader.note().empty()) notes->push_back(name + ": " + reader.note());
+  return scene;
 }
 
 }  // namespace npt::inline NPT_ABI

@@ -16,6 +16,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
@@ -39,14 +40,14 @@ inline MeshFormat mesh_format(const std::filesystem::path& path) {
 
 namespace internal {
 
-inline Mesh read_mesh_file(const std::filesystem::path& path) {
+inline Mesh read_mesh_file(const std::filesystem::path& path, std::vector<std::string>* notes) {
   switch (mesh_format(path)) {
     case MeshFormat::obj:
-      return read_obj(path);
+      return read_obj(path, notes);
     case MeshFormat::ply:
-      return read_ply(path);
+      return read_ply(path, notes);
     default:
-      return read_gltf(path);
+      return read_gltf(path, notes);
   }
 }
 inline void write_mesh_file(const std::filesystem::path& path, const Mesh& mesh, PlyFormat ply_format) {
@@ -68,11 +69,14 @@ inline void write_mesh_file(const std::filesystem::path& path, const Mesh& mesh,
 #endif
 
 #ifdef NPT_PREBUILT
-Mesh read_mesh(const std::filesystem::path& path);
+Mesh read_mesh(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh,
                 PlyFormat ply_format = PlyFormat::binary_little_endian);
 #else
-inline Mesh read_mesh(const std::filesystem::path& path) { return internal::read_mesh_file(path); }
+/// `notes` gets a sentence for each thing that was repaired: what other programs read is read.
+inline Mesh read_mesh(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr) {
+  return internal::read_mesh_file(path, notes);
+}
 /// Writes a mesh completely or not at all. `ply_format` is used for .ply.
 inline void write_mesh(const std::filesystem::path& path, const Mesh& mesh,
                        PlyFormat ply_format = PlyFormat::binary_little_endian) {

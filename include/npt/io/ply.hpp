@@ -4,6 +4,7 @@
 ///                      numbers a corner
 ///   comment, obj_info  kept as tags
 ///   other elements, lists at vertices and other face properties are passed over
+/// Repaired  lines of the header that aren't PLY's are passed over, with a note
 /// Numerics  positions are kept as 32-bit floats, other properties as doubles
 /// Errors    npt::Error that names the file, and the line (header, ascii) or byte (binary): not this format, unknown
 ///           types, truncated or too long, counts that don't fit the file (before memory is taken), indices out of
@@ -19,10 +20,15 @@
 #include <npt/mesh/mesh.hpp>
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
-inline Mesh read_ply(const std::filesystem::path& path) { return parse_ply(read_file(path), path.string()); }
+/// `notes` gets a sentence for each thing that was repaired.
+inline Mesh read_ply(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr) {
+  return parse_ply(read_file(path), path.string(), notes);
+}
 
 /// Writes a mesh completely or not at all.
 inline void write_ply(const std::filesystem::path& path, const Mesh& mesh,

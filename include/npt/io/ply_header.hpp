@@ -76,6 +76,7 @@ struct Header {
   PlyFormat format = PlyFormat::ascii;
   std::vector<Element> elements;
   std::vector<MeshTag> comments;
+  std::string note;  ///< what was repaired; empty: nothing
   std::size_t bytes = 0, lines = 0;
 
   const Element* find(std::string_view element) const {
@@ -106,7 +107,7 @@ class HeaderReader {
       } else if (keyword == "property") {
         read_property(rest);
       } else {
-        fail(in_quotes(line_), "format (once), comment, obj_info, element, property or end_header");
+        pass_over(keyword);
       }
     }
     if (!formatted) fail("a header without format", "format ascii, binary_little_endian or binary_big_endian");
@@ -132,6 +133,14 @@ class HeaderReader {
     line_ = trimmed(text_.substr(position_, end - position_));
     position_ = end + line_end_.size();
     return line_;
+  }
+
+  /// Some exporters write a remark without "comment" before it, and other programs read that.
+  void pass_over(std::string_view keyword) {
+    if (keyword == "format") fail(in_quotes(line_), "format once");
+    if (!header_.note.empty() || keyword.empty()) return;
+    header_.note = file_ + ": line " + std::to_string(number_) + ": passed over " + in_quotes(line_) +
+                   ", which is no line of a PLY header";
   }
 
   void read_format(std::string_view rest) {

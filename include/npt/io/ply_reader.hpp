@@ -151,9 +151,9 @@ class AsciiSource {
 
 /// Reads all elements from a source of numbers into a mesh.
 template <class Source>
-class CorrespondenceEstimator {
+class Reader {
  public:
-  CorrespondenceEstimator(Source& source, const Header& header, const std::string& file)
+  Reader(Source& source, const Header& header, const std::string& file)
       : source_(source), header_(header), file_(file) {}
 
   Mesh read() {
@@ -352,13 +352,15 @@ class CorrespondenceEstimator {
 
 }  // namespace internal::ply
 
-/// A mesh from the bytes of a PLY file. `name` stands in the messages of errors.
-inline Mesh parse_ply(std::string_view bytes, const std::string& name) {
+/// A mesh from the bytes of a PLY file. `name` stands in the messages of errors; `notes` gets a sentence for what was
+/// repaired.
+inline Mesh parse_ply(std::string_view bytes, const std::string& name, std::vector<std::string>* notes = nullptr) {
   const internal::ply::Header header = internal::ply::HeaderReader(bytes, name).read();
-  const auto read = [&](auto source) { return internal::ply::CorrespondenceEstimator(source, header, name).read(); };
+  const auto read = [&](auto source) { return internal::ply::Reader(source, header, name).read(); };
   Mesh mesh = header.format == PlyFormat::ascii ? read(internal::ply::AsciiSource(bytes, header, name))
                                                 : read(internal::ply::BinarySource(bytes, header, name));
   validate(mesh, name);
+  if (notes != nullptr && !header.note.empty()) notes->push_back(header.note);
   return mesh;
 }
 
