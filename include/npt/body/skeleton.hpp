@@ -51,6 +51,14 @@ enum class SmplJoint : std::size_t {
 };
 
 constexpr std::size_t joint_index(SmplJoint joint) { return static_cast<std::size_t>(joint); }
+template <class... Joints>
+constexpr std::array<std::size_t, sizeof...(Joints)> joint_indices(Joints... joints) {
+  return {joint_index(joints)...};
+}
+template <class... Joints>
+constexpr bool is_joint(std::size_t joint, Joints... joints) {
+  return ((joint == joint_index(joints)) || ...);
+}
 
 inline constexpr std::array<int, smpl_joint_count> smpl_parents{-1, 0, 0, 0,  1,  2,  3,  4,  5,  6,  7,  8,
                                                                 9,  9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21};

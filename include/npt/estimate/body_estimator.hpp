@@ -266,12 +266,14 @@ class BasicBodyEstimator {
   /// Of each reading the angles of the motion, limbs hung on the fitted trunk.
   std::vector<LimbSearch::Angles> read_angles(std::span<const Correspondences> readings,
                                               const BodyEstimate& reading) const {
+    constexpr std::array limb_roots =
+        joint_indices(SmplJoint::left_hip, SmplJoint::right_hip, SmplJoint::left_collar, SmplJoint::right_collar);
     std::vector<LimbSearch::Angles> all;
     const std::vector<RigidMotion> fitted = body().bone_motions(reading.fit.body.betas, reading.fit.body.axis_angles);
     for (const Correspondences& r : readings) {
       const PartMotion motion = motion_of(r);
       LimbSearch::Angles& angles = all.emplace_back(motion.axis_angles.begin(), motion.axis_angles.end());
-      for (const std::size_t j : {1U, 2U, 13U, 14U}) {
+      for (const std::size_t j : limb_roots) {
         const auto parent = static_cast<std::size_t>(smpl_parents[j]);
         set_joint_rotation(angles, j, fitted[parent].rotation.transposed() * motion.parts[j].rotation);
       }

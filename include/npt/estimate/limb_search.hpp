@@ -106,8 +106,13 @@ class LimbSearch {
   };
   using LimbAngles = std::array<float, 15>;
   /// Left arm, right arm, left leg, right leg; the joint that a limb hangs on is fixed.
-  static constexpr std::array<Limb, 4> limbs{
-      {{{13, 16, 18, 20, 22}, 5}, {{14, 17, 19, 21, 23}, 5}, {{1, 4, 7, 10, 10}, 4}, {{2, 5, 8, 11, 11}, 4}}};
+  static constexpr std::array<Limb, 4> limbs = [] {
+    using enum SmplJoint;
+    return std::array<Limb, 4>{{{joint_indices(left_collar, left_shoulder, left_elbow, left_wrist, left_hand), 5},
+                                {joint_indices(right_collar, right_shoulder, right_elbow, right_wrist, right_hand), 5},
+                                {joint_indices(left_hip, left_knee, left_ankle, left_foot, left_foot), 4},
+                                {joint_indices(right_hip, right_knee, right_ankle, right_foot, right_foot), 4}}};
+  }();
 
   struct Point {
     std::uint32_t vertex = 0;

@@ -75,8 +75,9 @@ class CanonicalPlaces {
     const std::array<Vec3d, smpl_joint_count>&own = own_.joints, &to = model_.joints;
     const Spread &from = own_.spread[j], &goal = model_.spread[j];
     const auto ratio = [](double a, double b) { return b > 1e-6 ? std::clamp(a / b, 0.1, 10.0) : 1.0; };
-    const double trunk = (to[12].y - to[0].y) / (own[12].y - own[0].y);
-    if (j == 15 || is_hand(j) || is_foot(j)) {
+    constexpr std::size_t pelvis = joint_index(SmplJoint::pelvis), neck = joint_index(SmplJoint::neck);
+    const double trunk = (to[neck].y - to[pelvis].y) / (own[neck].y - own[pelvis].y);
+    if (is_joint(j, SmplJoint::head) || is_hand(j) || is_foot(j)) {
       if (!(from.area > 1e-6)) return to[j] + p - own[j];
       const Vec3d off = p - from.mean;
       return goal.mean + Vec3d{off.x * ratio(goal.deviation.x, from.deviation.x),
@@ -84,10 +85,11 @@ class CanonicalPlaces {
                                off.z * ratio(goal.deviation.z, from.deviation.z)};
     }
     if (is_trunk(j) || is_collar(j)) {
-      const std::size_t slice = is_collar(j) ? 9 : j;
+      const std::size_t slice = is_collar(j) ? joint_index(SmplJoint::spine3) : j;
       const Spread &f = own_.spread[slice], &g = model_.spread[slice];
-      const double x = is_collar(j) ? ratio(to[j + 3].x, own[j + 3].x) : ratio(g.deviation.x, f.deviation.x);
-      return {to[0].x + (p.x - own[0].x) * x, to[0].y + (p.y - own[0].y) * trunk,
+      const double x =
+          is_collar(j) ? ratio(to[bone_end(j)].x, own[bone_end(j)].x) : ratio(g.deviation.x, f.deviation.x);
+      return {to[pelvis].x + (p.x - own[pelvis].x) * x, to[pelvis].y + (p.y - own[pelvis].y) * trunk,
               f.area > 1e-6 ? g.mean.z + (p.z - f.mean.z) * ratio(g.deviation.z, f.deviation.z) : p.z};
     }
     const std::size_t end = bone_end(j);

@@ -28,15 +28,35 @@ using JointWeights = std::array<double, smpl_joint_count>;
 
 /// The part's child bone along which it points; itself for what has none.
 inline std::size_t bone_end(std::size_t joint) {
-  static constexpr std::array<std::size_t, smpl_joint_count> ends{3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 10, 11,
-                                                                  15, 16, 17, 15, 18, 19, 20, 21, 22, 23, 22, 23};
-  return ends[joint];
+  using enum SmplJoint;
+  static constexpr std::array<SmplJoint, smpl_joint_count> ends{
+      spine1,     left_knee,   right_knee, spine2,      left_ankle, right_ankle,   spine3,         left_foot,
+      right_foot, neck,        left_foot,  right_foot,  head,       left_shoulder, right_shoulder, head,
+      left_elbow, right_elbow, left_wrist, right_wrist, left_hand,  right_hand,    left_hand,      right_hand};
+  return joint_index(ends[joint]);
 }
 
-inline bool is_trunk(std::size_t j) { return j == 0 || j == 3 || j == 6 || j == 9; }
-inline bool is_collar(std::size_t j) { return j == 13 || j == 14; }
-inline bool is_hand(std::size_t j) { return j >= 20; }
-inline bool is_foot(std::size_t j) { return j == 7 || j == 8 || j == 10 || j == 11; }
+inline bool is_trunk(std::size_t j) {
+  return is_joint(j, SmplJoint::pelvis, SmplJoint::spine1, SmplJoint::spine2, SmplJoint::spine3);
+}
+inline bool is_collar(std::size_t j) { return is_joint(j, SmplJoint::left_collar, SmplJoint::right_collar); }
+inline bool is_left_hand(std::size_t j) { return is_joint(j, SmplJoint::left_wrist, SmplJoint::left_hand); }
+inline bool is_right_hand(std::size_t j) { return is_joint(j, SmplJoint::right_wrist, SmplJoint::right_hand); }
+inline bool is_hand(std::size_t j) { return is_left_hand(j) || is_right_hand(j); }
+inline bool is_left_foot(std::size_t j) { return is_joint(j, SmplJoint::left_ankle, SmplJoint::left_foot); }
+inline bool is_right_foot(std::size_t j) { return is_joint(j, SmplJoint::right_ankle, SmplJoint::right_foot); }
+inline bool is_foot(std::size_t j) { return is_left_foot(j) || is_right_foot(j); }
+
+/// A row's weight of a part; of a hand or a foot with what it ends in.
+inline double part_weight(const JointWeights& row, std::size_t part) {
+  using enum SmplJoint;
+  const auto both = [&row](SmplJoint a, SmplJoint b) { return row[joint_index(a)] + row[joint_index(b)]; };
+  if (is_left_hand(part)) return both(left_wrist, left_hand);
+  if (is_right_hand(part)) return both(right_wrist, right_hand);
+  if (is_left_foot(part)) return both(left_ankle, left_foot);
+  if (is_right_foot(part)) return both(right_ankle, right_foot);
+  return row[part];
+}
 
 /// Mean and spread of the points of a part.
 struct Spread {
@@ -66,10 +86,7 @@ struct RestSurface {
       const Vec3d along = normalised(joints[bone_end(part)] - joints[part]);
       const auto each = [&](auto&& f) {
         for (std::size_t v = 0; v < points.size(); ++v) {
-          double w = weights[v][part];
-          if (is_hand(part)) w = weights[v][20 + part % 2] + weights[v][22 + part % 2];
-          if (is_foot(part)) w = weights[v][part % 3 == 1 ? 7 : 8] + weights[v][part % 3 == 1 ? 10 : 11];
-          if (!left_out.empty() && left_out[v]) w = 0;
+          const double w = !left_out.empty() && left_out[v] ? 0 : part_weight(weights[v], part);
           if (w > 0.5) f(points[v], w * areas[v]);
         }
       };

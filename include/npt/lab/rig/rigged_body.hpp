@@ -109,6 +109,19 @@ class RiggedBodyMaker {
   }
 
  private:
+  using Places = std::array<Vec3d, smpl_joint_count>;
+  /// Those whose bones make the arms and legs.
+  static constexpr std::array<std::size_t, 8> limb_bones =
+      joint_indices(SmplJoint::left_hip, SmplJoint::right_hip, SmplJoint::left_knee, SmplJoint::right_knee,
+                    SmplJoint::left_shoulder, SmplJoint::right_shoulder, SmplJoint::left_elbow, SmplJoint::right_elbow);
+
+  static Vec3d& at(Places& places, SmplJoint joint) { return places[joint_index(joint)]; }
+  static const Vec3d& at(const Places& places, SmplJoint joint) { return places[joint_index(joint)]; }
+  static Vec3d middle_of(const Places& places, SmplJoint a, SmplJoint b) {
+    return (at(places, a) + at(places, b)) * 0.5;
+  }
+  bool has(SmplJoint joint) const { return found_[joint_index(joint)] != no_item; }
+
   [[noreturn]] void fail(std::size_t joint, std::string found, std::string expected) const {
     std::string place = "joint " + std::string(smpl_joint_names[joint]);
     if (found_[joint] != no_item) place += " ('" + rig_.joint_name(found_[joint]) + "')";
@@ -130,7 +143,7 @@ class RiggedBodyMaker {
     prop_.assign(rig_.joint_count(), false);
     for (std::size_t r = 0; r < rig_.joint_count(); ++r) {
       const std::size_t above = rig_.parents[r];
-      std::size_t owner = 0;
+      std::size_t owner = joint_index(SmplJoint::pelvis);
       if (mapped[r] >= 0)
         owner = static_cast<std::size_t>(mapped[r]);
       else if (above != no_item)
@@ -141,36 +154,41 @@ class RiggedBodyMaker {
   }
   /// What hangs below a forearm without a wrist is its hand, below a shin without an ankle its foot.
   std::size_t end_of(std::size_t owner, bool directly) {
-    if (!directly || (owner != 18 && owner != 19 && owner != 4 && owner != 5)) return owner;
+    using enum SmplJoint;
+    if (!directly || !is_joint(owner, left_elbow, right_elbow, left_knee, right_knee)) return owner;
     const std::size_t end = bone_end(owner);
     return found_[end] == no_item ? end : owner;
   }
 
   /// Where the 24 joints are in the bind pose; what the rig lacks at the mannequin's share of the way.
   void find_places() {
+    using enum SmplJoint;
     for (std::size_t j = 0; j < smpl_joint_count; ++j)
       if (found_[j] != no_item) bind_[j] = rig_.joint_place(found_[j]);
-    for (const std::size_t elbow : {18U, 19U, 4U, 5U}) {
-      const std::size_t end = bone_end(elbow);
-      if (found_[end] == no_item) bind_[end] = end_of_limb(elbow);
+    for (const std::size_t bend : joint_indices(left_elbow, right_elbow, left_knee, right_knee)) {
+      const std::size_t end = bone_end(bend);
+      if (found_[end] == no_item) bind_[end] = end_of_limb(bend);
     }
-    const std::array<Vec3d, smpl_joint_count>& m = model_.joints;
-    const Vec3d hips = (bind_[1] + bind_[2]) * 0.5, shoulders = (bind_[16] + bind_[17]) * 0.5;
-    const Vec3d model_hips = (m[1] + m[2]) * 0.5;
-    if (found_[12] == no_item)
-      bind_[12] = found_[15] == no_item ? shoulders : shoulders + (bind_[15] - shoulders) * 0.4;
-    if (found_[15] == no_item) {
-      const double share = length(m[15] - m[12]) / length(m[12] - model_hips);
-      bind_[15] = bind_[12] + (bind_[12] - hips) * share;
+    const Places& m = model_.joints;
+    const Vec3d hips = middle_of(bind_, left_hip, right_hip),
+                shoulders = middle_of(bind_, left_shoulder, right_shoulder);
+    const Vec3d model_hips = middle_of(m, left_hip, right_hip), &model_pelvis = at(m, pelvis),
+                &model_neck = at(m, neck);
+    if (!has(neck)) at(bind_, neck) = !has(head) ? shoulders : shoulders + (at(bind_, head) - shoulders) * 0.4;
+    if (!has(head)) {
+      const double share = length(at(m, head) - model_neck) / length(model_neck - model_hips);
+      at(bind_, head) = at(bind_, neck) + (at(bind_, neck) - hips) * share;
     }
-    const double pelvis = (m[0].y - model_hips.y) / (m[12].y - model_hips.y);
-    bind_[0] = hips + (bind_[12] - hips) * pelvis;
-    for (const std::size_t j : {3U, 6U, 9U})
-      bind_[j] = bind_[0] + (bind_[12] - bind_[0]) * ((m[j].y - m[0].y) / (m[12].y - m[0].y));
-    for (const std::size_t collar : {13U, 14U}) {
+    const double share = (model_pelvis.y - model_hips.y) / (model_neck.y - model_hips.y);
+    at(bind_, pelvis) = hips + (at(bind_, neck) - hips) * share;
+    for (const std::size_t j : joint_indices(spine1, spine2, spine3))
+      bind_[j] = at(bind_, pelvis) +
+                 (at(bind_, neck) - at(bind_, pelvis)) * ((m[j].y - model_pelvis.y) / (model_neck.y - model_pelvis.y));
+    for (const std::size_t collar : joint_indices(left_collar, right_collar)) {
       if (found_[collar] != no_item) continue;
-      const Vec3d middle = bind_[9] + (bind_[12] - bind_[9]) * 0.6;
-      bind_[collar] = middle + (bind_[collar + 3] - middle) * (m[collar].x / m[collar + 3].x);
+      const Vec3d middle = at(bind_, spine3) + (at(bind_, neck) - at(bind_, spine3)) * 0.6;
+      const std::size_t shoulder = bone_end(collar);
+      bind_[collar] = middle + (bind_[shoulder] - middle) * (m[collar].x / m[shoulder].x);
     }
   }
   /// Where the joints begin that hang on it; without any the end of what it moves.
@@ -190,56 +208,70 @@ class RiggedBodyMaker {
 
   /// Turns the bind pose so that the trunk stands as the mannequin's does.
   void stand_upright() {
+    using enum SmplJoint;
     const Matrix3 frame = trunk_frame(bind_);
-    if (!(frame.determinant() > 0.5)) fail(12, "no way from the hips to it", "a bind pose with a trunk");
+    if (!(frame.determinant() > 0.5)) fail(joint_index(neck), "no way from the hips to it", "a bind pose with a trunk");
     upright_ = trunk_frame(model_.joints).transposed() * frame;
-    centre_ = bind_[0];
+    centre_ = at(bind_, pelvis);
     const auto turned = [&](Vec3d p) { return upright_ * (p - centre_); };
     for (Vec3d& p : positions_) p = turned(p);
     for (Vec3d& p : bind_) p = turned(p);
-    // Toes without a joint: as far before the ankle as the mannequin's are, in feet as long as they are.
-    double own = 0, mannequins = 0;
-    for (const std::size_t hip : {1U, 2U})
-      own += length(bind_[hip + 3] - bind_[hip]) + length(bind_[hip + 6] - bind_[hip + 3]),
-          mannequins +=
-          length(model_.joints[hip + 3] - model_.joints[hip]) + length(model_.joints[hip + 6] - model_.joints[hip + 3]);
-    for (const std::size_t ankle : {7U, 8U})
-      if (found_[ankle + 3] == no_item)
-        bind_[ankle + 3] = bind_[ankle] + (model_.joints[ankle + 3] - model_.joints[ankle]) * (own / mannequins);
-    for (const std::size_t wrist : {20U, 21U})
-      if (found_[wrist + 2] == no_item)
-        bind_[wrist + 2] =
-            bind_[wrist] + normalised(bind_[wrist] - bind_[wrist - 2]) *
-                               (length(model_.joints[wrist + 2] - model_.joints[wrist]) * own / mannequins);
+    add_toes_and_hands();
     // Feet point forwards, whatever the names say.
     double forwards = 0;
     for (std::size_t v = 0; v < positions_.size(); ++v)
-      for (const std::size_t ankle : {7U, 8U}) {
-        const double w = rest_.weights[v][ankle] + rest_.weights[v][ankle + 3];
+      for (const std::size_t ankle : joint_indices(left_ankle, right_ankle)) {
+        const double w = rest_.weights[v][ankle] + rest_.weights[v][bone_end(ankle)];
         forwards += w * (positions_[v].z - bind_[ankle].z);
       }
     if (forwards < 0)
-      fail(7, "feet that point backwards, as seen from where left and right are", "left joints on the body's own left");
+      fail(joint_index(left_ankle), "feet that point backwards, as seen from where left and right are",
+           "left joints on the body's own left");
     metres_ = size_of(model_.joints) / size_of(bind_);
     for (Vec3d& p : positions_) p = p * metres_;
     for (Vec3d& p : bind_) p = p * metres_;
   }
+  /// Toes without a joint: as far before the ankle as the mannequin's are, in feet as long as they are. Hands likewise,
+  /// as the forearm points.
+  void add_toes_and_hands() {
+    using enum SmplJoint;
+    const Places& m = model_.joints;
+    double own = 0, mannequins = 0;
+    for (const auto& [hip, knee, ankle] :
+         {joint_indices(left_hip, left_knee, left_ankle), joint_indices(right_hip, right_knee, right_ankle)}) {
+      own += length(bind_[knee] - bind_[hip]) + length(bind_[ankle] - bind_[knee]);
+      mannequins += length(m[knee] - m[hip]) + length(m[ankle] - m[knee]);
+    }
+    for (const auto& [ankle, foot] : {joint_indices(left_ankle, left_foot), joint_indices(right_ankle, right_foot)})
+      if (found_[foot] == no_item) bind_[foot] = bind_[ankle] + (m[foot] - m[ankle]) * (own / mannequins);
+    for (const auto& [elbow, wrist, hand] :
+         {joint_indices(left_elbow, left_wrist, left_hand), joint_indices(right_elbow, right_wrist, right_hand)})
+      if (found_[hand] == no_item)
+        bind_[hand] =
+            bind_[wrist] + normalised(bind_[wrist] - bind_[elbow]) * (length(m[hand] - m[wrist]) * own / mannequins);
+  }
   /// Rows: to the left, from the hips to the neck, forwards.
-  static Matrix3 trunk_frame(const std::array<Vec3d, smpl_joint_count>& j) {
-    const Vec3d y = normalised(j[12] - (j[1] + j[2]) * 0.5);
-    const Vec3d side = normalised(j[1] - j[2]) + normalised(j[16] - j[17]);
+  static Matrix3 trunk_frame(const Places& j) {
+    using enum SmplJoint;
+    const Vec3d y = normalised(at(j, neck) - middle_of(j, left_hip, right_hip));
+    const Vec3d side =
+        normalised(at(j, left_hip) - at(j, right_hip)) + normalised(at(j, left_shoulder) - at(j, right_shoulder));
     const Vec3d x = normalised(side - y * dot(side, y));
     return {{{x, y, cross(x, y)}}};
   }
   /// Of a skeleton: legs, trunk and arms.
-  static double size_of(const std::array<Vec3d, smpl_joint_count>& j) {
-    double sum = length(j[12] - (j[1] + j[2]) * 0.5) + 0.5 * length(j[16] - j[17]);
-    for (const std::size_t k : {1U, 2U, 4U, 5U, 16U, 17U, 18U, 19U}) sum += 0.5 * length(j[bone_end(k)] - j[k]);
+  static double size_of(const Places& j) {
+    using enum SmplJoint;
+    double sum = length(at(j, neck) - middle_of(j, left_hip, right_hip)) +
+                 0.5 * length(at(j, left_shoulder) - at(j, right_shoulder));
+    for (const std::size_t k : limb_bones) sum += 0.5 * length(j[bone_end(k)] - j[k]);
     return sum;
   }
 
   void check_bones() const {
-    for (const std::size_t j : {1U, 2U, 4U, 5U, 12U, 16U, 17U, 18U, 19U})
+    using enum SmplJoint;
+    for (const std::size_t j : joint_indices(left_hip, right_hip, left_knee, right_knee, neck, left_shoulder,
+                                             right_shoulder, left_elbow, right_elbow))
       if (!(length(bind_[bone_end(j)] - bind_[j]) > 1e-3))
         fail(j,
              "a bone of length " + std::to_string(length(bind_[bone_end(j)] - bind_[j])) + " to " +
@@ -247,10 +279,11 @@ class RiggedBodyMaker {
              "a length above 0");
   }
   void check_limbs() const {
-    for (const std::size_t j : {1U, 2U, 4U, 5U, 16U, 17U, 18U, 19U})
+    constexpr std::size_t head = joint_index(SmplJoint::head), neck = joint_index(SmplJoint::neck);
+    for (const std::size_t j : limb_bones)
       if (!(rest_.spread[j].area > 0)) fail(j, "no vertex with a weight of it", "a part of the surface that it moves");
-    double skull = rest_.spread[15].area + rest_.spread[12].area;
-    if (!(skull > 0)) fail(15, "no vertex with a weight of it", "a part of the surface that it moves");
+    double skull = rest_.spread[head].area + rest_.spread[neck].area;
+    if (!(skull > 0)) fail(head, "no vertex with a weight of it", "a part of the surface that it moves");
   }
 
   /// Halves every edge that is longer than asked for, once; false where there is none.
@@ -298,7 +331,7 @@ class RiggedBodyMaker {
       rest_.joints[j] = j == 0 ? bind_[0]
                                : rest_.joints[static_cast<std::size_t>(smpl_parents[j])] +
                                      above * (bind_[j] - bind_[static_cast<std::size_t>(smpl_parents[j])]);
-      if (is_trunk(j) || j == 12 || j == 15 || is_foot(j)) {
+      if (is_trunk(j) || is_joint(j, SmplJoint::neck, SmplJoint::head) || is_foot(j)) {
         turns[j] = Matrix3::identity();
       } else if (bone_end(j) != j) {
         const Vec3d own = above * (bind_[bone_end(j)] - bind_[j]);
@@ -321,14 +354,17 @@ class RiggedBodyMaker {
   }
   /// Which joint of the rig turns each of the 24; no_item: none, it goes with the one before it.
   HumanoidJoints turning_joints() const {
+    using enum SmplJoint;
     HumanoidJoints turning = found_;
-    if (const std::size_t above = rig_.parents[found_[1]]; above != no_item)
-      turning[0] = above;  // what the legs hang on
+    std::size_t& root = turning[joint_index(pelvis)];
+    if (const std::size_t above = rig_.parents[found_[joint_index(left_hip)]]; above != no_item)
+      root = above;  // what the legs hang on
     // Of the chain down from the neck the joint that stands nearest below each of the spine's.
-    std::size_t from = rig_.parents[found_[12] != no_item ? found_[12] : found_[15]];
+    std::size_t from = rig_.parents[found_[joint_index(has(neck) ? neck : head)]];
     std::vector<std::size_t> chain;
-    for (; from != no_item && from != turning[0] && owner_[from] == 0; from = rig_.parents[from]) chain.push_back(from);
-    for (const std::size_t j : {3U, 6U, 9U}) {
+    for (; from != no_item && from != root && owner_[from] == joint_index(pelvis); from = rig_.parents[from])
+      chain.push_back(from);
+    for (const std::size_t j : joint_indices(spine1, spine2, spine3)) {
       turning[j] = no_item;
       double least = 0.06;
       for (const std::size_t r : chain) {
@@ -368,7 +404,8 @@ class RiggedBodyMaker {
 
   /// Hips and spine share the trunk's weight by height, each strongest half way to the next.
   void share_trunk(JointWeights& row, double y) const {
-    static constexpr std::array<std::size_t, 5> chain{0, 3, 6, 9, 12};
+    using enum SmplJoint;
+    static constexpr std::array chain = joint_indices(pelvis, spine1, spine2, spine3, neck);
     double trunk = 0;
     for (std::size_t i = 0; i < 4; ++i) trunk += std::exchange(row[chain[i]], 0.0);
     if (!(trunk > 0)) return;
@@ -391,7 +428,7 @@ class RiggedBodyMaker {
   std::vector<bool> prop_, props_;  ///< joints of the rig; vertices
   std::vector<Vec3d> positions_;    ///< in the bind pose, upright
   std::vector<Triangle> triangles_;
-  std::array<Vec3d, smpl_joint_count> bind_{};
+  Places bind_{};
   std::array<Matrix3, smpl_joint_count> turns_;
   Matrix3 upright_ = Matrix3::identity();
   Vec3d centre_;       ///< of the hips, in the bind pose
