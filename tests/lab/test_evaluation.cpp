@@ -11,6 +11,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -89,6 +90,21 @@ TEST_CASE("a NaN in a result is an error that is NaN, and the worst of all") {
   CHECK(evaluation.worst_pmd() == doctest::Approx(3));
   CHECK(evaluation.pmd() == doctest::Approx(2));
   CHECK(evaluation.root_mm() == doctest::Approx(1000 * std::sqrt(2.0)));
+  CHECK(evaluation.mean_mm() == doctest::Approx(1000 * (1 + std::sqrt(2.0) + std::sqrt(3.0)) / 3));
+  CHECK(evaluation.median_mm() == doctest::Approx(1000 * std::sqrt(2.0)));
+}
+
+TEST_CASE("a set in metres: every mesh grows, and errors with it") {
+  const npt::EvaluationSet set{.name = "squares", .count = 1, .pair = [](std::size_t) { return square(); }};
+  const npt::EvaluationSet grown = npt::in_metres(set, 1.7);
+  const npt::EvaluationPair pair = grown.pair(0);
+  CHECK(pair.identity[3] == doctest::Approx(3.4));
+  CHECK(pair.pose == pair.identity);
+  CHECK(pair.truth == pair.identity);
+  const auto crush = [](const npt::EvaluationPair&, std::span<float> result) { std::ranges::fill(result, 0.0F); };
+  CHECK(npt::evaluate(grown, crush).mean_mm() == doctest::Approx(1.7 * npt::evaluate(set, crush).mean_mm()));
+  for (const double metres : {0.0, -1.0, std::numeric_limits<double>::infinity()})
+    CHECK_THROWS_AS(npt::in_metres(set, metres), npt::Error);
 }
 
 TEST_CASE("sizes that don't fit are refused") {

@@ -3,6 +3,10 @@
 ///   pmd_in_place    eq. 7 with the result left where the network puts it, beside the identity's centre: what the
 ///                   reconstruction loss sees
 ///   edge_error      mean over the identity's edges of |length / true length - 1|
+/// Alignment of all errors but pmd_in_place: both bounding boxes are centred; nothing is turned or scaled.
+/// Unit of accuracy: millimetres, the root mean square over the vertices (root_mm), at the identity's own size. Meshes
+/// whose unit is known are in metres. Rigs come in units of the longest side of their box as bound; in_metres() makes
+/// that assumed_size.
 /// Shapes    pose: [Vp, 3]; identity, truth, result: [V, 3], row major
 /// Units     metres for bodies: pmd in square metres
 /// Numerics  sums in double, in a fixed order; a result with a NaN has errors that are NaN
@@ -68,6 +72,23 @@ inline EvaluationSet with_noise(EvaluationSet set, double sigma, std::uint64_t s
   return set;
 }
 
+/// What the longest side of a rigged character's box as bound counts as, in metres: a person's height.
+inline constexpr double assumed_size = 1.7;
+
+/// A set's pairs in metres: `metres` are in one unit of its meshes.
+/// Errors  npt::Error for `metres` that are not above 0, or not finite
+inline EvaluationSet in_metres(EvaluationSet set, double metres) {
+  if (!(metres > 0) || !std::isfinite(metres))
+    throw Error({.file = "metres in a unit", .found = std::to_string(metres), .expected = "a number above 0"});
+  set.pair = [pair = std::move(set.pair), metres](std::size_t i) {
+    EvaluationPair result = pair(i);
+    for (std::vector<float>* xyz : {&result.pose, &result.identity, &result.truth})
+      for (float& x : *xyz) x = static_cast<float>(metres * static_cast<double>(x));
+    return result;
+  };
+  return set;
+}
+
 struct PairErrors {
   std::string name;
   double pmd = 0, pmd_in_place = 0, edge_error = 0;
@@ -93,6 +114,17 @@ struct Evaluation {
     const std::vector<std::size_t> order = worst(pairs.size());
     if (order.empty()) return 0;
     return (badness(order[(order.size() - 1) / 2]) + badness(order[order.size() / 2])) / 2;
+  }
+  /// Mean and median of the pairs' root_mm. The mean is NaN where a pair's is.
+  double mean_mm() const {
+    double sum = 0;
+    for (const PairErrors& pair : pairs) sum += pair.root_mm();
+    return sum / static_cast<double>(pairs.size());
+  }
+  double median_mm() const {
+    const std::vector<std::size_t> order = worst(pairs.size());
+    if (order.empty()) return 0;
+    return (root_pmd_mm(badness(order[(order.size() - 1) / 2])) + root_pmd_mm(badness(order[order.size() / 2]))) / 2;
   }
   /// The largest PMD of a pair.
   double worst_pmd() const { return pairs.empty() ? 0 : pairs[worst(1).front()].pmd; }
