@@ -424,7 +424,7 @@ void add(CLI::App& command) {
       ->excludes("--family");
   command
       .add_flag("--clothes", o->clothes,
-                "Of --pairs: every mesh in a shirt, shorts, shoes and hair, pieces of their own")
+                "Of --pairs: every mesh in a shirt, shorts, shoes and hair, each a separate component")
       ->needs(pairs)
       ->excludes("--family");
   command

@@ -181,7 +181,7 @@ void add(CLI::App& command) {
       ->capture_default_str();
   command.add_flag("--proportions", o->proportions,
                    "Each shape with random proportions, as characters have (heads, limbs, girths)");
-  command.add_flag("--clothes", o->clothes, "In a shirt, shorts, shoes and hair, pieces of their own");
+  command.add_flag("--clothes", o->clothes, "In a shirt, shorts, shoes and hair, each a separate component");
   command.add_option("--seed", o->seed, "Of all that is random")->check(program::whole_number())->capture_default_str();
   command.add_option("--shape-seed", o->shape_seed, "Of the shapes and the vertex orders, instead of --seed")
       ->check(program::whole_number());

@@ -34,5 +34,5 @@ TEST_CASE("tables show ours per coordinate beside the paper's, and leave out wha
 
 TEST_CASE("what the paper hasn't leaves its columns empty") {
   const std::string text = reproduce::markdown({7}, {{"bodies", {.seen = 6e-4, .unseen = 9e-4, .how = {}}}});
-  CHECK(text.find("| npt, through bodies | 2.00 | 3.00 | | | 6.00 | 9.00 |") != std::string::npos);
+  CHECK(text.find("| npt, by body estimation | 2.00 | 3.00 | | | 6.00 | 9.00 |") != std::string::npos);
 }

@@ -65,7 +65,7 @@ std::vector<std::string> entry_complaints(const std::vector<SourceFile>& headers
   return complaints;
 }
 
-std::vector<SourceFile> public_headers() { return structure::read_tree(NPT_SOURCE_DIR "/include/npt", {".hpp"}); }
+std::vector<SourceFile> headers_of_library() { return structure::read_tree(NPT_SOURCE_DIR "/include/npt", {".hpp"}); }
 
 Modules project_modules() { return parse_modules(structure::read_text(NPT_SOURCE_DIR "/tests/structure/modules.txt")); }
 
@@ -74,7 +74,7 @@ Modules project_modules() { return parse_modules(structure::read_text(NPT_SOURCE
 TEST_CASE("every header is one that users include, or is reached from one") {
   std::vector<SourceFile> users = structure::read_tree(NPT_SOURCE_DIR "/examples", {".cpp", ".hpp"});
   std::ranges::move(structure::read_tree(NPT_SOURCE_DIR "/docs", {".md"}), std::back_inserter(users));
-  std::vector<SourceFile> headers = public_headers();
+  std::vector<SourceFile> headers = headers_of_library();
   std::erase_if(headers, [](const SourceFile& header) { return header.path == "config.hpp"; });
   const Modules modules = project_modules();
   REQUIRE(modules.entries.size() > 5);
@@ -103,7 +103,7 @@ TEST_CASE("there are at most 14 modules, each a folder of include/npt") {
 
 TEST_CASE("the headers, without tables of data, have fewer than 38,400 lines") {
   std::size_t lines = 0, tables = 0;
-  for (const SourceFile& header : public_headers()) {
+  for (const SourceFile& header : headers_of_library()) {
     const bool table = header.path == "body/natural_pose_data.hpp" || header.path == "body/mannequin/surface_data.hpp";
     (table ? tables : lines) += structure::lines_of(header.text).size();
   }

@@ -119,7 +119,7 @@ struct Silhouettes {
 };
 
 /// A figure of one point has no size; any focal length shows it.
-inline float focal_for(float room, float size) { return room / std::max(size, 1e-6F); }
+inline float focal_for(float space, float size) { return space / std::max(size, 1e-6F); }
 
 /// One camera for each panel: as large as fits in all of them.
 inline std::vector<Camera> fit_cameras(std::span<const std::vector<Vec3f>> figures, View view, int width, int height) {

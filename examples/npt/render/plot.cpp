@@ -23,9 +23,9 @@ struct Axis {
   double share(double value) const { return (position(value) - position(low)) / (position(high) - position(low)); }
 };
 
-/// The range of the values, with a little room; whatever they are, high is above low.
+/// The range of the values, with a little margin; whatever they are, high is above low.
 template <class Get>
-Axis fit_axis(std::span<const Series> series, bool logarithmic, double room, Get get) {
+Axis fit_axis(std::span<const Series> series, bool logarithmic, double margin, Get get) {
   Axis axis{.low = std::numeric_limits<double>::infinity(), .high = -axis.low, .logarithmic = logarithmic};
   for (const Series& s : series)
     for (const double value : get(s)) {
@@ -39,11 +39,11 @@ Axis fit_axis(std::span<const Series> series, bool logarithmic, double room, Get
       axis.low /= 1.3;
       axis.high *= 1.3;
     }
-    const double factor = std::pow(axis.high / axis.low, room);
+    const double factor = std::pow(axis.high / axis.low, margin);
     return {axis.low / factor, axis.high * factor, true};
   }
   const double span = axis.high > axis.low ? axis.high - axis.low : std::max(1.0, std::abs(axis.high));
-  return {axis.low - room * span, axis.high + room * span, false};
+  return {axis.low - margin * span, axis.high + margin * span, false};
 }
 
 Pixel blended(Pixel below, Pixel above, double coverage) {
@@ -176,7 +176,7 @@ class Plot {
     centred(options_.x_label, (left_ + right_) / 2, bottom_ + 3.1 * size());
   }
 
-  /// In the upper right corner, where curves that fall leave room.
+  /// In the upper right corner, where curves that fall leave space.
   void legend() {
     double widest = 0;
     for (const Series& s : series_) widest = std::max(widest, text_width(s.name, size()));

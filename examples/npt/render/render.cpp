@@ -31,16 +31,16 @@ Pixel ink(const FigureOptions& options) {
   return dark ? Pixel{235, 235, 235, 255} : Pixel{40, 42, 46, 255};
 }
 
-/// Lines of text of one size, one below the other, each in the middle of the room; all smaller where one is too wide.
+/// Lines of text of one size, one below the other, each in the middle of the space; all smaller where one is too wide.
 class TextBlock {
  public:
-  TextBlock(const std::string& text, double line, double room) : lines_(lines_of(text)), line_(line) {
+  TextBlock(const std::string& text, double line, double space) : lines_(lines_of(text)), line_(line) {
     double widest = 0;
     for (const std::string& l : lines_) widest = std::max(widest, text_width(l, line));
-    if (widest > room && widest > 0) line_ = line * room / widest;
+    if (widest > space && widest > 0) line_ = line * space / widest;
   }
 
-  /// How much room a text takes from top to bottom, in lines, without changing its size.
+  /// How much space a text takes from top to bottom, in lines, without changing its size.
   static double height_in_lines(const std::string& text) {
     const std::size_t count = lines_of(text).size();
     return count == 0 ? 0 : 1.2 * static_cast<double>(count) + 0.3;
@@ -90,15 +90,15 @@ struct Layout {
   Layout(Grid sizes, std::span<const Panel> panels, const FigureOptions& o) : grid(std::move(sizes)) {
     line = std::max(10.0, o.caption_size * (o.panel_width > 0 ? std::min(o.panel_width, o.panel_height)
                                                               : static_cast<double>(o.panel_height) * 0.8));
-    const auto room = [this](double lines, double more) {
+    const auto space = [this](double lines, double more) {
       return lines > 0 ? static_cast<int>(std::lround(line * (lines + more))) : 0;
     };
     double lines = 0;
     for (const Panel& panel : panels) lines = std::max(lines, TextBlock::height_in_lines(panel.caption));
-    caption_height = room(lines, 0);
-    top = room(most_lines(o.column_captions), 0.2);
-    left = room(most_lines(o.row_captions), 0.6);
-    bar_height = o.colour_bar.shown() ? room(o.colour_bar.label.empty() ? 2.7 : 3.9, 0) : 0;
+    caption_height = space(lines, 0);
+    top = space(most_lines(o.column_captions), 0.2);
+    left = space(most_lines(o.row_captions), 0.6);
+    bar_height = o.colour_bar.shown() ? space(o.colour_bar.label.empty() ? 2.7 : 3.9, 0) : 0;
     width = left;
     for (const int w : grid.widths) {
       x.push_back(static_cast<int>(std::min<std::int64_t>(width, largest_side)));
@@ -210,7 +210,7 @@ void place(Image& image, const Image& picture, int left, int top, int width, int
   image.lay_over(fitted, left + (width - fitted.width) / 2, top + (height - fitted.height) / 2);
 }
 
-/// The border around figures in panels of their size, as a share of the height: room for the shadows' ends.
+/// The border around figures in panels of their size, as a share of the height: space for the shadows' ends.
 constexpr float tight_border = 0.1F;
 
 /// The panels' figures and cameras: at one scale row by row, or all.
@@ -225,9 +225,9 @@ float focal_of_rows(const Silhouettes& seen, std::span<const Range> rows, const 
   float tallest = 0, widest = 0;
   for (const Range& row : rows) tallest = std::max(tallest, row.size());
   for (const Range& across : seen.across) widest = std::max(widest, across.size());
-  const float h = static_cast<float>(options.panel_height), room = (1 - tight_border) * h;
+  const float h = static_cast<float>(options.panel_height), space = (1 - tight_border) * h;
   // What lies flat, such as a single point, doesn't get wider than four heights.
-  return std::min({focal_for(room, tallest), focal_for(4 * h, widest), 1e3F * h});
+  return std::min({focal_for(space, tallest), focal_for(4 * h, widest), 1e3F * h});
 }
 
 void grow(int& side, double pixels) {

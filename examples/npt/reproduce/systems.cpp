@@ -12,7 +12,7 @@ const std::vector<System>& systems() {
       {"deformation-5", "deformation transfer, 5 control points", Kind::deformation, {"--control-points", "5"}},
       {"deformation-13", "deformation transfer, 13 control points", Kind::deformation, {"--control-points", "13"}},
       {"skeleton", "skeleton-driven", Kind::skeleton, {}},
-      {"bodies", "npt, through bodies", Kind::bodies, {}},
+      {"bodies", "npt, by body estimation", Kind::bodies, {}},
       {"full", "full model", Kind::network, {"--feature", "per-vertex", "--edge-loss", "length"}},
       {"without-edge", "w/o edge regularisation", Kind::network, {"--feature", "per-vertex"}},
       {"without-spadain", "w/o SPAdaIN", Kind::network, {"--net", "without-spadain", "--edge-loss", "length"}},

@@ -43,7 +43,7 @@ class AlignedBuffer {
     if (data_ != nullptr) ::operator delete (static_cast<void*>(data_), std::align_val_t{simd_alignment});
   }
 
-  /// Makes room for at least `size` elements. Contents are lost (zeroed) only when the buffer has to grow.
+  /// Makes space for at least `size` elements. Contents are lost (zeroed) only when the buffer has to grow.
   void grow_to(std::size_t size) {
     if (size > size_) *this = AlignedBuffer(size);
   }

@@ -36,7 +36,7 @@ class Pool {
         return;
       }
       object_ = std::make_unique<T>();
-      // Room for every object, so that giving one back can't fail.
+      // Space for every object, so that giving one back can't fail.
       state.free.reserve(++state.count);
     }
     ~Lease() {

@@ -1,4 +1,4 @@
-/// The door for host code's tensor types. The engine accepts every type for which TensorAdapter is specialised;
+/// The way in for host code's tensor types. The engine accepts every type for which TensorAdapter is specialised;
 /// <npt/adapt/xtensor.hpp> does so for xtensor's expressions.
 #pragma once
 

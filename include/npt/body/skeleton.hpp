@@ -13,7 +13,7 @@
 namespace npt::inline NPT_ABI {
 
 inline constexpr std::size_t smpl_joint_count = 24;
-/// With the finger joints that the way through bodies adds (body/mannequin/finger_joints.hpp): of the left hand, then of the
+/// With the finger joints that body estimation adds (body/mannequin/finger_joints.hpp): of the left hand, then of the
 /// right one, the middle and the end joint of index, middle, ring and little finger.
 inline constexpr std::size_t finger_count = 4;
 inline constexpr std::size_t fingered_joint_count = smpl_joint_count + 4 * finger_count;

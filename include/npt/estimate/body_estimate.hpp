@@ -47,7 +47,7 @@ struct BodyEstimate {
 
   /// How sure it is that the mesh is a person and was read right, from 0 to 1: as likeness(), but a reader that would
   /// have told another thing lets the body keep a greater distance, as around big heads, and what lies between hardly
-  /// like a person and surely one counts as 0.6 to 0.85: such characters come out better through bodies than by the
+  /// like a person and surely one counts as 0.6 to 0.85: such characters come out better by body estimation than by the
   /// network. Ten pairs of a robot with a sword, likeness 0.2 to 0.9, ended at 188e-4 where most had been left to the
   /// network at 670e-4, ten of a knight at 4e-4 instead of 115e-4. Not where the reading contradicts itself or turns
   /// disagree: things that pass for people are read in another way from each side. Unless the body lies so close that
@@ -63,7 +63,7 @@ struct BodyEstimate {
 
   /// From 0 to `most_by_closeness`: a surface along which a body of usual shape lies within 1.1 cm, both ways, is a
   /// body's, however it was read. A knight who rolls, and one who crouches, were read in another way from each side and
-  /// fitted to 1.1 cm: 8 and 14e-4 through bodies, 1310 and 2055e-4 by the network. Of 265 made things none comes so
+  /// fitted to 1.1 cm: 8 and 14e-4 by body estimation, 1310 and 2055e-4 by the network. Of 265 man-made objects none comes so
   /// close with a shape that people have.
   double confidence_by_closeness() const {
     return most_by_closeness * fit.confidence() * falling(fit.relative_distance, 0.0115, 0.013) *

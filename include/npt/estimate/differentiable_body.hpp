@@ -220,7 +220,7 @@ class DifferentiableBody {
         for (std::size_t b = 0; b < by_beta.size(); ++b)
           by_beta[b] += d.weights[j] * dot(direction, d.slides[j * shapes_ + b]);
     row[0] = direction.x, row[1] = direction.y, row[2] = direction.z;
-    // A joint moves what hangs on it: sums over its branch, children before parents.
+    // A joint moves what is attached to it: sums over its branch, children before parents.
     for (std::size_t j = joints; j-- > 0;) {
       Vec3d turn;
       if (d.weights[j] != 0) {

@@ -105,7 +105,7 @@ class LimbSearch {
     constexpr std::size_t middle() const { return count - 3; }
   };
   using LimbAngles = std::array<float, 15>;
-  /// Left arm, right arm, left leg, right leg; the joint that a limb hangs on is fixed.
+  /// Left arm, right arm, left leg, right leg; the joint that a limb is attached to is fixed.
   static constexpr std::array<Limb, 4> limbs = [] {
     using enum SmplJoint;
     return std::array<Limb, 4>{{{joint_indices(left_collar, left_shoulder, left_elbow, left_wrist, left_hand), 5},

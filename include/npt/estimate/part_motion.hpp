@@ -5,7 +5,7 @@
 ///    reading, wild points counted out by iterated weights. A part begins where its parent puts the joint between them;
 ///    the fewer and the rounder its points, the more of its motion is the parent's.
 /// 2. Points of a limb whose mirrored place explains them, and their own does not, are taken for the other side's:
-///    first by their distance from the joint that the limb hangs on, which no rotation changes; then by the motion.
+///    first by their distance from the joint that the limb is attached to, which no rotation changes; then by the motion.
 /// Shapes    parts, residuals: [24], SMPL's joints; axis angles: [24, 3], relative to the parent
 /// Units     metres, or any for the points: `size` is their unit in the body's
 /// Threads   a template may be shared by threads

@@ -164,7 +164,7 @@ class GltfDocument {
   /// Whether an accessor has bytes of its own.
   bool accessor_has_bytes(std::size_t number) const { return accessors_[number].value->find("bufferView") != nullptr; }
 
-  /// What an accessor says of itself. `components`: how many it must have; 16: a matrix of 4 x 4.
+  /// An accessor's description. `components`: how many it must have; 16: a matrix of 4 x 4.
   Accessor accessor(std::size_t number, std::size_t components, const std::string& user) const {
     const GltfItem& item = accessors_[number];
     Accessor a{.place = item.place};

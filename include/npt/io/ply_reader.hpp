@@ -189,16 +189,16 @@ class Reader {
     for (const Property& p : element.properties) row += Source::least_bytes(p);
     if (row != 0 && element.count > source_.remaining() / row)
       fail_header("element " + in_quotes(element.name) + " with " + std::to_string(element.count) + " rows",
-                  "at most " + std::to_string(source_.remaining() / row) + ", what the file has room for");
+                  "at most " + std::to_string(source_.remaining() / row) + ", what the file has space for");
   }
 
-  /// The length of a list, for which the file has room.
+  /// The length of a list, for which the file has space.
   std::size_t list_length(const Property& list) {
     const double length = source_.number(*list.count_type);
-    const std::uint64_t room = source_.remaining() / Source::least_bytes(list.type);
-    if (length < 0 || length > static_cast<double>(room))
+    const std::uint64_t space = source_.remaining() / Source::least_bytes(list.type);
+    if (length < 0 || length > static_cast<double>(space))
       source_.fail("a list of " + std::to_string(static_cast<std::int64_t>(length)) + " numbers",
-                   "from 0 to " + std::to_string(room) + ", what the file has room for");
+                   "from 0 to " + std::to_string(space) + ", what the file has space for");
     return static_cast<std::size_t>(length);
   }
 

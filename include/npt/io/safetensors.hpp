@@ -122,7 +122,7 @@ class SafetensorsFile {
 
   /// Checks that the tensors cover the data one after another, and lists them in that order.
   NPT_INLINE void place_tensors(const std::vector<internal::TensorEntry>& entries, std::span<const std::byte> data) {
-    // By their first byte, empty ones first; a header of max_header bytes has room for fewer than 2^24 of them.
+    // By their first byte, empty ones first; a header of max_header bytes has space for fewer than 2^24 of them.
     constexpr int number_bits = 24;
     const auto begin_of = [&](const FileTensor& t) { return static_cast<std::size_t>(t.bytes.data() - data.data()); };
     std::vector<FileTensor> unordered;

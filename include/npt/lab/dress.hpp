@@ -16,7 +16,7 @@ namespace npt::inline NPT_ABI {
 
 namespace data {
 
-/// What hangs on the body, as offsets along its normals, in metres; waves make them uneven.
+/// What is attached to the body, as offsets along its normals, in metres; waves make them uneven.
 struct Dress {
   bool any = false;
   float puff = 0;                       ///< everywhere

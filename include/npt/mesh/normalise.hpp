@@ -1,4 +1,4 @@
-/// From a mesh's coordinates to those that a network sees, centred and scaled so that the output has room, and back.
+/// From a mesh's coordinates to those that a network sees, centred and scaled so that the output has space, and back.
 /// Shapes    xyz: [V, 3] floats, row major
 /// Numerics  arithmetic in double, no allocation; a coordinate that is NaN doesn't count for centre and scale, and
 ///           stays NaN

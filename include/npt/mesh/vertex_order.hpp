@@ -99,7 +99,7 @@ NPT_INLINE void coincident_representatives(std::span<const float> xyz, std::span
 }
 
 /// representative[v]: the vertex that comes first in canonical_order among those at the same point as v (v itself where
-/// it is alone). Coincident vertices can't be told apart by their coordinates: giving each the result of its
+/// it is alone). Coincident vertices have equal coordinates: giving each the result of its
 /// representative makes a result independent of the vertex order.
 NPT_INLINE std::vector<std::uint32_t> coincident_representatives(std::span<const float> xyz,
                                                                  std::span<const std::uint32_t> canonical) {

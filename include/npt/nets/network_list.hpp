@@ -1,4 +1,4 @@
-/// Which networks a program has compiled in, and the choice among them by what a weights file says of itself.
+/// Which networks a program has compiled in, and the choice among them by a weights file's metadata.
 #pragma once
 
 #include <npt/base/error.hpp>

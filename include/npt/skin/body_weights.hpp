@@ -3,7 +3,7 @@
 /// belong elsewhere on the body than all that surrounds them take their weights from around instead, and so does what
 /// stands off the body (tails, wings, horns, brims, blades): from where it hangs. Then weights are smoothed along the
 /// mesh; those of closed hands are found along the skin, hands without fingers stay stiff (hand_skin.hpp), and what a
-/// hand holds goes with it (held_things.hpp).
+/// hand holds goes with it (props.hpp).
 /// Meshes    any number of pieces, open borders, edges of many faces, triangles without area and unused vertices.
 ///           Vertices in one place, as along seams, count as one
 /// Shapes    points: [V]; weights: [V, J], not negative, each row sums to 1; those below 1e-3 are left out
@@ -49,7 +49,7 @@ struct BodyWeightsOptions {
   double facing = 1;    ///< 1: the mesh's triangles turn outwards; -1: inwards; 0: that is not known
   int sweeps = 8;       ///< of smoothing
   double patch = 0.04;  ///< share of the mesh's area below which a patch that belongs elsewhere isn't believed
-  /// Distance from the body, in metres, from which on a vertex hangs on the mesh and not on the nearest limb, and that
+  /// Distance from the body, in metres, from which on a vertex is attached to the mesh and not on the nearest limb, and that
   /// down to which what is connected to it does. Clothes keep up to 0.1; tails, wings and blades end 0.2 to 0.4 away.
   double far = 0.1, off = 0.04;
   /// Whether the left and the right hand are closed; for a body with finger joints.
@@ -215,7 +215,7 @@ class BodyWeights {
     }
   }
 
-  /// A piece that hangs on nothing goes as a whole with the limb that it comes nearest to.
+  /// A piece that is attached to nothing goes as a whole with the limb that it comes nearest to.
   void stiffen_loose() {
     if (std::ranges::find(firm_, false) == firm_.end()) return;
     UnionFind pieces(points_.size());

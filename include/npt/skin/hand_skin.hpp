@@ -6,7 +6,7 @@
 /// bend and long on the outer one. The weights are those that a body's hand has at the same r. Tips are where g has its
 /// greatest values around; the one whose finger parts from the others nearest to the wrist is the thumb, which stays
 /// with the palm.
-/// Meshes    a hand that doesn't hang on a forearm counts as one without fingers
+/// Meshes    a hand that doesn't are attached to a forearm counts as one without fingers
 /// Source    Dijkstra, "A note on two problems in connexion with graphs", 1959
 #pragma once
 

@@ -1,4 +1,4 @@
-/// What a character holds: swords, staffs and guns that are pieces of their own. A blade that passes a thigh is nearer
+/// What a character holds: swords, staffs and guns that are separate components. A blade that passes a thigh is nearer
 /// to that than to the hand, and would go with it. Long thin pieces that stand off the body nearly everywhere and begin
 /// near a hand are its, and so are small ones beside these (an edge, a guard, a hilt).
 /// Measured, a robot with a sword of four pieces in 14 moments of its clips, PMD x 1e-4: 277 instead of 553.

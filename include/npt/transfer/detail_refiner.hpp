@@ -3,7 +3,7 @@
 ///   minimise over x, R   sum over points of area_i / radius^2 |x_i - t_i|^2
 ///                      + sum over edges of w_ij |(x_i - x_j) - (R_i + R_j)/2 (p_i - p_j)|^2
 /// The first sum follows the positions, the second keeps the shape:
-/// t are the positions, p the mesh as it is, R_i a rotation for each point and w cotangents. x and R are found in
+/// t are the positions, p the unmodified mesh, R_i a rotation for each point and w cotangents. x and R are found in
 /// turn; for x this is a linear system that depends on the mesh only and is factored once. The first rotations are
 /// those of neighbourhoods of about `radius`, since single points of rough positions know none.
 /// The one weight is `radius`: what is smaller than it is taken from the mesh, what is larger from the positions. It

@@ -192,7 +192,7 @@ class BasicNetworkCorrection {
       const std::vector<double> turns = equations.solve(0, 0);
       for (std::size_t k = 0; k < turned.size(); ++k) turned[k] += turns[k];
       for (std::size_t j = 0; j < joints; ++j) {
-        // A turn in space, of the joint and all that hangs on it, is one in the parent's frame.
+        // A turn in space, of the joint and all that is attached to it, is one in the parent's frame.
         const Matrix3 parent =
             parents[j] < 0 ? Matrix3::identity() : bones[static_cast<std::size_t>(parents[j])].rotation;
         const Matrix3 turn = rotation_matrix({turns[3 * j], turns[3 * j + 1], turns[3 * j + 2]});

@@ -67,7 +67,7 @@ class NetworkTransfer {
   }
   std::size_t run_count() const noexcept { return pairing_count() * (options_.network.mirror ? 2 : 1); }
 
-  /// Metres in one unit of a mesh: as given in the options, or told from its extent; 1 where the weights ask for no
+  /// Metres in one unit of a mesh: as given in the options, or inferred from its extent; 1 where the weights ask for no
   /// unit.
   double unit_of(const MeshView& mesh) const {
     if (!in_metres_) return 1;

@@ -22,7 +22,7 @@
 
 namespace npt::inline NPT_ABI {
 
-/// The points of one pairing on meshes of one vertex count: the vertices as they come, the vertices in an order, or
+/// The points of one pairing on meshes of one vertex count: the vertices in their own order, the vertices in an order, or
 /// points of the surface.
 struct PosePoints {
   std::size_t vertices = 0;           ///< V of the pose mesh

@@ -289,7 +289,7 @@ class BasicPoseTransfer {
     else
       by_network(character, pose, report, result);
     if (character.refinement_ != nullptr) character.refinement_->refine(result);
-    if (report.method == Method::network) expect_whole(character, pose, report, result);
+    if (report.method == Method::network) expect_undistorted(character, pose, report, result);
     return report;
   }
   /// Gives the character the pose of a mesh.
@@ -570,8 +570,8 @@ class BasicPoseTransfer {
   }
 
   /// Errors    npt::Error for what the network distorts, where meshes weren't recognised; NaN comes through
-  void expect_whole(const Character& character, const Pose& pose, const TransferReport& report,
-                    std::span<const float> result) const {
+  void expect_undistorted(const Character& character, const Pose& pose, const TransferReport& report,
+                          std::span<const float> result) const {
     if (!has_body() || options().method != Method::automatic || options().network.keep_distorted) return;
     if (character.triangles_.empty()) return;
     // Transfers that came out well have 0.12 to 0.35, a robed figure, in three poses that can't be recognised, 0.6 to

@@ -1,5 +1,5 @@
 /// The unit of a mesh's coordinates. Weights that were trained on people in metres, and meshes only centred, give
-/// nonsense for a figure 172 units tall: the unit is told from the extent, or the mesh is refused.
+/// nonsense for a figure 172 units tall: the unit is inferred from the extent, or the mesh is refused.
 #pragma once
 
 #include <npt/base/error.hpp>

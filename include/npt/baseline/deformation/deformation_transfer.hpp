@@ -115,7 +115,7 @@ class DeformationTransfer {
 
   std::size_t pair_count(std::size_t t) const { return sources_.of(t).size(); }
 
-  /// Whether the target's place hangs on this triangle: those of the largest piece with pairs of their own.
+  /// Whether the target's place is attached to this triangle: those of the largest piece with pairs of their own.
   bool guides(std::size_t t) const { return target_.flat[t] == 0 && pieces_.of_point[target_.triangles[t][0]] == 0; }
 
   /// The centre of the source triangles that are paired with the largest piece.

@@ -1,7 +1,7 @@
 /// What is apart in a mesh, hung on what is nearest: a tree of its pieces, by which each keeps its place when triangles
 /// move. A piece hangs by one of its points on a triangle of its parent. The tree is the shortest that joins all pieces
-/// by their nearest points; roots are given, and hang on nothing. Pieces without a triangle that has an area, and
-/// points without any triangle, are leaves: nothing hangs on them.
+/// by their nearest points; roots are given, and are attached to nothing. Pieces without a triangle that has an area, and
+/// points without any triangle, are leaves: nothing is attached to them.
 /// Complexity  a query of the triangles for each point, as many times as the logarithm of the number of pieces
 #pragma once
 

@@ -222,7 +222,7 @@ class RegistrationRun {
       if (sides[i - 1].edge == sides[i].edge) add_difference(sides[i - 1].triangle, sides[i].triangle);
   }
 
-  /// A piece without a marker keeps the place of its hook relative to the triangle that it hangs on, and the gradients
+  /// A piece without a marker keeps the place of its hook relative to the triangle that it is attached to, and the gradients
   /// of a triangle at the hook and of that one are to be alike.
   void add_ties(std::span<const Marker> markers) {
     const Pieces pieces = pieces_of(source_);

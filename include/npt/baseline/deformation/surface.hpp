@@ -124,7 +124,7 @@ inline std::vector<TriangleSide> sorted_sides(const Surface& surface) {
 }
 
 /// Which piece each point belongs to: pieces hang together by triangles. Piece 0 has the most triangles that are not
-/// flat; points of no triangle are pieces of their own, at the end.
+/// flat; points of no triangle are separate components, at the end.
 struct Pieces {
   std::vector<std::uint32_t> of_point;  ///< [P]
   std::size_t count = 0;

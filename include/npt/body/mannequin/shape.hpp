@@ -82,7 +82,7 @@ NPT_INLINE std::array<Vec3d, mannequin_shape_count> shape_displacements(Vec3d q,
 
   double fat = between_marks(fat_by_height, q.y);
   fat += (between_marks(fat_by_reach, q.x) - fat) * on_arm;
-  // Between the thighs there is little room, least at the crotch.
+  // Between the thighs there is little space, least at the crotch.
   if (n.x < 0.0) fat *= 1.0 + 0.5 * n.x * ramp(0.95 - q.y, 0.0, 0.10);
   fat *= ramp(length(q - Vec3d{0, 0.795, -0.020}), -0.03, 0.11);
 

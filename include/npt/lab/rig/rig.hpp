@@ -1,5 +1,5 @@
 /// A rigged character, ready to be posed: the joints of a scene's skins as one tree, all skinned surfaces in one bind
-/// pose, their skin weights, and what hangs on a joint without a skin (a weapon, a hat).
+/// pose, their skin weights, and what is attached to a joint without a skin (a weapon, a hat).
 ///   const Rig rig = make_rig(read_scene("knight.glb"), "knight.glb");
 ///   RigMotion now = rig.motions(&rig.scene.clips[0], 0.5);
 /// Shapes    binds, worlds, motions: [J]; positions: [V]; weights: [V, J], each row sums to 1

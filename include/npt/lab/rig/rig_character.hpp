@@ -2,10 +2,10 @@
 /// whatever else has joints.
 ///   const RigCharacter horse(make_rig(read_scene("horse.glb"), "horse.glb"));
 ///   horse.posed(proportions, pose, xyz);
-/// A pose is what the joints of one rig do, told by their names, so that any rig that has such names can take it: each
+/// A pose is what the joints of one rig do, identified by their names, so that any rig that has such names can take it: each
 /// joint's rotation in the scene, and how far it is moved out of its place at its parent.
 /// Joints    a joint that a clip moves by itself and not by its parent (a foot of an inverse-kinematics rig, which
-///           hangs on the root) belongs to the joint that it stands still to
+///           is attached to the root) belongs to the joint that it stands still to
 /// Shapes    frames: of each clip at frame_rate; xyz: [V, 3] in the scene's axes
 /// Place     the root joint stays where it was bound
 /// Numerics  in double, rounded once
@@ -284,7 +284,7 @@ class RigCharacter {
   /// A joint whose place its parent doesn't tell belongs to one that does.
   void find_parents(const Rig& rig, const std::vector<std::vector<Moment>>& moments) {
     parents_ = rig.parents;
-    // Of several roots the one that most joints hang on is the root, and the others, feet often, hang on it.
+    // Of several roots the one that most joints are attached to is the root, and the others, feet often, are attached to it.
     std::vector<std::size_t> hanging(joints_.size());
     for (std::size_t j = 0; j < joints_.size(); ++j) {
       std::size_t root = j;

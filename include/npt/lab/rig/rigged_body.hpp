@@ -191,7 +191,7 @@ class RiggedBodyMaker {
       bind_[collar] = middle + (bind_[shoulder] - middle) * (m[collar].x / m[shoulder].x);
     }
   }
-  /// Where the joints begin that hang on it; without any the end of what it moves.
+  /// Where the joints begin that are attached to it; without any the end of what it moves.
   Vec3d end_of_limb(std::size_t joint) const {
     Vec3d sum;
     double count = 0;
@@ -358,7 +358,7 @@ class RiggedBodyMaker {
     HumanoidJoints turning = found_;
     std::size_t& root = turning[joint_index(pelvis)];
     if (const std::size_t above = rig_.parents[found_[joint_index(left_hip)]]; above != no_item)
-      root = above;  // what the legs hang on
+      root = above;  // what the legs are attached to
     // Of the chain down from the neck the joint that stands nearest below each of the spine's.
     std::size_t from = rig_.parents[found_[joint_index(has(neck) ? neck : head)]];
     std::vector<std::size_t> chain;

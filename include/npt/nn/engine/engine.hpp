@@ -15,7 +15,7 @@
 namespace npt::inline NPT_ABI {
 
 /// A network ready to run, in the network's own coordinates: meshes centred, scaled and turned as in its training,
-/// vertices paired at random. PoseTransfer (transfer/pose_transfer.hpp) does that for meshes as they come and is the
+/// vertices paired at random. PoseTransfer (transfer/pose_transfer.hpp) does that for unmodified meshes and is the
 /// front door.
 /// Shapes     pose: [Vp, 3]   identity, result: [V, 3], row major; Vp = V where the network pairs vertices
 /// Threads    all members are const and may be called by any number of threads at a time; each running call uses one

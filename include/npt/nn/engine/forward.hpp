@@ -130,7 +130,7 @@ class Forward : View<T> {
     packed.weights.lay_out_biases(bias, stage.rows);
   }
 
-  /// Room for what each group contributes to moments and maxima.
+  /// Space for what each group contributes to moments and maxima.
   void place_partials(const graph::Sweep& sweep, const MeshBatch<T>& batch) {
     std::size_t total = 0;
     const auto place = [&](std::size_t& offset, int channels) {

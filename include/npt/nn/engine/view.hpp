@@ -46,7 +46,7 @@ class View {
     own_code_ = writable;
   }
 
-  /// Makes room for a pass over `meshes` by an executor of so many slots.
+  /// Makes space for a pass over `meshes` by an executor of so many slots.
   void prepare(const MeshBatch<T>& batch, bool over_pose, int slots) {
     if (over_pose)
       for (const Activation& a : program_.activations)

@@ -1,4 +1,4 @@
-/// The SIMD vocabulary of the kernels: the only room that includes xsimd.
+/// The SIMD vocabulary of the kernels: the only folder that includes xsimd.
 ///
 /// Batch<T> is the widest register of the translation unit's instruction set. Only what the kernels need is named here,
 /// so that what xsimd's versions (8.1 to 14.3 were tried) call differently or get wrong (8.1 has no fused multiply-add

@@ -135,7 +135,7 @@ class OuterProduct {
   OuterProduct(const OuterShape<T>& shape, T* a, T* b, T* result)
       : shape_(shape), blocks_(shape.blocks()), a_(a), b_(b), result_(result) {}
 
-  /// Whether another group has room.
+  /// Whether another group has space.
   bool full() const { return collected_ + kernel::group_width > shape_.vertices; }
 
   /// First the group's b tile [panel][columns][panel_width], then its a tile: they may be in the same memory, one after

@@ -133,7 +133,7 @@ class View {
     }
   }
 
-  /// Room for `words` words of each of an executor's slots.
+  /// Space for `words` words of each of an executor's slots.
   void reserve_words(std::size_t words, int slots) {
     constexpr std::size_t unit = simd_alignment / sizeof(kernel::Word);
     memory_.words_stride = std::max(memory_.words_stride, (words + unit - 1) / unit * unit);
