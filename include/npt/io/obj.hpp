@@ -7,7 +7,7 @@
 ///   o, g, usemtl, s, mtllib are kept in their places between the faces; material files are not opened
 ///   l, p      verified and left out: a transfer is about surfaces
 ///   all other statements are passed over
-/// Repaired  texture coordinates or normals that faces refer to where the file has none at all are left out, with a note
+/// Repaired  where faces refer to texture coordinates or normals and the file has none, they are left out, with a note
 /// Lines     every line end, "\" before one, comments also behind numbers, no line end after the last line
 /// Numerics  positions are kept as 32-bit floats, correctly rounded
 /// Errors    npt::Error that names file and line: a number that is none, is not finite or doesn't fit, too few or too

@@ -92,8 +92,8 @@ class Reader : private std::streambuf {
     return joined_;
   }
 
-  /// tinyobjloader knows two kinds of blanks, no comments behind numbers and no callback for lines and points, and takes
-  /// the "2" of "1/ 2" for the number of a texture coordinate.
+  /// tinyobjloader knows two kinds of blanks, no comments behind numbers and no callback for lines and points. Of
+  /// "1/ 2" it takes the "2" for the number of a texture coordinate.
   int_type pass_on() {
     line_ = statement_ == Statement::element ? "f" : check_.keyword();
     line_.append(check_.keyword().data() + check_.keyword().size(), check_.end());
