@@ -7,8 +7,10 @@ set(npt_package_dir "${CMAKE_INSTALL_DATADIR}/cmake/npt")
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/npt" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" FILES_MATCHING PATTERN "*.hpp")
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DATADIR}/doc/npt")
 
-# A file of targets for each, since one must not be read where what its target links is missing.
-foreach(target IN ITEMS npt npt_io npt_draco npt_xtensor npt_lab npt_refine npt_baseline)
+install(TARGETS npt npt_reproducible EXPORT npt-targets INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+install(EXPORT npt-targets NAMESPACE npt:: DESTINATION "${npt_package_dir}")
+# A file of targets for each other one, since it must not be read where what its target links is missing.
+foreach(target IN ITEMS npt_io npt_draco npt_xtensor npt_lab npt_refine npt_baseline)
   if(TARGET ${target})
     install(TARGETS ${target} EXPORT ${target}-targets INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
     install(EXPORT ${target}-targets NAMESPACE npt:: DESTINATION "${npt_package_dir}")

@@ -21,6 +21,11 @@ set(CPACK_PACKAGE_DESCRIPTION
 set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_VERBATIM_VARIABLES ON)
+if(NPT_NATIVE AND TARGET npt_program)
+  file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/package/native.cmake" CONTENT
+       "message(WARNING \"npt: this package's program runs on processors like this one only: -DNPT_NATIVE=OFF, or preset multi-isa\")\n")
+  set(CPACK_PROJECT_CONFIG_FILE "${PROJECT_BINARY_DIR}/package/native.cmake")
+endif()
 if(WIN32)
   set(CPACK_GENERATOR ZIP)
 else()

@@ -17,6 +17,7 @@ cd "$root"
 
 bash cmake/install-dependencies.sh
 echo "Building (the first time takes some minutes)"
+. cmake/jobs.sh
 log="$out/build.log"
 if ! { cmake --preset release && cmake --build --preset release --target npt_lite; } > "$log" 2>&1; then
   tail -n 40 "$log" >&2

@@ -23,6 +23,7 @@ while [ "$#" -gt 0 ]; do
 done
 [ "${#names[@]}" -ne 0 ] || names=(libcxx newest-xsimd clang19 portable arm64 windows multi-isa mpi deb python blender wasm)
 
+. cmake/jobs.sh
 native="$native_build/bin/npt"
 [ -x "$native" ] || { echo "platforms.sh: $native is missing: cmake --preset release && cmake --build --preset release" >&2; exit 1; }
 folder=build/platforms/results
@@ -30,6 +31,7 @@ mkdir -p "$folder"
 weights=examples/weights/human.safetensors
 launcher=$(command -v ccache || true)
 warnings=(-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Werror)
+native_clang19=(-march=native -Wno-invalid-feature-combination)  # it warns of its own flags for a processor with AVX10.1
 library_flags=(-O2 -Iinclude -DNPT_NO_TBB tests/platforms/transfer.cpp)
 
 # build NAME COMPILER FLAG...: the library's umbrella, readers and one network as build/platforms/results/NAME.
@@ -69,16 +71,15 @@ suite() {
   ! grep "warning: " "$folder/$preset.txt" | grep -v "get_temporary_buffer<" >&2 || return 1
   echo "not run: structure, compile_fail, consumers, convert, examples, readme (about the sources, or for this machine's compiler)"
   [ "$#" -eq 0 ] || echo "not run: $* ($reason)"
-  ctest --test-dir "build/$preset" --timeout 900 -j 2 -L '^module$' -E "^(${without#|})(\\.needs)?\$" --output-on-failure > "$folder/$preset-suite.txt" 2>&1 ||
+  ctest --test-dir "build/$preset" --timeout 900 -L '^module$' -E "^(${without#|})(\\.needs)?\$" --output-on-failure > "$folder/$preset-suite.txt" 2>&1 ||
     { cat "$folder/$preset-suite.txt" >&2; return 1; }
   grep -E "tests passed|Total Test time" "$folder/$preset-suite.txt"
   sed -nE 's/^[0-9]+ - ([a-z_.]+) \(Skipped\)/\1/p; s/^\t *[0-9]+ - ([a-z_.]+) \(Skipped\)/\1/p' "$folder/$preset-suite.txt" | paste -sd' ' | sed 's/^/skipped for want of what they need: /'
 }
-# All of it; and the modules that instantiate the library's loops, with the part of the program that poses and shows meshes.
+# All of it; and most modules, two programs that the build has by itself, with the part of the program that poses and shows meshes.
 suite_all="npt_program npt_module_tests"
-suite_loops="npt_lite test_of_loops"
-beside_loops=(adapt base baseline body estimate formats host io lab nn.graph nn.train nn.weights processor random_networks render
-  reproduce scene sculpt skin threads training transfer view)
+suite_most="npt_lite test_of_library test_of_networks"
+beside_most=(baseline estimate formats host nn.train processor random_networks render reproduce sculpt skin threads training view)
 
 # areas PROGRAM AREA...: the tests of the program as its users meet it.
 areas() {
@@ -126,14 +127,14 @@ wrapped() {
 
 libcxx() {
   local root=build/platforms/libcxx
-  local flags=(-march=native -nostdinc++ -isystem "$root/usr/lib/llvm-19/include/c++/v1")
+  local flags=("${native_clang19[@]}" -nostdinc++ -isystem "$root/usr/lib/llvm-19/include/c++/v1")
   build libcxx clang++-19 "${flags[@]}"
   clang++-19 "$folder/libcxx.o" -nostdlib++ -L"$root/usr/lib/llvm-19/lib" -L"$root/usr/lib" -ltinyobjloader -l:libc++.a -l:libc++abi.a \
     -pthread -o "$folder/libcxx"
   compared libcxx "$folder/libcxx"
   [ -z "$quick" ] || return 0
   build libcxx-23 clang++-19 "${flags[@]}" -std=c++23 -fsyntax-only
-  suite libcxx "$suite_loops" "a quarter of an hour to build" "${beside_loops[@]}"
+  suite libcxx "$suite_most" "a quarter of an hour to build" "${beside_most[@]}"
   commands libcxx build/libcxx/bin/npt-lite
   areas build/libcxx/bin/npt-lite info generate transfer batch
 }
@@ -149,19 +150,19 @@ newest-xsimd() {
     compared "newest-xsimd-$set" "$folder/newest-xsimd-$set"
   done
   [ -z "$quick" ] || return 0
-  suite newest-xsimd "$suite_loops" "what depends on xsimd is in the others" "${beside_loops[@]}"
+  suite newest-xsimd "$suite_most" "what depends on xsimd is in the others" "${beside_most[@]}"
   commands newest-xsimd build/newest-xsimd/bin/npt-lite
 }
 
 clang19() {
-  build clang19 clang++-19 -march=native -std=c++23
+  build clang19 clang++-19 "${native_clang19[@]}" -std=c++23
   clang++-19 "$folder/clang19.o" -ltinyobjloader -pthread -o "$folder/clang19"
   compared clang19 "$folder/clang19"
   [ -z "$quick" ] || return 0
-  build clang19-nortti clang++-19 -march=native -fno-rtti -fsyntax-only
+  build clang19-nortti clang++-19 "${native_clang19[@]}" -fno-rtti -fsyntax-only
   build nortti c++ -march=native -fno-rtti -fsyntax-only
   build cxx23 c++ -march=native -std=c++23 -fsyntax-only
-  suite clang19 "$suite_loops" "a quarter of an hour to build" "${beside_loops[@]}"
+  suite clang19 "$suite_most" "a quarter of an hour to build" "${beside_most[@]}"
   commands clang19 build/clang19/bin/npt-lite
 }
 
@@ -194,13 +195,13 @@ arm64() {
   echo "bfmmla: $(aarch64-linux-gnu-objdump -d "$folder/arm64-bf16" | grep -c bfmmla) instructions"
   "${emulator[@]}" -cpu max "$folder/arm64-bf16" -tc="*bfloat16*,*bf16*"
   [ -z "$quick" ] || return 0
-  suite arm64 "npt_program test_of_library test_of_loops $(printf ' test_%s' formats host processor render reproduce sculpt threads training view)" \
-    "half a minute natively, most of an hour under qemu; engine and host: below" deformation fit random_networks reading render skeleton train \
-    engine host
-  # Beside these tests of engine, the same reason; and one of host: programs can't be started from within qemu-user.
+  suite arm64 "npt_program test_of_library test_of_networks $(printf ' test_%s' formats host processor render reproduce sculpt threads training view)" \
+    "half a minute natively, most of an hour under qemu; nn.engine and host: below" baseline estimate skin random_networks render nn.train \
+    nn.engine host
+  # Beside these tests of nn.engine, the same reason; and one of host: programs can't be started from within qemu-user.
   local long="*6890*,bottleneck *,without a precision an engine*" children="a program that is run gives its output*"
   echo "not run: $long, $children"
-  "${emulator[@]}" build/arm64/bin/test_of_loops "-sf=*/tests/engine/*" "-tce=$long"
+  "${emulator[@]}" build/arm64/bin/test_of_networks "-sf=*/tests/nn/engine/*" "-tce=$long"
   "${emulator[@]}" build/arm64/bin/test_host "-tce=$children"
   wrapped npt-arm64 "${emulator[@]}" "$PWD/build/arm64/bin/npt"
   commands arm64 "$folder/npt-arm64"

@@ -20,6 +20,7 @@ done
 
 bash cmake/install-dependencies.sh --tests "${browser[@]}"
 [ -z "$clean" ] || rm -rf build/release
+. cmake/jobs.sh
 cmake --preset release "$@"
 cmake --build --preset release
 ctest --preset release

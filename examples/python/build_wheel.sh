@@ -20,7 +20,8 @@ done
 
 if [ -z "$library" ]; then
   [ -e "$build/CMakeCache.txt" ] || cmake -S "$project" --preset release -B "$build" > /dev/null
-  cmake --build "$build" --target npt_c_multi_isa -j "${NPT_JOBS:-2}" > /dev/null
+  . "$project/cmake/jobs.sh"
+  cmake --build "$build" --target npt_c_multi_isa > /dev/null
   library=$build/lib/libnpt_c_multi_isa.so
 fi
 [ -e "$library" ] || { echo "build_wheel.sh: $library is missing" >&2; exit 1; }

@@ -18,7 +18,11 @@ endfunction()
 set(configure "${CMAKE_COMMAND}" -G "${GENERATOR}" -DCMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}"
               -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE=-O0)
 
-# pkg_config runs behind find_package, on what that installed.
+# pkg_config and components run behind find_package, on what that installed.
+set(prefix "${build}/prefix")
+if(NAME STREQUAL "components")
+  set(prefix "${WORK}/find_package/prefix")
+endif()
 if(NAME MATCHES "^(find_package|no_tbb)$")
   run(${configure} -S "${SOURCE}" -B "${build}/npt" -DNPT_BUILD_PROGRAMS=OFF -DNPT_BUILD_TESTS=OFF)
   run("${CMAKE_COMMAND}" --install "${build}/npt" --prefix "${build}/prefix")
@@ -33,7 +37,7 @@ if(NAME STREQUAL "pkg_config")
   set(ENV{PKG_CONFIG_PATH} "${WORK}/find_package/prefix/share/pkgconfig:$ENV{PKG_CONFIG_PATH}")
   run("${consumer}/build.sh" "${COMPILER}" "${CMAKE_CURRENT_LIST_DIR}/main.cpp" "${build}/consumer")
 else()
-  run(${configure} -S "${consumer}" -B "${build}" "-DNPT_SOURCE_DIR=${SOURCE}" "-DCMAKE_PREFIX_PATH=${build}/prefix")
+  run(${configure} -S "${consumer}" -B "${build}" "-DNPT_SOURCE_DIR=${SOURCE}" "-DCMAKE_PREFIX_PATH=${prefix}")
   run("${CMAKE_COMMAND}" --build "${build}")
 endif()
 run("${build}/consumer")
