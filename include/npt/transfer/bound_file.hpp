@@ -144,7 +144,8 @@ NPT_INLINE BoundCharacter load_bound(const SafetensorsFile& file, std::size_t jo
   character.body = e.fit.body;
   character.body.axis_angles = expect_values<float>(file, "body.axis_angles", 3 * joints);
   character.joints = points_of(expect_values<double>(file, "joints", 3 * joints));
-  character.points = points_of(to_values<double>(file.at("points"), NonFinite::refuse));
+  const std::size_t coordinates = to_values<float>(file.at("positions"), NonFinite::refuse).size();
+  character.points = points_of(expect_values<double>(file, "points", coordinates));
   character.weights = load_weights(file, character.points.size(), joints);
   return character;
 }

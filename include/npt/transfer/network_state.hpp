@@ -15,6 +15,8 @@ namespace npt::inline NPT_ABI {
 
 template <class Exec>
 class NetworkTransfer;
+template <class Exec>
+class BasicPoseTransfer;
 
 /// An identity mesh as the network sees it, and the way back.
 struct NetworkIdentity {
@@ -32,13 +34,16 @@ class PoseChoice {
  public:
   /// V of the meshes that it is for; 0: nothing chosen yet.
   std::size_t vertex_count() const noexcept { return pairings_.empty() ? 0 : pairings_.front().vertices; }
-  /// The points of each pairing.
+  /// The points of each pairing; of the first weights file's network, where a transfer has several.
   const std::vector<PosePoints>& pairings() const noexcept { return pairings_; }
 
  private:
   template <class>
   friend class NetworkTransfer;
+  template <class>
+  friend class BasicPoseTransfer;
   std::vector<PosePoints> pairings_;
+  std::vector<PoseChoice> others_;  ///< of the further domains' networks
 };
 
 /// An encoded pose mesh.

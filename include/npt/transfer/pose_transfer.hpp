@@ -247,13 +247,16 @@ class BasicPoseTransfer {
   /// frame before it, to go on from; nullptr: the frame is estimated by itself. PoseTracker does this.
   void prepare(const MeshView& frame, const PoseChoice& choice, Pose& prepared, const Pose* last = nullptr) const {
     const MeshView mesh = checked(frame, "pose");
-    const bool follows = last != nullptr && last->own_.estimate != nullptr;
+    if (last != nullptr) expect_own(last->own_, "last pose");
+    const bool follows = last != nullptr && last->own_.estimate != nullptr && last->own_.body != nullptr;
     Found found = follows ? Found{last->own_.domain, nullptr} : estimate(mesh, {});
     const Domain& domain = *domains_[found.domain];
-    domain.network.expect_chosen(choice);
+    if (choice.others_.size() + 1 != domains_.size()) throw foreign("chosen points");
+    const PoseChoice& own = found.domain == 0 ? choice : choice.others_[found.domain - 1];
+    domain.network.expect_chosen(own);
     if (follows) found.estimate = domain.body->follow(mesh, *last->own_.estimate);
     take(mesh, MeshRole::pose, std::move(found), prepared.own_);
-    keep_or_encode(mesh, choice, prepared);
+    keep_or_encode(mesh, own, prepared);
   }
 
   /// Chooses the points that stand for every frame of a sequence, on its first frame. identity_vertices: of the
@@ -264,7 +267,10 @@ class BasicPoseTransfer {
     return choice;
   }
   void choose_points(const MeshView& first_frame, std::size_t identity_vertices, PoseChoice& choice) const {
-    main().network.choose(checked(first_frame, "pose"), identity_vertices, choice);
+    const MeshView mesh = checked(first_frame, "pose");
+    choice.others_.resize(domains_.size() - 1);
+    for (std::size_t d = 0; d < domains_.size(); ++d)
+      domains_[d]->network.choose(mesh, identity_vertices, d == 0 ? choice : choice.others_[d - 1]);
   }
 
   /// The character in the pose.
@@ -326,8 +332,12 @@ class BasicPoseTransfer {
     return character.own_.body->motions(*character.binding_, *pose.own_.estimate);
   }
 
-  /// Whether the network meets the vertices of pose and identity one by one, so that pairings matter.
-  bool pairs_vertices() const noexcept { return main().network.pairs_vertices(); }
+  /// Whether a network meets the vertices of pose and identity one by one, so that pairings matter.
+  bool pairs_vertices() const noexcept {
+    for (const auto& domain : domains_)
+      if (domain->network.pairs_vertices()) return true;
+    return false;
+  }
   /// The options that it was opened with, and what the weights' file says for those that were left open.
   const TransferOptions& options() const noexcept { return main().network.options(); }
   /// What the weights' file calls the network's variant.
@@ -499,14 +509,14 @@ class BasicPoseTransfer {
 
   void finish_pose(const MeshView& mesh, Found found, std::size_t identity_vertices, Pose& pose) const {
     take(mesh, MeshRole::pose, std::move(found), pose.own_);
-    if (pose.own_.recognised || (identity_vertices == 0 && pairs_vertices())) return keep(mesh, pose);
+    if (pose.own_.recognised || (identity_vertices == 0 && pairs_vertices())) return keep_for_network(mesh, pose);
     const auto lease = pool_.lease();
     domains_[pose.own_.domain]->network.choose(mesh, identity_vertices, lease->choice);
     keep_or_encode(mesh, lease->choice, pose);
   }
   void keep_or_encode(const MeshView& mesh, const PoseChoice& choice, Pose& pose) const {
     const NetworkTransfer<Exec>& network = domains_[pose.own_.domain]->network;
-    if (pose.own_.recognised) return keep(mesh, pose);
+    if (pose.own_.recognised) return keep_for_network(mesh, pose);
     try {
       network.encode(mesh, choice, pose.network_);
       note_unit(network.unit_of(mesh), MeshRole::pose, pose.own_);
@@ -517,14 +527,22 @@ class BasicPoseTransfer {
     pose.xyz_.clear();
     pose.triangles_.clear();
   }
+  /// As keep(), for a pose that isn't encoded. A unit that can't be inferred is an error when the network is asked.
+  void keep_for_network(const MeshView& mesh, Pose& pose) const {
+    try {
+      note_unit(domains_[pose.own_.domain]->network.unit_of(mesh), MeshRole::pose, pose.own_);
+    } catch (const Error&) {
+    }
+    keep(mesh, pose);
+  }
   /// Keeps the mesh for when the network is asked.
   static void keep(const MeshView& mesh, Pose& pose, bool encoded = false) {
     if (!encoded) pose.network_.codes.clear(), pose.network_.count = 0;
     pose.xyz_.assign(mesh.xyz.begin(), mesh.xyz.end());
     pose.triangles_.assign(mesh.triangles.begin(), mesh.triangles.end());
   }
-  static void note_unit(double unit, MeshRole role, transfer::internal::Prepared& own) {
-    if (unit != 1) own.by_network.push_back({WarningCode::unit_assumed, role, unit, Remedy::give_unit});
+  void note_unit(double unit, MeshRole role, transfer::internal::Prepared& own) const {
+    if (unit != 1 && !options().import.unit) own.by_network.push_back({WarningCode::unit_assumed, role, unit, Remedy::give_unit});
   }
 
   void by_network(const Character& character, const Pose& pose, const TransferReport& report,
