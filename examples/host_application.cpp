@@ -94,9 +94,11 @@ void run(const Options& options) {
   npt::mesh_format(options.out);  // an unknown extension is an error now, not after the work
   Stopwatch watch;
 
-  // 1. Weights: the file says which network it is of, how meshes are normalised, and in which unit it was trained.
-  const auto transfer =
-      npt::PoseTransfer::open(options.weights ? *options.weights : program::shipped_weights("per-vertex"));
+  // 1. Weights: the file says which network it is of, how meshes are normalised, and in which unit it was trained. This
+  // host wants the network, which takes tensors without faces and allocates nothing; without the option, people are
+  // posed by body estimation.
+  const auto transfer = npt::PoseTransfer::open(
+      options.weights ? *options.weights : program::shipped_weights("per-vertex"), {.method = npt::Method::network});
   std::printf("Opened %s in %.0f ms.\n", transfer.description().c_str(), watch.lap());
 
   const Scene scene = read_scene(options);
@@ -119,11 +121,11 @@ void run(const Options& options) {
 
   // 4. What depends on one mesh only is prepared once: identities that take many poses, poses that many identities
   // take.
-  const npt::PreparedIdentity prepared = transfer.prepare_identity(identity);
-  const npt::PreparedPose posed = transfer.prepare_pose(pose, prepared.vertex_count());
+  const npt::Character hero = transfer.character(identity);
+  const npt::Pose posed = transfer.pose(pose, hero.vertex_count());
   watch.lap();
   Points again = xt::empty_like(result);
-  transfer(prepared, posed, npt::span_of(again));
+  transfer.apply(hero, posed, npt::span_of(again));
   expect_same(again, result, "from prepared meshes");
   std::printf("Both prepared: %.2f ms.\n", watch.lap());
 
@@ -132,7 +134,7 @@ void run(const Options& options) {
   {
     std::vector<std::jthread> threads;
     for (Points& out : of_thread)
-      threads.emplace_back([&transfer, &prepared, &posed, &out] { transfer(prepared, posed, npt::span_of(out)); });
+      threads.emplace_back([&transfer, &hero, &posed, &out] { transfer.apply(hero, posed, npt::span_of(out)); });
   }
   for (const Points& out : of_thread) expect_same(out, result, "from another thread");
   std::printf("%d host threads at the same time: %.2f ms, the same bits from each.\n", options.threads, watch.lap());

@@ -1,4 +1,4 @@
-// Retargets a sequence: each pose is encoded once and given to several identities; meshes and a picture.
+// Retargets a sequence: each pose is estimated once and given to several identities; meshes and a picture.
 //
 //   retarget_sequence [--weights FILE] [--out FOLDER] [--frames N] [--identities N]
 //
@@ -90,28 +90,24 @@ void run(const Options& options) {
   std::printf("%zu frames and %zu identities of %zu vertices.\n", sequence.size(), identities.size(),
               identities[0].vertex_count());
 
-  // What depends only on the pose is computed once a frame, whoever takes it. Which points the network sees of a pose
-  // mesh is chosen once, on the first frame: chosen anew for each, they would make the results flicker.
+  // What depends only on the pose is computed once a frame, whoever takes it. The tracker follows the body from frame to
+  // frame, and chooses the network's points once: chosen anew for each frame, they would make the results flicker.
   auto start = Clock::now();
   const std::vector<npt::Triangle> triangles = npt::triangulate(sequence[0]);
-  const auto view = [&triangles](const npt::Mesh& frame) { return npt::MeshView{frame.coordinates(), triangles}; };
-  const npt::PoseChoice choice = transfer.choose_points(view(sequence[0]), identities[0].vertex_count());
-  std::vector<npt::PreparedPose> poses(sequence.size());
-  for (std::size_t i = 0; i < sequence.size(); ++i) transfer.prepare_pose(view(sequence[i]), choice, poses[i]);
-  std::printf("Encoded %zu poses in %.1f ms.\n", poses.size(), ms_since(start));
+  npt::PoseTracker tracker(transfer);
+  std::vector<npt::Pose> poses;
+  for (const npt::Mesh& frame : sequence)
+    poses.push_back(tracker.next({frame.coordinates(), triangles, "frame"}, identities[0].vertex_count()));
+  std::printf("Estimated %zu poses in %.1f ms.\n", poses.size(), ms_since(start));
 
   start = Clock::now();
   std::vector<std::vector<npt::Mesh>> results(identities.size());
   for (std::size_t k = 0; k < identities.size(); ++k) {
     // The same for what depends only on the identity.
-    const npt::PreparedIdentity identity = transfer.prepare_identity(identities[k]);
-    for (const npt::PreparedPose& pose : poses) {
-      npt::Mesh& result = results[k].emplace_back(identities[k]);
-      transfer(identity, pose, result.coordinates());
-      npt::recompute_normals(result);
-    }
+    const npt::Character character = transfer.character(identities[k]);
+    for (const npt::Pose& pose : poses) results[k].push_back(transfer.apply(character, pose).mesh);
   }
-  std::printf("Decoded %zu meshes in %.1f ms.\n", identities.size() * poses.size(), ms_since(start));
+  std::printf("Posed %zu meshes in %.1f ms.\n", identities.size() * poses.size(), ms_since(start));
 
   start = Clock::now();
   for (std::size_t k = 0; k < results.size(); ++k)

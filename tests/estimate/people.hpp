@@ -1,23 +1,49 @@
-/// People in natural poses, and the shipped way through bodies, for the tests of the room.
+/// People in natural poses, and the shipped correspondence network, for the tests of estimates and of what uses them.
 #pragma once
 
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
+#include <npt/estimate/body_estimate.hpp>
+#include <npt/estimate/body_estimator.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
+#include <npt/skin/bound_character.hpp>
 
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <vector>
 
 namespace people {
 
-inline npt::CorrespondenceEstimator shipped_reader(int threads = 1) {
+inline npt::CorrespondenceEstimator shipped_correspondences(int threads = 1) {
   return npt::CorrespondenceEstimator::open(
-      std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/readers/human.safetensors", threads);
+      std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/human.safetensors", threads);
 }
+
+/// The shipped body estimation and skinning, without the corrections of transfer/people.hpp.
+class Bodies {
+ public:
+  explicit Bodies(int threads = 1) : estimator_(shipped_correspondences(threads)) {}
+
+  const npt::BodyModel& fingered_body() const { return estimator_.fingered_body(); }
+  npt::BodyEstimate read(const npt::MeshView& mesh) const { return estimator_.read(mesh); }
+  npt::BoundCharacter bind(const npt::MeshView& identity) const {
+    return npt::bind_character(fingered_body(), identity, read(identity));
+  }
+  void pose(const npt::BoundCharacter& identity, std::span<const float> angles, std::span<float> result) const {
+    identity.pose(fingered_body(), angles, result);
+  }
+  void pose(const npt::BoundCharacter& identity, const npt::BodyEstimate& pose, std::span<float> result) const {
+    npt::expect_body(pose, "pose");
+    this->pose(identity, identity.angles(pose.fit.body.axis_angles, pose), result);
+  }
+
+ private:
+  npt::BodyEstimator estimator_;
+};
 
 struct Person {
   std::vector<float> betas;

@@ -28,10 +28,10 @@ TEST_CASE("confidence: distance counts less where the reader tells people, shape
   reading.fit.mesh_explained = reading.fit.body_explained = 0.9;
   reading.disagreement = 0;
   reading.fit.relative_distance = 0.005;
-  CHECK(reading.notes().empty());
+  CHECK(reading.warnings().empty());
   reading.fit.body.betas.assign(26, 4.5F);
   CHECK(reading.confidence() > 0.85);
-  CHECK(reading.notes() == "its proportions are no person's");
+  CHECK(reading.warnings() == std::vector{npt::WarningCode::unusual_proportions});
   reading.fit.body.betas.assign(26, 8.0F);
   CHECK(reading.confidence() == 0);
 }

@@ -15,8 +15,7 @@
 
 namespace {
 
-const std::filesystem::path weights =
-    std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/readers/human.safetensors";
+const std::filesystem::path weights = std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/human.safetensors";
 
 npt::FitSurface surface_of(const npt::Mesh& mesh) { return {mesh.coordinates(), npt::triangulate(mesh), 1500, "mesh"}; }
 

@@ -133,7 +133,7 @@ TEST_CASE("a file without the numbers, with others or with broken ones is refuse
 
 TEST_CASE("the shipped reader's file holds it, and it leaves the mannequin alone") {
   const npt::SafetensorsFile shipped =
-      npt::SafetensorsFile::read(std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/readers/human.safetensors");
+      npt::SafetensorsFile::read(std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/human.safetensors");
   const npt::FitBias bias(shipped.part("fit_bias/"));
   const npt::BodyEstimate person = reading_of(3), same = reading_of(4);
   CHECK(bias.angles(person, same) != same.fit.body.axis_angles);

@@ -5,7 +5,6 @@
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/mesh/normalise.hpp>
-#include <npt/transfer/body_transfer.hpp>
 #include <npt/transfer/network_correction.hpp>
 
 #include <array>
@@ -14,20 +13,19 @@
 #include <string>
 #include <vector>
 
+#include "estimate/people.hpp"
+
 namespace {
 
-npt::SafetensorsFile shipped_reader() {
-  return npt::SafetensorsFile::read(std::filesystem::path(NPT_SOURCE_DIR) /
-                                    "examples/weights/readers/human.safetensors");
+const people::Bodies& bodies() {
+  static const people::Bodies shipped;
+  return shipped;
 }
 
-const npt::BodyTransfer& bodies() {
-  static const npt::BodyTransfer transfer(npt::CorrespondenceEstimator(shipped_reader(), npt::DefaultExecutor(1)));
-  return transfer;
-}
-
-const npt::NetworkCorrection& opinion() {
-  static const npt::NetworkCorrection shipped(shipped_reader().part("second_opinion/"), npt::DefaultExecutor(1));
+const npt::NetworkCorrection& correction() {
+  static const npt::NetworkCorrection shipped(
+      npt::SafetensorsFile::read(NPT_SOURCE_DIR "/examples/weights/human.safetensors").part("network_correction/"),
+      npt::DefaultExecutor(1));
   return shipped;
 }
 
@@ -55,7 +53,7 @@ struct Pair {
         truth(mannequin_of(1.5F, pose)),
         character(bodies().bind(npt::MeshView{identity.coordinates(), npt::mannequin().triangles(), "identity"})),
         reading(bodies().read(npt::MeshView{posed.coordinates(), npt::mannequin().triangles(), "pose"})) {
-    character.reading.fit.relative_distance = reading.fit.relative_distance = distance;
+    character.estimate.fit.relative_distance = reading.fit.relative_distance = distance;
   }
   /// PMD of the transfer with joint angles, bounding boxes centred.
   double error(std::span<const float> angles) const {
@@ -74,7 +72,7 @@ std::vector<float> fitted(const Pair& pair) {
   return pair.character.angles(pair.reading.fit.body.axis_angles, pair.reading);
 }
 std::vector<float> asked(const Pair& pair) {
-  return opinion().angles(bodies().fingered_body(), pair.character, pair.reading, fitted(pair));
+  return correction().angles(bodies().fingered_body(), pair.character, pair.reading, fitted(pair));
 }
 
 }  // namespace
@@ -103,7 +101,7 @@ TEST_CASE("bodies of the fitted kind, strange ones, and one character's own pose
   }
   Pair own(table6_pose(5));
   CHECK(npt::NetworkCorrection::share(own.character.reading, own.reading) > 0.15);
-  own.character.reading.fit.body.betas = own.reading.fit.body.betas;
+  own.character.estimate.fit.body.betas = own.reading.fit.body.betas;
   CHECK(npt::NetworkCorrection::share(own.character.reading, own.reading) == 0);
 }
 

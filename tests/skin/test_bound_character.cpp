@@ -4,7 +4,6 @@
 #include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/skin/bound_character.hpp>
-#include <npt/transfer/body_transfer.hpp>
 
 #include <algorithm>
 #include <array>
@@ -18,9 +17,9 @@ using people::Person;
 
 namespace {
 
-const npt::BodyTransfer& shipped_body_transfer() {
-  static const npt::BodyTransfer transfer(people::shipped_reader());
-  return transfer;
+const people::Bodies& bodies() {
+  static const people::Bodies shipped;
+  return shipped;
 }
 
 /// Mean squared distance, both centred by their means.
@@ -42,11 +41,11 @@ double error_of(std::span<const float> a, std::span<const float> b) {
 }  // namespace
 
 TEST_CASE("a person takes another's natural pose to 3 cm, whatever direction both look in") {
-  const npt::BodyTransfer& transfer = shipped_body_transfer();
+  const people::Bodies& transfer = bodies();
   const Person a(1), b(2);  // 21, 19 of 88 mm remain; of the slower 4 and 5, 39, 47 of 91
   const npt::BoundCharacter character = transfer.bind(a.view());
   const npt::BodyEstimate reading = transfer.read(b.view());
-  CHECK(character.reading.confidence() > 0.85);
+  CHECK(character.estimate.confidence() > 0.85);
   CHECK(reading.confidence() > 0.85);
   std::vector<float> result(a.mesh.coordinates().size());
   transfer.pose(character, reading, result);
@@ -62,18 +61,19 @@ TEST_CASE("a person takes another's natural pose to 3 cm, whatever direction bot
 }
 
 TEST_CASE("a skeleton's motions, blended by all weights, are the pose; its joints lie in the mesh and have names") {
-  const npt::BodyTransfer& transfer = shipped_body_transfer();
+  const people::Bodies& transfer = bodies();
   Person a(4), b(5);
   for (npt::Vec3f& p : a.mesh.positions) p = p * 100.0F + npt::Vec3f{7, -30, 2};
   const npt::BoundCharacter character = transfer.bind(a.view());
   const npt::BodyEstimate reading = transfer.read(b.view());
   std::vector<float> result(a.mesh.coordinates().size());
   transfer.pose(character, reading, result);
-  const npt::SkinnedSkeleton skeleton = transfer.skeleton(character, npt::JointNames::mixamo);
-  const std::vector<npt::Affine> motions = transfer.motions(character, reading);
+  const npt::SkinnedSkeleton skeleton = character.skeleton(transfer.fingered_body(), npt::JointNames::mixamo);
+  const std::vector<npt::Affine> motions =
+      character.motions_in_place(transfer.fingered_body(), character.angles(reading.fit.body.axis_angles, reading));
   REQUIRE(skeleton.joint_count() == npt::fingered_joint_count);
   CHECK(skeleton.names[0] == "mixamorig:Hips");
-  CHECK(transfer.skeleton(character).names[15] == npt::joint_name(15, npt::JointNames::vrm));
+  CHECK(character.skeleton(transfer.fingered_body()).names[15] == npt::joint_name(15, npt::JointNames::vrm));
   CHECK(npt::joint_name(20, npt::JointNames::smpl) == "l_wrist");
   CHECK(npt::joint_name(npt::middle_finger_joint(0, 0), npt::JointNames::vrm) == "leftIndexIntermediate");
   CHECK(npt::joint_name(npt::middle_finger_joint(1, 3) + 1, npt::JointNames::mixamo) == "mixamorig:RightHandPinky3");
@@ -93,7 +93,7 @@ TEST_CASE("a skeleton's motions, blended by all weights, are the pose; its joint
 }
 
 TEST_CASE("an open hand closes to the pose's fist, and a fist opens") {
-  const npt::BodyTransfer& transfer = shipped_body_transfer();
+  const people::Bodies& transfer = bodies();
   const npt::BodyModel body = npt::with_finger_joints(npt::mannequin());
   constexpr npt::HandBend fist{.knuckles = 0.7, .middle = {1.4, 1.4, 1.4, 1.4}};
   const Person a(1), b(2);  // 21, 19 of 88 mm remain; of the slower 4 and 5, 39, 47 of 91
@@ -133,11 +133,11 @@ TEST_CASE("an open hand closes to the pose's fist, and a fist opens") {
 }
 
 TEST_CASE("results of another size, and meshes in which no body lies, are errors") {
-  const npt::BodyTransfer& transfer = shipped_body_transfer();
+  const people::Bodies& transfer = bodies();
   const Person a(1);
   const npt::BoundCharacter character = transfer.bind(a.view());
   std::vector<float> small(9), result(a.mesh.coordinates().size());
-  CHECK_THROWS_AS(transfer.pose(character, character.reading, small), npt::Error);
+  CHECK_THROWS_AS(transfer.pose(character, character.estimate, small), npt::Error);
   CHECK_THROWS_WITH_AS(transfer.pose(character, npt::BodyEstimate{}, result), doctest::Contains("no body can lie"),
                        npt::Error);
 }
