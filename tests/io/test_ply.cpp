@@ -302,7 +302,7 @@ TEST_CASE("counts that the file has no room for are errors before memory is take
       "element vertex 1\n" + xyz + "element face 1\nproperty list uint int vertex_indices\n", "binary_little_endian");
   CHECK(ply_error(list + std::string(12, '\0') + "\xFF\xFF\xFF\xFF" + std::string(12, '\0')) ==
         "f: byte " + std::to_string(list.size() + 12) +
-            ": found a list of 4294967295 numbers, expected from 0 to 3, what the file has room for");
+            ": found a list of 4294967295 numbers, expected from 0 to 3, what the file has space for");
 }
 
 TEST_CASE("wrong bytes are errors with their place") {

@@ -96,13 +96,13 @@ TEST_CASE("angles that are a little wrong come nearer to the truth, by at most t
 TEST_CASE("bodies of the fitted kind, strange ones, and one character's own poses are left as they are") {
   const Pair near(table6_pose(5), 0.001), far(table6_pose(5), 0.012);
   for (const Pair* pair : {&near, &far}) {
-    CHECK(npt::NetworkCorrection::share(pair->character.reading, pair->reading) == 0);
+    CHECK(npt::NetworkCorrection::share(pair->character.estimate, pair->reading) == 0);
     CHECK(asked(*pair) == fitted(*pair));
   }
   Pair own(table6_pose(5));
-  CHECK(npt::NetworkCorrection::share(own.character.reading, own.reading) > 0.15);
+  CHECK(npt::NetworkCorrection::share(own.character.estimate, own.reading) > 0.15);
   own.character.estimate.fit.body.betas = own.reading.fit.body.betas;
-  CHECK(npt::NetworkCorrection::share(own.character.reading, own.reading) == 0);
+  CHECK(npt::NetworkCorrection::share(own.character.estimate, own.reading) == 0);
 }
 
 TEST_CASE("a pose that the network doesn't know is left as it is") {
@@ -110,7 +110,7 @@ TEST_CASE("a pose that the network doesn't know is left as it is") {
   for (const std::size_t hip : {1U, 2U}) lying[3 * hip] = -1.5F;
   for (const std::size_t knee : {4U, 5U}) lying[3 * knee] = 1.5F;
   const Pair pair(lying);
-  CHECK(npt::NetworkCorrection::share(pair.character.reading, pair.reading) > 0.15);
+  CHECK(npt::NetworkCorrection::share(pair.character.estimate, pair.reading) > 0.15);
   CHECK(asked(pair) == fitted(pair));
 }
 

@@ -28,12 +28,12 @@ npt::NetworkTransfer<npt::DefaultExecutor> random_transfer(const npt::TransferOp
 
 TEST_CASE("step by step or in a batch: the same bits") {
   const npt::Mesh identity = support::bumpy_sphere(9, 14, 0.2), pose = support::bumpy_sphere(9, 14, 0.4);
-  const auto transfer = random_transfer({.pairings = 2, .mirror = true});
+  const auto transfer = random_transfer({.network = {.pairings = 2, .mirror = true}});
   CHECK(transfer.run_count() == 4);
   CHECK(transfer.description() == "bottleneck 16, conv_relu, per-vertex, 2 pairings, mirrored");
-  npt::PreparedIdentity prepared;
+  npt::NetworkIdentity prepared;
   npt::PoseChoice choice;
-  npt::PreparedPose code;
+  npt::NetworkPose code;
   std::vector<float> steps(identity.coordinates().size()), batch(steps.size());
   transfer.prepare_identity({.xyz = identity.coordinates()}, prepared);
   transfer.choose({.xyz = pose.coordinates()}, identity.vertex_count(), choice);
@@ -47,7 +47,7 @@ TEST_CASE("step by step or in a batch: the same bits") {
 TEST_CASE("points that were chosen for other options are refused") {
   const npt::Mesh pose = support::bumpy_sphere(9, 14, 0.4);
   npt::PoseChoice choice;
-  random_transfer({.pairings = 3}).choose({.xyz = pose.coordinates()}, pose.vertex_count(), choice);
-  CHECK_THROWS_WITH_AS(random_transfer({.pairings = 2}).expect_chosen(choice), doctest::Contains("3 pairings"),
-                       npt::Error);
+  random_transfer({.network = {.pairings = 3}}).choose({.xyz = pose.coordinates()}, pose.vertex_count(), choice);
+  CHECK_THROWS_WITH_AS(random_transfer({.network = {.pairings = 2}}).expect_chosen(choice),
+                       doctest::Contains("3 pairings"), npt::Error);
 }

@@ -24,7 +24,7 @@ npt::PosePoints choose(const npt::Mesh& mesh, std::size_t count, const npt::Tran
 TEST_CASE("a pairing of equal counts takes each vertex once, in an order of its own") {
   const npt::Mesh mesh = support::bumpy_sphere(9, 14, 0.4);
   for (const bool invariant : {false, true}) {
-    const npt::TransferOptions options{.invariant = invariant, .seed = 3};
+    const npt::TransferOptions options{.network = {.invariant = invariant}, .seed = 3};
     const npt::PosePoints first = choose(mesh, 140, options), second = choose(mesh, 140, options, 1);
     CHECK(first.order != second.order);
     for (std::vector<std::uint32_t> order : {first.order, second.order}) {
@@ -33,7 +33,7 @@ TEST_CASE("a pairing of equal counts takes each vertex once, in an order of its 
       for (std::uint32_t v = 0; v < 140; ++v) CHECK(order[v] == v);
     }
   }
-  CHECK(choose(mesh, 140, {.pairing = npt::Pairing::as_given}).order.empty());
+  CHECK(choose(mesh, 140, {.network = {.pairing = npt::Pairing::as_given}}).order.empty());
   CHECK(choose(mesh, 0, {}).order.empty());
 }
 

@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/error.hpp>
-#include <npt/transfer/pose_sequence.hpp>
+#include <npt/transfer/pose_tracker.hpp>
 
 #include <algorithm>
 #include <cstring>
@@ -28,15 +28,13 @@ TEST_CASE("frames of a sequence share their random choices; other faces begin an
   npt::Mesh second = first;
   for (npt::Vec3f& p : second.positions) p = {p.x + 0.3F * p.y, p.y + std::max(0.0F, p.x - 3), p.z - 0.2F * p.x};
   for (const bool invariant : {false, true}) {
-    const auto transfer = random_transfer({.pairings = 2, .invariant = invariant, .seed = 2});
-    const npt::PreparedIdentity prepared = transfer.prepare_identity(identity);
-    npt::PoseSequence sequence(transfer);
-    npt::PreparedPose pose;
+    const auto transfer = random_transfer({.network = {.pairings = 2, .invariant = invariant}, .seed = 2});
+    const npt::Character character = transfer.character(identity);
+    npt::PoseTracker tracker(transfer);
     const auto frame = [&](const npt::Mesh& mesh) {
       const auto triangles = npt::triangulate(mesh);
-      sequence.prepare({mesh.coordinates(), triangles}, identity.vertex_count(), pose);
       std::vector<float> result(identity.coordinates().size());
-      transfer(prepared, pose, result);
+      transfer.apply(character, tracker.next({mesh.coordinates(), triangles}, identity.vertex_count()), result);
       return result;
     };
     const auto alone = [&](const npt::Mesh& mesh) {
@@ -52,7 +50,7 @@ TEST_CASE("frames of a sequence share their random choices; other faces begin an
     CHECK(frame(other) == alone(other));
     CHECK(frame(second) == alone(second));
     frame(first);
-    sequence.restart();
+    tracker.restart();
     CHECK(frame(second) == alone(second));
   }
 }

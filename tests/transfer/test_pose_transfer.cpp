@@ -66,7 +66,8 @@ std::unique_ptr<const npt::Refinement> raised(const npt::MeshView& identity, dou
 template <class Net>
 void check_invariance(const npt::Mesh& identity, const npt::Mesh& pose) {
   for (const auto normalisation : {npt::Normalisation::sphere, npt::Normalisation::centre, npt::Normalisation::none}) {
-    const auto transfer = random_transfer<Net>({.invariant = true, .seed = 5, .normalisation = normalisation});
+    const auto transfer =
+        random_transfer<Net>({.network = {.invariant = true, .normalisation = normalisation}, .seed = 5});
     const npt::Mesh expected = transfer(identity, pose);
     for (const std::uint64_t seed : std::initializer_list<std::uint64_t>{1, 2, 3}) {
       const auto order = random_order(identity, seed);
@@ -103,7 +104,8 @@ TEST_CASE("normals are recomputed if the identity had them") {
 TEST_CASE("paired as given, a transfer is the network on vertices as they come, mapped back to the identity's place") {
   const npt::Mesh identity = bumpy_sphere(9, 14, 0.2), pose = bumpy_sphere(9, 14, 0.4);
   for (const auto normalisation : {npt::Normalisation::sphere, npt::Normalisation::centre, npt::Normalisation::none}) {
-    const auto transfer = random_transfer<Paired>({.pairing = npt::Pairing::as_given, .normalisation = normalisation});
+    const auto transfer =
+        random_transfer<Paired>({.network = {.pairing = npt::Pairing::as_given, .normalisation = normalisation}});
     const auto of_identity = npt::normalising_transform(identity.coordinates(), normalisation);
     const auto of_pose = npt::normalising_transform(pose.coordinates(), normalisation);
     std::vector<float> a(3 * pose.vertex_count()), b(a.size()), c(a.size());
@@ -112,13 +114,14 @@ TEST_CASE("paired as given, a transfer is the network on vertices as they come, 
     transfer.engine()(a, b, c);
     of_identity.apply_inverse(c, c);
     CHECK(same_bits(c, transfer(identity, pose).coordinates()));
-    CHECK_FALSE(same_bits(c, random_transfer<Paired>({.normalisation = normalisation})(identity, pose).coordinates()));
+    CHECK_FALSE(same_bits(
+        c, random_transfer<Paired>({.network = {.normalisation = normalisation}})(identity, pose).coordinates()));
   }
 }
 
 TEST_CASE("moving and scaling the meshes moves and scales the result as the identity") {
   const npt::Mesh identity = bumpy_sphere(9, 14, 0.2), pose = bumpy_sphere(9, 14, 0.4);
-  const auto transfer = random_transfer<Paired>({.normalisation = npt::Normalisation::sphere});
+  const auto transfer = random_transfer<Paired>({.network = {.normalisation = npt::Normalisation::sphere}});
   const npt::Mesh expected = transfer(identity, pose);
   npt::Mesh far_identity = identity, far_pose = pose;
   for (auto& p : far_identity.positions) p = p * 100.0F + npt::Vec3f{10, 20, 30};
@@ -148,10 +151,10 @@ TEST_CASE("in the invariant mode permuting either mesh permutes the result bit f
 TEST_CASE("coincident vertices stay together unless paired as given") {
   const npt::Mesh identity = bumpy_sphere(9, 14, 0.2, true), pose = bumpy_sphere(9, 14, 0.4);
   for (const bool invariant : {false, true}) {
-    const npt::Mesh result = random_transfer<Paired>({.invariant = invariant})(identity, pose);
+    const npt::Mesh result = random_transfer<Paired>({.network = {.invariant = invariant}})(identity, pose);
     for (std::size_t r = 0; r <= 9; ++r) CHECK(result.positions[14 * r] == result.positions[14 * r + 13]);
   }
-  const npt::Mesh torn = random_transfer<Paired>({.pairing = npt::Pairing::as_given})(identity, pose);
+  const npt::Mesh torn = random_transfer<Paired>({.network = {.pairing = npt::Pairing::as_given}})(identity, pose);
   CHECK(torn.positions[0] != torn.positions[13]);
 }
 
@@ -161,7 +164,7 @@ TEST_CASE("paired vertices depend on the order of the pose mesh, the pooled feat
   const auto largest = [&](const npt::PoseTransfer& transfer) {
     return largest_distance(transfer(identity, pose), transfer(identity, shuffled));
   };
-  CHECK(largest(random_transfer<Paired>({.pairing = npt::Pairing::as_given})) > 1e-3F);
+  CHECK(largest(random_transfer<Paired>({.network = {.pairing = npt::Pairing::as_given}})) > 1e-3F);
   CHECK(largest(random_transfer<Pooled>()) < 1e-4F);  // moments are summed in another order
 }
 
@@ -174,11 +177,11 @@ TEST_CASE("random choices are seeded; resampling may be forbidden") {
                           random_transfer<Paired>({.seed = 4})(identity, pose)));
   }
   const npt::Mesh pose = bumpy_sphere(6, 11, 0.4);
-  CHECK_THROWS_WITH_AS(random_transfer<Paired>({.resample = false})(identity, pose),
+  CHECK_THROWS_WITH_AS(random_transfer<Paired>({.network = {.resample = false}})(identity, pose),
                        "pose: found 77 vertices, expected 140, as many as the identity has (or resampling, or weights "
                        "with the pooled feature)",
                        npt::Error);
-  CHECK_NOTHROW(random_transfer<Pooled>({.resample = false})(identity, pose));
+  CHECK_NOTHROW(random_transfer<Pooled>({.network = {.resample = false}})(identity, pose));
 }
 
 TEST_CASE("meshes that can't be transferred are errors that name them") {
@@ -186,7 +189,7 @@ TEST_CASE("meshes that can't be transferred are errors that name them") {
   npt::Mesh point = good;
   for (auto& p : point.positions) p = {1, 2, 3};
   for (const auto normalisation : {npt::Normalisation::sphere, npt::Normalisation::centre, npt::Normalisation::none}) {
-    const auto transfer = random_transfer<Paired>({.normalisation = normalisation});
+    const auto transfer = random_transfer<Paired>({.network = {.normalisation = normalisation}});
     CHECK_THROWS_WITH_AS(transfer(npt::Mesh{}, good), "identity: found no vertices, expected at least one vertex",
                          npt::Error);
     CHECK_THROWS_WITH_AS(transfer(good, npt::Mesh{}), "pose: found no vertices, expected at least one vertex",
@@ -221,7 +224,7 @@ TEST_CASE("a NaN that goes in comes out") {
 TEST_CASE("an average over pairings is the mean of its runs, each a pairing of its own") {
   const npt::Mesh identity = bumpy_sphere(9, 14, 0.2);
   for (const npt::Mesh& pose : {bumpy_sphere(9, 14, 0.4), bumpy_sphere(6, 11, 0.4)}) {
-    const npt::TransferOptions options{.pairings = 3, .seed = 3};
+    const npt::TransferOptions options{.network = {.pairings = 3}, .seed = 3};
     const auto transfer = random_transfer<Paired>(options);
     const auto triangles = npt::triangulate(pose);
     const npt::MeshView view{pose.coordinates(), triangles};
@@ -259,7 +262,8 @@ TEST_CASE("an average over pairings is the mean of its runs, each a pairing of i
 
 TEST_CASE("averaging keeps the invariant mode's promise, and steadies random pairings") {
   const npt::Mesh identity = bumpy_sphere(9, 14, 0.2), pose = bumpy_sphere(6, 11, 0.4);
-  const auto transfer = random_transfer<Paired>({.pairings = 2, .mirror = true, .invariant = true, .seed = 5});
+  const auto transfer =
+      random_transfer<Paired>({.network = {.pairings = 2, .mirror = true, .invariant = true}, .seed = 5});
   const npt::Mesh expected = transfer(identity, pose);
   const auto order = random_order(identity, 1);
   const npt::Mesh found =
@@ -268,7 +272,7 @@ TEST_CASE("averaging keeps the invariant mode's promise, and steadies random pai
 
   const auto spread = [&](int pairings) {
     const auto run = [&](std::uint64_t seed) {
-      return random_transfer<Paired>({.pairings = pairings, .seed = seed})(identity, pose);
+      return random_transfer<Paired>({.network = {.pairings = pairings}, .seed = seed})(identity, pose);
     };
     const npt::Mesh a = run(1), b = run(2);
     double sum = 0;
@@ -280,7 +284,8 @@ TEST_CASE("averaging keeps the invariant mode's promise, and steadies random pai
 
 TEST_CASE("pairings don't matter to the pooled feature") {
   const npt::Mesh identity = bumpy_sphere(9, 14, 0.2), pose = bumpy_sphere(6, 11, 0.4);
-  CHECK(same_bits(random_transfer<Pooled>({.pairings = 5})(identity, pose), random_transfer<Pooled>()(identity, pose)));
+  CHECK(same_bits(random_transfer<Pooled>({.network = {.pairings = 5}})(identity, pose),
+                  random_transfer<Pooled>()(identity, pose)));
 }
 
 TEST_CASE("with mirror, mirrored meshes give the mirrored result") {
@@ -290,7 +295,7 @@ TEST_CASE("with mirror, mirrored meshes give the mirrored result") {
   };
   const npt::Mesh identity = bumpy_sphere(9, 14, 0.2), pose = bumpy_sphere(9, 14, 0.4);
   for (const bool mirror : {false, true}) {
-    const auto transfer = random_transfer<Paired>({.mirror = mirror});
+    const auto transfer = random_transfer<Paired>({.network = {.mirror = mirror}});
     const float worst =
         largest_distance(transfer(identity, pose), mirrored(transfer(mirrored(identity), mirrored(pose))));
     CHECK((worst < 1e-6F) == mirror);
@@ -315,11 +320,11 @@ TEST_CASE("prepared meshes, batches and borrowed memory give the bits of meshes 
     CHECK(same_bits(a, transfer(identity, pose).coordinates()));
     CHECK(same_bits(b, transfer(identity, far).coordinates()));
     CHECK(same_bits(d, transfer(other, far).coordinates()));
-    const npt::PreparedIdentity prepared = transfer.prepare_identity(identity);
+    const npt::Character prepared = transfer.character(identity);
     CHECK(prepared.vertex_count() == identity.vertex_count());
-    transfer(prepared, transfer.prepare_pose(pose, identity.vertex_count()), c);
+    transfer.apply(prepared, transfer.pose(pose, identity.vertex_count()), c);
     CHECK(same_bits(a, c));
-    transfer(prepared, view(far, tf), c);
+    transfer.apply(prepared, view(far, tf), c);
     CHECK(same_bits(b, c));
     // The result may be the identity's own memory.
     npt::Mesh moved = identity;
@@ -327,9 +332,9 @@ TEST_CASE("prepared meshes, batches and borrowed memory give the bits of meshes 
     CHECK(same_bits(a, moved.coordinates()));
   };
   check(random_transfer<Paired>());
-  check(random_transfer<Pooled>({.mirror = true}));
-  check(random_transfer<Paired>({.pairings = 3, .mirror = true}));
-  check(random_transfer<Paired>({.refinement = raised, .invariant = true}));
+  check(random_transfer<Pooled>({.network = {.mirror = true}}));
+  check(random_transfer<Paired>({.network = {.pairings = 3, .mirror = true}}));
+  check(random_transfer<Paired>({.network = {.invariant = true}, .refinement = raised}));
 }
 
 TEST_CASE("a batch of more vertices than the network carries at once gives the same bits") {
@@ -337,7 +342,7 @@ TEST_CASE("a batch of more vertices than the network carries at once gives the s
   std::vector<npt::Mesh> identities;
   for (int i = 0; i < 6; ++i)
     identities.push_back(bumpy_sphere(29 + static_cast<std::size_t>(i % 2), 40, 0.1 + 0.05 * i));
-  const auto transfer = random_transfer<Paired>({.pairings = 8, .mirror = true});
+  const auto transfer = random_transfer<Paired>({.network = {.pairings = 8, .mirror = true}});
   const auto triangles = npt::triangulate(pose);
   std::vector<std::vector<float>> results;
   std::vector<npt::TransferJob> jobs;
@@ -351,31 +356,31 @@ TEST_CASE("a batch of more vertices than the network carries at once gives the s
 
 TEST_CASE("what another transfer prepared is refused") {
   const npt::Mesh identity = bumpy_sphere(9, 14, 0.2), pose = bumpy_sphere(9, 14, 0.4);
-  const auto plain = random_transfer<Paired>(), mirrored = random_transfer<Paired>({.mirror = true}),
+  const auto plain = random_transfer<Paired>(), mirrored = random_transfer<Paired>({.network = {.mirror = true}}),
              pooled = random_transfer<Pooled>();
-  const npt::PreparedIdentity prepared = plain.prepare_identity(identity);
-  const npt::PreparedPose posed = plain.prepare_pose(pose, 140);
+  const npt::Character prepared = plain.character(identity);
+  const npt::Pose posed = plain.pose(pose, 140);
   std::vector<float> result(identity.coordinates().size());
-  CHECK_NOTHROW(plain(prepared, posed, result));
-  CHECK_THROWS_AS(mirrored(prepared, posed, result), npt::Error);
-  CHECK_THROWS_AS(mirrored(prepared, mirrored.prepare_pose(pose, 140), result), npt::Error);
-  CHECK_THROWS_AS(pooled(prepared, posed, result), npt::Error);
-  CHECK_THROWS_AS(plain(prepared, npt::PreparedPose{}, result), npt::Error);
-  CHECK_THROWS_AS(plain(npt::PreparedIdentity{}, posed, std::span<float>()), npt::Error);
-  CHECK_THROWS_AS(plain(prepared, plain.prepare_pose(pose, 100), result), npt::Error);  // for 100 vertices
+  CHECK_NOTHROW(plain.apply(prepared, posed, result));
+  CHECK_THROWS_AS(mirrored.apply(prepared, posed, result), npt::Error);
+  CHECK_THROWS_AS(mirrored.apply(prepared, mirrored.pose(pose, 140), result), npt::Error);
+  CHECK_THROWS_AS(pooled.apply(prepared, posed, result), npt::Error);
+  CHECK_THROWS_AS(plain.apply(prepared, npt::Pose{}, result), npt::Error);
+  CHECK_THROWS_AS(plain.apply(npt::Character{}, posed, std::span<float>()), npt::Error);
+  CHECK_THROWS_AS(plain.apply(prepared, plain.pose(pose, 100), result), npt::Error);  // for 100 vertices
 }
 
 TEST_CASE("threads share a transfer and get the same bits") {
   const npt::Mesh identity = bumpy_sphere(9, 14, 0.2), pose = bumpy_sphere(9, 14, 0.4);
-  const auto transfer = random_transfer<Paired>({.pairings = 2, .refinement = raised});
+  const auto transfer = random_transfer<Paired>({.network = {.pairings = 2}, .refinement = raised});
   const npt::Mesh expected = transfer(identity, pose);
-  const npt::PreparedIdentity prepared = transfer.prepare_identity(identity);
+  const npt::Character prepared = transfer.character(identity);
   std::vector<std::vector<float>> results(4, std::vector<float>(identity.coordinates().size()));
   {
     std::vector<std::jthread> threads;
     for (std::vector<float>& result : results)
       threads.emplace_back([&] {
-        for (int i = 0; i < 3; ++i) transfer(prepared, {pose.coordinates()}, result);
+        for (int i = 0; i < 3; ++i) transfer.apply(prepared, npt::MeshView{pose.coordinates()}, result);
       });
   }
   for (const std::vector<float>& result : results) CHECK(same_bits(result, expected.coordinates()));
@@ -392,10 +397,10 @@ TEST_CASE("a result is refined in the identity's place and order") {
 }
 
 TEST_CASE("a transfer is opened with options that can be, and says what it does") {
-  CHECK_THROWS_AS(random_transfer<Paired>({.pairings = 0}), npt::Error);
-  CHECK_THROWS_AS(random_transfer<Paired>({.unit = -1.0}), npt::Error);
+  CHECK_THROWS_AS(random_transfer<Paired>({.network = {.pairings = 0}}), npt::Error);
+  CHECK_THROWS_AS(random_transfer<Paired>({.import = {.unit = -1.0}}), npt::Error);
   npt::Model<Paired> model;
-  const npt::PoseTransfer transfer(model, {.pairings = 2, .mirror = true, .refinement = raised}, 1,
+  const npt::PoseTransfer transfer(model, {.network = {.pairings = 2, .mirror = true}, .refinement = raised}, 1,
                                    {{"refine_radius", "0.1"}});
   CHECK(transfer.options().refine_radius == 0.1);
   CHECK(transfer.description() == "bottleneck 16, conv_relu, per-vertex, 2 pairings, mirrored, refined within 0.1");
@@ -416,13 +421,13 @@ TEST_CASE("weights in metres take meshes in centimetres and millimetres, and giv
   };
   CHECK(largest_distance(scaled(transfer(scaled(identity, 100), pose), 0.01F), expected) < 1e-4F);
   CHECK(largest_distance(transfer(identity, scaled(pose, 1000)), expected) < 1e-4F);
-  CHECK(transfer.prepare_identity(scaled(identity, 100)).unit() == 0.01);
+  CHECK(transfer.character(scaled(identity, 100)).unit() == 0.01);
   CHECK_THROWS_WITH_AS(
       transfer(scaled(identity, 10), pose),
       "identity: found a mesh 17.8 units across, expected a person, 0.4 to 4 metres across, in metres, "
-      "centimetres or millimetres: say what its unit is",
+      "centimetres or millimetres",
       npt::Error);
-  const npt::PoseTransfer told(model, {.unit = 0.1}, 1, metres);
+  const npt::PoseTransfer told(model, {.import = {.unit = 0.1}}, 1, metres);
   CHECK(largest_distance(scaled(told(scaled(identity, 10), scaled(pose, 10)), 0.1F), expected) < 1e-4F);
   // Weights that name no unit, or scale every mesh, take any.
   CHECK_NOTHROW(npt::PoseTransfer(model, {}, 1)(scaled(identity, 10), pose));

@@ -6,15 +6,15 @@
 TEST_CASE("what is left open is filled in from the weights' file, or by default") {
   const npt::TransferOptions file =
       npt::complete_options({}, {{"normalisation", "sphere"}, {"refine_radius", "0.1"}}, "w.safetensors");
-  CHECK(file.normalisation == npt::Normalisation::sphere);
+  CHECK(file.network.normalisation == npt::Normalisation::sphere);
   CHECK(file.refine_radius == 0.1);
   const npt::TransferOptions none = npt::complete_options({}, {}, "w.safetensors");
-  CHECK(none.normalisation == npt::Normalisation::centre);
+  CHECK(none.network.normalisation == npt::Normalisation::centre);
   CHECK(none.refine_radius == npt::default_refine_radius);
   const npt::TransferOptions told =
-      npt::complete_options({.refine_radius = 0.2, .normalisation = npt::Normalisation::none},
+      npt::complete_options({.network = {.normalisation = npt::Normalisation::none}, .refine_radius = 0.2},
                             {{"normalisation", "sphere"}, {"refine_radius", "0.1"}}, "w.safetensors");
-  CHECK(told.normalisation == npt::Normalisation::none);
+  CHECK(told.network.normalisation == npt::Normalisation::none);
   CHECK(told.refine_radius == 0.2);
   CHECK(npt::names_metres({{"unit", "metre"}}));
   CHECK_FALSE(npt::names_metres({{"unit", "the meshes' own"}}));
@@ -33,11 +33,12 @@ TEST_CASE("metadata that can't be is an error that names file and key") {
 }
 
 TEST_CASE("options that can't be are errors") {
-  CHECK_THROWS_WITH_AS(npt::check_options({.pairings = 0}, true), "pairings: found 0, expected at least 1", npt::Error);
-  CHECK_THROWS_WITH_AS(npt::check_options({.pairing = npt::Pairing::as_given, .pairings = 2}, true),
+  CHECK_THROWS_WITH_AS(npt::check_options({.network = {.pairings = 0}}, true), "pairings: found 0, expected at least 1",
+                       npt::Error);
+  CHECK_THROWS_WITH_AS(npt::check_options({.network = {.pairing = npt::Pairing::as_given, .pairings = 2}}, true),
                        "pairings: found 2 with vertices paired as given, expected 1: only random pairings differ",
                        npt::Error);
-  CHECK_NOTHROW(npt::check_options({.pairing = npt::Pairing::as_given, .pairings = 2}, false));
-  CHECK_THROWS_AS(npt::check_options({.unit = -1.0}, true), npt::Error);
-  CHECK_THROWS_AS(npt::check_options({.unit = 1e9}, true), npt::Error);
+  CHECK_NOTHROW(npt::check_options({.network = {.pairing = npt::Pairing::as_given, .pairings = 2}}, false));
+  CHECK_THROWS_AS(npt::check_options({.import = {.unit = -1.0}}, true), npt::Error);
+  CHECK_THROWS_AS(npt::check_options({.import = {.unit = 1e9}}, true), npt::Error);
 }

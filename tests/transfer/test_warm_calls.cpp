@@ -25,19 +25,19 @@ long allocations_of_warm_calls(const npt::TransferOptions& options) {
                   far = support::bumpy_sphere(6, 11, 0.3);
   const auto ti = npt::triangulate(identity), tp = npt::triangulate(pose), tf = npt::triangulate(far);
   std::vector<float> result(identity.coordinates().size());
-  npt::PreparedIdentity prepared = transfer.prepare_identity(identity);
-  npt::PreparedPose posed;
+  npt::Character prepared = transfer.character(identity);
+  npt::Pose posed;
   npt::PoseChoice choice;
   const auto everything = [&] {
     for (const npt::MeshView& p : {npt::MeshView{pose.coordinates(), tp}, npt::MeshView{far.coordinates(), tf}}) {
       if (options.refinement == nullptr) {
         transfer(npt::MeshView{identity.coordinates(), ti}, p, result);
-        transfer.prepare_identity({identity.coordinates(), ti}, prepared);
+        transfer.prepare({identity.coordinates(), ti}, prepared);
       }
-      transfer(prepared, p, result);
+      transfer.apply(prepared, p, result);
       transfer.choose_points(p, 140, choice);
-      transfer.prepare_pose(p, choice, posed);
-      transfer(prepared, posed, result);
+      transfer.prepare(p, choice, posed);
+      transfer.apply(prepared, posed, result);
     }
   };
   everything();
@@ -55,7 +55,7 @@ using Pooled = npt::PoseTransferNet<16, npt::ConvRelu, npt::Pooled>;
 TEST_CASE("a warm call into the caller's memory allocates nothing" *
           support::Needs(support::counts_malloc, "malloc for itself, which sanitizers take")) {
   CHECK(allocations_of_warm_calls<Paired>({}) == 0);
-  CHECK(allocations_of_warm_calls<Paired>({.pairings = 2, .mirror = true, .invariant = true}) == 0);
+  CHECK(allocations_of_warm_calls<Paired>({.network = {.pairings = 2, .mirror = true, .invariant = true}}) == 0);
   CHECK(allocations_of_warm_calls<Pooled>({}) == 0);
 #if __has_include(<Eigen/SparseCholesky>)
   CHECK(allocations_of_warm_calls<Paired>({.refinement = npt::detail_refinement}) == 0);

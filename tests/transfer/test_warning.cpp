@@ -1,48 +1,60 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/error.hpp>
-#include <npt/transfer/body_interface.hpp>
-#include <npt/transfer/notes.hpp>
+#include <npt/estimate/warning_code.hpp>
+#include <npt/transfer/warning.hpp>
 
 #include <string>
-#include <vector>
 
-TEST_CASE("a sure transfer needs no words, a doubtful one says which mesh") {
-  npt::TransferReport report{.method = npt::Method::body,
-                             .read = true,
-                             .identity_confidence = 1,
-                             .pose_confidence = 0.9,
-                             .identity_notes = {},
-                             .pose_notes = {}};
-  CHECK(npt::method_notes(report, "a.ply", "b.ply").empty());
-  report.pose_confidence = 0.7;
-  report.identity_notes = "lies";
+using npt::MeshRole;
+using npt::Warning;
+using npt::WarningCode;
+
+TEST_CASE("every warning names its mesh, and no text names an option of a program") {
+  for (int code = 0; code <= static_cast<int>(WarningCode::unit_assumed); ++code)
+    for (const MeshRole role : {MeshRole::identity, MeshRole::pose}) {
+      CAPTURE(code);
+      const std::string text = npt::text_of({static_cast<WarningCode>(code), role, 0.5}, "a.ply", "b.ply");
+      CHECK(text.starts_with(role == MeshRole::identity ? "a.ply" : "b.ply"));
+      CHECK(text.size() > 20);
+      CHECK(text.find("--") == std::string::npos);
+    }
   CHECK(
-      npt::method_notes(report, "a.ply", "b.ply") ==
-      std::vector<std::string>{
-          "a.ply: lies", "b.ply reads as a person with a confidence of only 70 %: look at the result before using it"});
-  report.method = npt::Method::network;
-  report.identity_confidence = 0.25;
-  CHECK(npt::method_notes(report, "a.ply", "b.ply") ==
-        std::vector<std::string>{
-            "a.ply doesn't read as a person (confidence 25 %, asked 60 %): left to the pose transfer "
-            "network, which was trained on people in few poses; look at the result before using it"});
-  report.read = false;
-  CHECK(npt::method_notes(report, "a.ply", "b.ply").empty());
+      npt::text_of({WarningCode::not_recognised, MeshRole::pose, 0.25}, "a.ply", "b.ply") ==
+      "b.ply is not recognised as a person (confidence 25 %): the pose transfer network was used, which was trained on "
+      "people in few poses");
+  CHECK(npt::text_of({WarningCode::unit_assumed, MeshRole::identity, 0.01}, "a.ply", "b.ply") ==
+        "a.ply is taken to be in centimetres, by its size");
 }
 
-TEST_CASE("a refusal of the network says why it was asked") {
-  const npt::Error refusal({.file = "a.ply", .found = "9 units", .expected = "a person"});
-  npt::TransferReport report{.method = npt::Method::network,
-                             .read = true,
-                             .identity_confidence = 0.9,
-                             .pose_confidence = 0.1,
-                             .identity_notes = {},
-                             .pose_notes = {}};
-  CHECK(std::string(npt::with_confidence(refusal, report, "a.ply", "b.ply").what()) ==
-        "a.ply: found 9 units, expected a person; the network was asked since b.ply doesn't read as a person "
-        "(confidence 10 "
-        "%, asked 60 %)");
-  report.method = npt::Method::body;
-  CHECK(std::string(npt::with_confidence(refusal, report, "a.ply", "b.ply").what()) == refusal.what());
+TEST_CASE("every remedy but none says what to do") {
+  CHECK(npt::text_of(npt::Remedy::none).empty());
+  for (const npt::Remedy remedy :
+       {npt::Remedy::look_at_result, npt::Remedy::choose_method, npt::Remedy::give_unit, npt::Remedy::give_weights}) {
+    CHECK(npt::text_of(remedy).size() > 10);
+    CHECK(npt::text_of(remedy).find("--") == std::string::npos);
+  }
+}
+
+TEST_CASE("a list of warnings keeps what is added, up to its capacity") {
+  npt::Warnings some, others;
+  CHECK(some.empty());
+  some.push_back({WarningCode::lying, MeshRole::pose});
+  others.push_back({WarningCode::low_confidence, MeshRole::identity, 0.7});
+  some.append(others);
+  REQUIRE(some.size() == 2);
+  CHECK(some[1] == Warning{WarningCode::low_confidence, MeshRole::identity, 0.7});
+  CHECK(some.contains(WarningCode::lying));
+  CHECK_FALSE(some.contains(WarningCode::no_surface));
+  for (std::size_t i = 0; i < 2 * npt::Warnings::capacity; ++i) some.push_back({});
+  CHECK(some.size() == npt::Warnings::capacity);
+  some.clear();
+  CHECK(some.empty());
+}
+
+TEST_CASE("fractions as percent, units by their names") {
+  CHECK(npt::percent_text(0.664) == "66 %");
+  CHECK(npt::unit_name(1) == "metres");
+  CHECK(npt::unit_name(0.0254) == "inches");
+  CHECK(npt::unit_name(0.5) == "units of 0.500000 metres");
 }
