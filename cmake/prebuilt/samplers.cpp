@@ -2,9 +2,9 @@
 // training and 28 % of a rig's.
 #include <npt/body/natural_poses.hpp>
 #include <npt/lab/body_sampler.hpp>
-#include <npt/lab/correspondence_sampler.hpp>
 #include <npt/lab/family_sampler.hpp>
 #include <npt/lab/rig/rig_sampler.hpp>
+#include <training/correspondence_sampler.hpp>
 
 #include <memory>
 #include <string>

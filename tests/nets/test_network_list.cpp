@@ -66,7 +66,8 @@ TEST_CASE("an opened transfer is the network with the file's weights and normali
   const npt::Mesh identity = support::bumpy_sphere(9, 14, 0.2), pose = support::bumpy_sphere(9, 14, 0.4);
   npt::Model<Small> model;
   npt::randomise(model, 3);
-  const npt::Mesh expected = npt::PoseTransfer(model, {.network = {.normalisation = npt::Normalisation::sphere}}, 1)(identity, pose);
+  const npt::Mesh expected =
+      npt::PoseTransfer(model, {.network = {.normalisation = npt::Normalisation::sphere}}, 1)(identity, pose);
   const npt::Mesh found = open(file_of<Small>({{"normalisation", "sphere"}}))(identity, pose);
   CHECK(found.positions == expected.positions);
   CHECK(message_of(file_of<Small>({{"normalisation", "cube"}})) ==

@@ -244,7 +244,7 @@ test_info() {
   done
   : > empty.ply
   expect 1 --err "empty.ply" -- info a.obj empty.ply
-  expect 0 --out "network that reads bodies" -- info "$project/examples/weights/readers/human.safetensors"
+  expect 0 --out "weights of a pose transfer network" -- info "$project/examples/weights/human.safetensors"
 }
 
 # A safetensors file with a tensor of one byte.
@@ -333,7 +333,7 @@ test_transfer() {
   expect 1 --err "--each: found a sequence in one file" -- transfer --identity a.obj --pose moving.glb --clip frames --out x.glb --each
   # GLB files are in metres.
   sed 's/^v \(.*\) \(.*\) \(.*\)$/v \1e2 \2e2 \3e2/' a.obj > cm.obj
-  expect 0 --err "cm.obj is taken to be in centimetres, by its size (--unit says otherwise): cm.glb is in metres" -- transfer --method network --identity cm.obj --pose b.ply --out cm.glb
+  expect 0 --err "cm.obj is taken to be in centimetres, by its size (--unit says another one): cm.glb is in metres" -- transfer --method network --identity cm.obj --pose b.ply --out cm.glb
   expect 0 -- info cm.glb
   awk '$1 == "size" { gsub(",", ""); good = $2 < 10 && $3 < 10 && $4 < 10 } END { exit !good }' out.txt || fail "cm.glb is not in metres"
   # OFF needs nothing; FBX, Collada and STL need assimp.
@@ -669,11 +669,11 @@ test_clips() {
   expect 0 --err "is taken to be in units of" -- transfer --identity large.obj --unit 0.005 --pose clip.glb --clip way --fps 1 --out far.glb
   expect 0 -- info far.glb
   awk '$1 == "size" { gsub(",", ""); good = $3 > 1 && $3 < 2.5 } END { exit !good }' out.txt || fail "far.glb is not in metres"
-  # A first frame that nobody can read is followed from one that reads.
+  # A first frame in which nobody is recognised is followed from one in which somebody is.
   awk 'BEGIN { for (i = 1; i <= 72; ++i) printf "%.4f%s", (i <= 3 ? 0 : 1.5 * sin(5.1 * i)), i % 3 ? " " : "\n" }' > crumpled.txt
   mkdir crumpled
   expect 0 -- generate --out crumpled/1.obj --seed 3 --pose crumpled.txt
-  expect 1 --err "doesn't read as a person" -- transfer --identity a.obj --pose crumpled/1.obj --out x.obj
+  expect 1 --err "not recognised as a person" -- transfer --identity a.obj --pose crumpled/1.obj --out x.obj
   cp a.obj crumpled/2.obj
   expect 0 --out "2 meshes" --out "confidence 100 %" -- transfer --identity a.obj --pose crumpled --out followed
   awk 'FNR == 1 { ++file } $1 == "v" { for (k = 2; k <= 4; ++k) { x[file, FNR, k] = $k; sum[file, k] += $k }; rows[FNR] } END {
@@ -690,7 +690,7 @@ test_rigs() {
   expect 0 --out "60 steps" -- train --out whole.safetensors $course --threads 2
   expect 0 --out "mannequin, own" --out "--rig own.glb=2" -- info whole.safetensors
   resumes_after_kill $course
-  expect 0 --out "net reader, width 256, 3 steps" -- train --net reader --rig own.glb --body mannequin --steps 3 --batch 2 --vertices 60 --validation-pairs 1 --out reads.safetensors
+  expect 0 --out "net correspondence, width 256, 3 steps" -- train --net correspondence --rig own.glb --body mannequin --steps 3 --batch 2 --vertices 60 --validation-pairs 1 --out reads.safetensors
   # Other names for joints: a person's, and one that no person has.
   printf '[own]\nmixamorig:LeftUpLeg left_hip\n' > names.txt
   expect 0 --out "3 steps" -- train --out named.safetensors --rig own.glb --body mannequin --bottleneck 64 --steps 3 --stage 0:2x30 --validation-pairs 1 --joint-names names.txt

@@ -82,7 +82,7 @@ class BasicCorrespondenceEstimator {
 
   const Engine<Network, float, Exec>& engine() const noexcept { return engine_; }
   /// Whether it was trained to tell people from other things (metadata "knows_negatives"), whose points it then reads to
-  /// belong far from any body (lab/correspondence_sampler.hpp).
+  /// belong far from any body (examples/npt/training).
   bool knows_negatives() const noexcept { return knows_negatives_; }
 
  private:

@@ -26,7 +26,9 @@ struct CorrespondenceNet {
   static constexpr int width = C;
 
   /// Entries of its weights' metadata.
-  static std::map<std::string, std::string> variant() { return {{"net", "correspondence"}, {"width", std::to_string(C)}}; }
+  static std::map<std::string, std::string> variant() {
+    return {{"net", "correspondence"}, {"width", std::to_string(C)}};
+  }
 
   Conv1x1<6, 64> e1;
   Conv1x1<64, 128> e2;

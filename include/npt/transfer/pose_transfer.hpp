@@ -542,7 +542,8 @@ class BasicPoseTransfer {
     pose.triangles_.assign(mesh.triangles.begin(), mesh.triangles.end());
   }
   void note_unit(double unit, MeshRole role, transfer::internal::Prepared& own) const {
-    if (unit != 1 && !options().import.unit) own.by_network.push_back({WarningCode::unit_assumed, role, unit, Remedy::give_unit});
+    if (unit != 1 && !options().import.unit)
+      own.by_network.push_back({WarningCode::unit_assumed, role, unit, Remedy::give_unit});
   }
 
   void by_network(const Character& character, const Pose& pose, const TransferReport& report,

@@ -2,9 +2,9 @@
 
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
-#include <npt/lab/correspondence_sampler.hpp>
-#include <npt/lab/dress.hpp>
-#include <npt/lab/surface_cloud.hpp>
+#include <training/correspondence_sampler.hpp>
+#include <training/dress.hpp>
+#include <training/surface_cloud.hpp>
 
 #include <cmath>
 #include <memory>

@@ -1,5 +1,5 @@
 #include <doctest/doctest.h>
-#include <npt/lab/objects.hpp>
+#include <training/objects.hpp>
 
 #include <algorithm>
 #include <cmath>

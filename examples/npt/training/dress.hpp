@@ -6,7 +6,7 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/lab/surface_cloud.hpp>
+#include <training/surface_cloud.hpp>
 
 #include <algorithm>
 #include <array>

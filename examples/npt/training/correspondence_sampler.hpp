@@ -20,10 +20,10 @@
 #include <npt/config.hpp>
 #include <npt/estimate/canonical_frame.hpp>
 #include <npt/lab/draws.hpp>
-#include <npt/lab/dress.hpp>
 #include <npt/lab/limbs.hpp>
-#include <npt/lab/surface_cloud.hpp>
 #include <npt/nn/train/sample.hpp>
+#include <training/dress.hpp>
+#include <training/surface_cloud.hpp>
 
 #include <algorithm>
 #include <array>
