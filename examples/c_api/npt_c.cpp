@@ -3,10 +3,7 @@
 
 #include <npt/body/skeleton.hpp>
 #include <npt/npt.hpp>
-#include <npt/transfer/notes.hpp>
-#include <npt/transfer/pose_sequence.hpp>
 #if __has_include(<Eigen/SparseCholesky>)
-#include <npt/transfer/body_method.hpp>
 #include <npt/transfer/detail_refiner.hpp>
 #endif
 
@@ -29,17 +26,17 @@ struct npt_transfer {
   std::string description;
 };
 struct npt_identity {
-  npt::PreparedIdentity prepared;
+  npt::Character prepared;
   std::string name;
 };
 struct npt_pose {
-  npt::PreparedPose prepared;
+  npt::Pose prepared;
   std::string name;
 };
 struct npt_sequence {
   const npt_transfer& owner;
   const npt_identity& identity;
-  npt::PoseSequence<npt::DefaultExecutor> frames;
+  npt::PoseTracker<npt::DefaultExecutor> frames;
   npt_pose pose;
 };
 
@@ -98,14 +95,6 @@ npt::MakeRefinement refinement() {
 #endif
 }
 
-npt::MakeBodyMethod body() {
-#if __has_include(<Eigen/SparseCholesky>)
-  return npt::body_method;
-#else
-  return nullptr;
-#endif
-}
-
 npt::Method method_from(npt_method method) {
   expect(method == NPT_AUTOMATIC || method == NPT_BODY || method == NPT_NETWORK, "npt_options: an unknown method");
   return method == NPT_BODY ? npt::Method::body : method == NPT_NETWORK ? npt::Method::network : npt::Method::automatic;
@@ -115,20 +104,18 @@ npt::TransferOptions options_from(const npt_options& o) {
   expect(o.size == sizeof(npt_options), "npt_options: fill it with npt_default_options, of this version's header");
   expect(o.threads >= 0, "npt_options: fewer than 0 threads");
   npt::TransferOptions options;
-  options.pairings = o.pairings;
-  options.mirror = o.mirror != 0;
+  options.network.pairings = o.pairings;
+  options.network.mirror = o.mirror != 0;
   if (o.refine != 0) options.refinement = refinement();
   if (o.refine_radius != 0) options.refine_radius = o.refine_radius;
-  options.invariant = o.invariant != 0;
-  options.pairing = o.pair_as_given != 0 ? npt::Pairing::as_given : npt::Pairing::random;
-  options.resample = o.resample != 0;
-  if (o.unit != 0) options.unit = o.unit;
+  options.network.invariant = o.invariant != 0;
+  options.network.pairing = o.pair_as_given != 0 ? npt::Pairing::as_given : npt::Pairing::random;
+  options.network.resample = o.resample != 0;
+  if (o.unit != 0) options.import.unit = o.unit;
   options.seed = o.seed;
-  options.body = body();
   options.method = method_from(o.method);
   // Vertices are paired by number to see what the network itself does.
   if (o.pair_as_given != 0 && o.method == NPT_AUTOMATIC) options.method = npt::Method::network;
-  if (o.reader != nullptr) options.reader = std::u8string(reinterpret_cast<const char8_t*>(o.reader));
   return options;
 }
 
@@ -165,25 +152,23 @@ std::string name_of(const npt_mesh* mesh, const char* name) { return mesh->name 
 void explain(const npt_transfer& transfer, const npt_identity& identity, const npt_pose& pose, npt_report& report) {
   const npt::TransferReport made = transfer.transfer.report(identity.prepared, pose.prepared);
   std::string notes;
-  for (const std::string& note : npt::method_notes(made, identity.name, pose.name))
-    notes += (notes.empty() ? "" : "\n") + note;
+  for (const npt::Warning& warning : made.warnings) {
+    const std::string remedy = npt::text_of(warning.remedy);
+    notes += (notes.empty() ? "" : "\n") + npt::text_of(warning, identity.name, pose.name) +
+             (remedy.empty() ? "" : "; " + remedy);
+  }
   set(last_notes, notes.c_str());
   report.method = made.method == npt::Method::body ? NPT_BODY : NPT_NETWORK;
-  report.identity_trust = made.read ? made.identity_confidence : -1;
-  report.pose_trust = made.read ? made.pose_confidence : -1;
+  report.identity_confidence = identity.prepared.confidence().value_or(-1);
+  report.pose_confidence = pose.prepared.confidence().value_or(-1);
 }
 
 void run(const npt_transfer& transfer, const npt_identity& identity, const npt_pose& pose, float* result) {
-  try {
-    transfer.transfer(identity.prepared, pose.prepared, {result, 3 * identity.prepared.vertex_count()});
-  } catch (const npt::Error& error) {
-    throw npt::with_confidence(error, transfer.transfer.report(identity.prepared, pose.prepared), identity.name,
-                               pose.name);
-  }
+  transfer.transfer.apply(identity.prepared, pose.prepared, {result, 3 * identity.prepared.vertex_count()});
 }
 
 void expect_frame(const npt_sequence& sequence) {
-  expect(sequence.pose.prepared.encoded(), "npt_sequence: no frame was run yet");
+  expect(sequence.pose.prepared.prepared(), "npt_sequence: no frame was run yet");
 }
 
 /// A skeleton as npt_c.h shows it, and what it shows.
@@ -198,12 +183,12 @@ static_assert(offsetof(npt_influence, weight) == offsetof(npt::SkinnedSkeleton::
 static_assert(sizeof(npt::Vec3d) == 3 * sizeof(double));
 
 void move_joints(const npt_transfer& transfer, const npt_identity& identity, const npt_pose& pose, double* motions) {
-  const npt::TransferReport made = transfer.transfer.report(identity.prepared, pose.prepared);
-  if (made.method != npt::Method::body)
+  const auto made = transfer.transfer.motions(identity.prepared, pose.prepared);
+  if (!made)
     throw npt::Error({.file = "motions",
                       .found = "a transfer by the network from " + pose.name + " to " + identity.name,
-                      .expected = "meshes that both read as people"});
-  for (const npt::Affine& motion : transfer.transfer.motions(identity.prepared, pose.prepared))
+                      .expected = "meshes that are both recognised as people"});
+  for (const npt::Affine& motion : *made)
     for (std::size_t r = 0; r < 3; ++r) {
       const npt::Vec3d& row = motion.linear.rows[r];
       for (const double value : {row.x, row.y, row.z,
@@ -263,11 +248,7 @@ npt_status npt_run(const npt_transfer* transfer, const npt_mesh* identity, const
     const npt::MeshView own = view_of(identity, "identity");
     npt::TransferReport report;
     const npt::TransferJob job{own, view_of(pose, "pose"), {result, own.xyz.size()}, &report};
-    try {
-      transfer->transfer.run({&job, 1});
-    } catch (const npt::Error& error) {
-      throw npt::with_confidence(error, report, name_of(identity, "identity"), name_of(pose, "pose"));
-    }
+    transfer->transfer.run({&job, 1});
   });
 }
 
@@ -275,7 +256,7 @@ npt_status npt_prepare_identity(const npt_transfer* transfer, const npt_mesh* me
   return guarded([&] {
     expect(transfer != nullptr && identity != nullptr, "npt_prepare_identity: a null pointer");
     *identity =
-        new npt_identity{transfer->transfer.prepare_identity(view_of(mesh, "identity")), name_of(mesh, "identity")};
+        new npt_identity{transfer->transfer.character(view_of(mesh, "identity")), name_of(mesh, "identity")};
   });
 }
 void npt_release_identity(npt_identity* identity) { delete identity; }
@@ -286,7 +267,7 @@ npt_status npt_prepare_pose(const npt_transfer* transfer, const npt_mesh* mesh, 
     expect(transfer != nullptr && pose != nullptr, "npt_prepare_pose: a null pointer");
     expect(identity_vertices <= most_vertices, "npt_prepare_pose: more than 2^28 vertices");
     *pose =
-        new npt_pose{transfer->transfer.prepare_pose(view_of(mesh, "pose"), identity_vertices), name_of(mesh, "pose")};
+        new npt_pose{transfer->transfer.pose(view_of(mesh, "pose"), identity_vertices), name_of(mesh, "pose")};
   });
 }
 void npt_release_pose(npt_pose* pose) { delete pose; }
@@ -325,7 +306,7 @@ npt_status npt_run_prepared(const npt_transfer* transfer, const npt_identity* id
 npt_status npt_open_sequence(const npt_transfer* transfer, const npt_identity* identity, npt_sequence** sequence) {
   return guarded([&] {
     expect(transfer != nullptr && identity != nullptr && sequence != nullptr, "npt_open_sequence: a null pointer");
-    *sequence = new npt_sequence{*transfer, *identity, npt::PoseSequence(transfer->transfer), {{}, "pose"}};
+    *sequence = new npt_sequence{*transfer, *identity, npt::PoseTracker(transfer->transfer), {{}, "pose"}};
   });
 }
 
@@ -333,7 +314,7 @@ npt_status npt_run_frame(npt_sequence* sequence, const npt_mesh* pose, float* re
   return guarded([&] {
     expect(sequence != nullptr && result != nullptr, "npt_run_frame: a null pointer");
     const std::size_t vertices = sequence->identity.prepared.vertex_count();
-    sequence->frames.prepare(view_of(pose, "pose"), vertices, sequence->pose.prepared);
+    sequence->pose.prepared = sequence->frames.next(view_of(pose, "pose"), vertices);
     sequence->pose.name = name_of(pose, "pose");
     run(sequence->owner, sequence->identity, sequence->pose, result);
   });
@@ -352,13 +333,13 @@ npt_status npt_open_skeleton(const npt_transfer* transfer, const npt_identity* i
                              const npt_skeleton** skeleton) {
   return guarded([&] {
     expect(transfer != nullptr && identity != nullptr && skeleton != nullptr, "npt_open_skeleton: a null pointer");
-    auto made = transfer->transfer.skeleton(identity->prepared);
+    auto made = identity->prepared.skeleton();
     if (!made)
       throw npt::Error({.file = "skeleton",
                         .found = transfer->transfer.options().refinement != nullptr
                                      ? "an identity whose results are refined"
-                                     : "that " + identity->name + " doesn't read as a person",
-                        .expected = "an identity that goes through bodies, without refinement"});
+                                     : "that " + identity->name + " is not recognised as a person",
+                        .expected = "a recognised identity, without refinement"});
     auto owned = std::make_unique<OwnedSkeleton>();
     owned->skeleton = *std::move(made);
     const npt::SkinnedSkeleton& own = owned->skeleton;

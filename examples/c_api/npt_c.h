@@ -59,15 +59,15 @@ typedef struct npt_mesh {
 
 /* How a transfer is made. */
 typedef enum npt_method {
-  NPT_AUTOMATIC = 0, /* through bodies where both meshes read as people, else by the pose transfer network */
-  NPT_BODY = 1,      /* through bodies, whatever the meshes are */
+  NPT_AUTOMATIC = 0, /* by body estimation where both meshes are recognised as people, else by the network */
+  NPT_BODY = 1,      /* by body estimation, whatever the meshes are */
   NPT_NETWORK = 2    /* by the pose transfer network */
 } npt_method;
 
 /* How a transfer was made, and how sure it is; npt_last_notes() says it in words. */
 typedef struct npt_report {
   npt_method method;                 /* NPT_BODY or NPT_NETWORK */
-  double identity_trust, pose_trust; /* 0 to 1: that it is a person, and was read right; below 0: not read */
+  double identity_confidence, pose_confidence; /* 0 to 1: that it is a person, and was estimated rightly; -1: no body was estimated */
 } npt_report;
 
 /* How transfers are done. Fill it with npt_default_options first: later versions may have more. */
@@ -81,10 +81,9 @@ typedef struct npt_options {
   int invariant;        /* permuting a mesh's vertices permutes the result bit for bit */
   int pair_as_given;    /* meet vertices by number instead of at random; to compare with other implementations */
   int resample;         /* 0: refuse a pose mesh of another vertex count where the network pairs vertices */
-  double unit;          /* metres in one unit of the meshes; 0: told from their size */
+  double unit;          /* metres in one unit of the meshes; 0: inferred from their size */
   uint64_t seed;        /* of every random choice */
   npt_method method;    /* how transfers are made */
-  const char* reader;   /* weights of the network that reads bodies, UTF-8; NULL: those that the weights name */
 } npt_options;
 
 /* "0.1.0" */
@@ -94,7 +93,7 @@ NPT_C_API const char* npt_version(void);
 NPT_C_API const char* npt_last_error(void);
 
 /* What the user should know of the transfer that npt_explain or npt_explain_frame last spoke of in this thread, such as
- * a mesh that doesn't read as a person: a line for each thing, UTF-8, valid until the next one. Empty: all is well. */
+ * a mesh that is not recognised as a person: a line for each thing, UTF-8, valid until the next one. Empty: all is well. */
 NPT_C_API const char* npt_last_notes(void);
 
 NPT_C_API void npt_default_options(npt_options* options);
@@ -147,7 +146,7 @@ NPT_C_API npt_status npt_run_frame(npt_sequence* sequence, const npt_mesh* pose,
 NPT_C_API npt_status npt_explain_frame(const npt_sequence* sequence, npt_report* report);
 NPT_C_API void npt_close_sequence(npt_sequence* sequence);
 
-/* What moves an identity that goes through bodies: a skeleton and skin weights. In the identity's own unit, place and
+/* What moves a recognised identity: a skeleton and skin weights. In the identity's own unit, place and
  * pose; joints have no rotation of their own. */
 typedef struct npt_influence {
   uint16_t joint;
@@ -164,13 +163,13 @@ typedef struct npt_skeleton {
   const npt_influence* influences; /* a vertex's weights sum to 1 */
 } npt_skeleton;
 
-/* NPT_BAD_INPUT: the identity doesn't read as a person, or results are refined, which no skeleton can do. */
+/* NPT_BAD_INPUT: the identity is not recognised as a person, or results are refined, which no skeleton can do. */
 NPT_C_API npt_status npt_open_skeleton(const npt_transfer* transfer, const npt_identity* identity,
                                        const npt_skeleton** skeleton);
 NPT_C_API void npt_close_skeleton(const npt_skeleton* skeleton);
 
 /* How the skeleton moves to a pose: [NPT_JOINTS][3][4], rows of a rotation and a shift for each joint. Vertices that go
- * by these and the skin weights are npt_run_prepared's result. NPT_BAD_INPUT: the pair doesn't go through bodies. */
+ * by these and the skin weights are npt_run_prepared's result. NPT_BAD_INPUT: the network makes the result. */
 NPT_C_API npt_status npt_move_joints(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
                                      double* motions);
 /* The same of a sequence's last frame. */

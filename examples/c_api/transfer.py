@@ -39,7 +39,7 @@ class Options(ctypes.Structure):
     _fields_ = [("size", ctypes.c_size_t), ("threads", ctypes.c_int), ("pairings", ctypes.c_int), ("mirror", ctypes.c_int),
                 ("refine", ctypes.c_int), ("refine_radius", ctypes.c_double), ("invariant", ctypes.c_int),
                 ("pair_as_given", ctypes.c_int), ("resample", ctypes.c_int), ("unit", ctypes.c_double),
-                ("seed", ctypes.c_uint64), ("method", ctypes.c_int), ("reader", ctypes.c_char_p)]
+                ("seed", ctypes.c_uint64), ("method", ctypes.c_int)]
 
 
 class Transfer:

@@ -37,10 +37,9 @@ stage=$(mktemp -d)
 trap 'rm -rf "$stage"' EXIT
 cp -r "$project/examples/python/npt" "$project/examples/python/pyproject.toml" "$project/examples/python/setup.py" "$project/LICENSE" "$stage"
 rm -rf "$stage"/npt/__pycache__
-mkdir -p "$stage/npt/lib" "$stage/npt/weights/readers"
+mkdir -p "$stage/npt/lib" "$stage/npt/weights"
 cp -L "$library" "$stage/npt/lib/libnpt_c.so"
 cp "$project"/examples/weights/*.safetensors "$stage/npt/weights"
-cp "$project"/examples/weights/readers/*.safetensors "$stage/npt/weights/readers"
 sed -n 's/^project(npt VERSION \([0-9.]*\).*/\1/p' "$project/CMakeLists.txt" > "$stage/version.txt"
 "$python" -m build --wheel --no-isolation --outdir "$stage/dist" "$stage" > "$stage/log.txt" 2>&1 || { cat "$stage/log.txt" >&2; exit 1; }
 rm -f "$out"/npt-*.whl

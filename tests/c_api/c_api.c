@@ -92,14 +92,14 @@ static void transfers(void) {
   npt_close(NULL);
 }
 
-/* Random weights have no reader: the network does it, and there is nothing to say and no skeleton. */
+/* Random weights estimate no bodies: the network does it, and there is nothing to say and no skeleton. */
 static void explained(const npt_transfer* transfer, const npt_identity* own, const npt_pose* posed) {
   const npt_skeleton* skeleton = NULL;
   npt_sequence* sequence = NULL;
   npt_report report;
   double motions[NPT_JOINTS * 12];
   CHECK(npt_explain(transfer, own, posed, &report) == NPT_OK);
-  CHECK(report.method == NPT_NETWORK && report.identity_trust < 0 && report.pose_trust < 0);
+  CHECK(report.method == NPT_NETWORK && report.identity_confidence < 0 && report.pose_confidence < 0);
   CHECK(strcmp(npt_last_notes(), "") == 0);
   CHECK(npt_explain(transfer, own, posed, NULL) == NPT_BAD_ARGUMENT);
   CHECK(npt_open_skeleton(transfer, own, &skeleton) == NPT_BAD_INPUT);

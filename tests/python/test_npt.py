@@ -96,7 +96,7 @@ class Program(Figures):
         transfer = npt.PoseTransfer("human")
         report = transfer.explain(self.identity, self.pose)
         self.assertEqual((report.method, report.notes), ("body", ()))
-        self.assertGreater(min(report.identity_trust, report.pose_trust), 0.85)
+        self.assertGreater(min(report.identity_confidence, report.pose_confidence), 0.85)
         self.close(transfer(self.identity, self.pose), self.transferred())
 
     def test_by_the_network(self):
@@ -427,10 +427,10 @@ class BadInput(Figures):
             transfer(self.identity, knot)
         self.assertEqual([w.category for w in caught], [npt.TransferWarning])
         self.assertEqual(caught[0].filename, __file__)
-        self.assertIn("knot.obj doesn't read as a person (trust ", str(caught[0].message))
+        self.assertIn("knot.obj is not recognised as a person (confidence ", str(caught[0].message))
         report = transfer.explain(self.identity, knot)
         self.assertEqual(report.method, "network")
-        self.assertLess(report.pose_trust, 0.6)
+        self.assertLess(report.pose_confidence, 0.6)
         self.assertIn("knot.obj doesn't read as a person", report.notes[0])
         giant = (
             self.identity[0] * np.float32(5),

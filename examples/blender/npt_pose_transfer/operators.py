@@ -127,7 +127,7 @@ class Job:
         if report.method != "body":
             raise npt.Error(
                 "No rig: "
-                + (report.notes[0].split(": left to")[0] if report.notes else "these weights have no reader of people")
+                + (report.notes[0].split(": left to")[0] if report.notes else "these weights estimate no bodies")
             )
 
     def finish(self, context):

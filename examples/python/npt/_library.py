@@ -43,14 +43,13 @@ class COptions(ctypes.Structure):
         ("unit", ctypes.c_double),
         ("seed", ctypes.c_uint64),
         ("method", ctypes.c_int),
-        ("reader", ctypes.c_char_p),
     ]
 
 
 class CReport(ctypes.Structure):
     """npt_report"""
 
-    _fields_ = [("method", ctypes.c_int), ("identity_trust", ctypes.c_double), ("pose_trust", ctypes.c_double)]
+    _fields_ = [("method", ctypes.c_int), ("identity_confidence", ctypes.c_double), ("pose_confidence", ctypes.c_double)]
 
 
 class CSkeleton(ctypes.Structure):

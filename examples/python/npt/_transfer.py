@@ -32,8 +32,8 @@ class Report:
     """How a transfer is made, and how sure it is."""
 
     method: str  #: "body" or "network"
-    identity_trust: Optional[float]  #: 0 to 1: that it is a person, and was read right; None: not read
-    pose_trust: Optional[float]
+    identity_confidence: Optional[float]  #: 0 to 1: that it is a person, and was estimated rightly; None: no body was estimated
+    pose_confidence: Optional[float]
     notes: "tuple[str, ...]"  #: what to know before using the result
 
 
@@ -157,7 +157,6 @@ class PoseTransfer:
     unit           of the meshes: "metre", "centimetre", "millimetre", "inch", "foot", or metres; None: told from their size
     seed           of every random choice
     threads        0: all that the process may use. Several transfers at a time: 1
-    reader         weights of the network that reads bodies; None: those that the weights name
 
     Raises npt.Error for what can't be done right; warns with npt.TransferWarning of what may be wrong.
     """
@@ -177,7 +176,6 @@ class PoseTransfer:
         unit: Union[None, str, float] = None,
         seed: int = 0,
         threads: int = 0,
-        reader: Union[None, str, "os.PathLike[str]"] = None,
     ):
         options = COptions()
         library().npt_default_options(ctypes.byref(options))
@@ -193,8 +191,6 @@ class PoseTransfer:
         options.refine_radius = 0 if refine_radius is None else _positive(refine_radius, "refine_radius")
         options.unit = 0 if unit is None else UNITS[unit] if isinstance(unit, str) else _positive(unit, "unit")
         options.method = METHODS[method]
-        if reader is not None:
-            options.reader = os.fspath(reader).encode()
         self._by_network = method == "network" or (pair_as_given and method == "automatic")
         self._handle: Optional[_Owned] = _Owned("npt_close")
         call("npt_open", str(_weights_file(weights)).encode(), ctypes.byref(options), self._handle.out)
@@ -374,7 +370,7 @@ def _report(report: CReport) -> Report:
     notes = library().npt_last_notes().decode("utf-8", "replace")
     return Report(
         "body" if report.method == METHODS["body"] else "network",
-        report.identity_trust if report.identity_trust >= 0 else None,
-        report.pose_trust if report.pose_trust >= 0 else None,
+        report.identity_confidence if report.identity_confidence >= 0 else None,
+        report.pose_confidence if report.pose_confidence >= 0 else None,
         tuple(notes.splitlines()),
     )
