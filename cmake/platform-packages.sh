@@ -24,7 +24,7 @@ case "$name" in
   deb) tools=(lintian) ;;
   python) tools=(python3-numpy python3-venv python3-build python3-setuptools python3-wheel) ;;
   blender) tools=(blender xvfb xauth python3-numpy python3-build python3-setuptools python3-wheel) ;;
-  wasm) tools=(emscripten nodejs libeigen3-dev libtinyobjloader-dev liblbfgs-dev) ;;
+  wasm) tools=(emscripten nodejs libeigen3-dev libtinyobjloader-dev) ;;
   *) sed -n '2,5s/^# //p' "$0" >&2; exit 2 ;;
 esac
 root="build/platforms/$name"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Changes what a safetensors file says of itself; its tensors stay as they are.
+"""Changes what a safetensors file has as metadata; its tensors stay as they are.
 
     set_metadata.py trained.safetensors quadruped.safetensors refine_radius=0.08 domain=quadruped seed=
 

@@ -14,10 +14,11 @@
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/skeleton.hpp>
+#include <npt/estimate/body_estimator.hpp>
+#include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/estimate/fit_bias.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/solve/dense_cholesky.hpp>
-#include <npt/transfer/body_transfer.hpp>
 
 #include <CLI/CLI.hpp>
 
@@ -66,29 +67,29 @@ struct Sample {
   }
 };
 
-/// Adds a mesh's sample, unless it was misread.
-void add(const npt::BodyTransfer& transfer, const npt::BodyModel& body, std::span<const float> betas,
+/// Adds a mesh's sample, unless its pose was estimated wrongly.
+void add(const npt::BodyEstimator& estimator, const npt::BodyModel& body, std::span<const float> betas,
          std::span<const float> pose, std::vector<Sample>& samples) {
-  constexpr double trusted = 0.85, misread = 0.7;  // radians
+  constexpr double high = 0.85, wrong = 0.7;  // radians
   std::vector<float> xyz(3 * body.vertex_count());
   body.posed(betas, pose, xyz);
-  const npt::BodyEstimate reading = transfer.read({.xyz = xyz, .triangles = body.triangles(), .name = "body"});
-  if (reading.confidence() < trusted) return;
+  const npt::BodyEstimate reading = estimator.read({.xyz = xyz, .triangles = body.triangles(), .name = "body"});
+  if (reading.confidence() < high) return;
   const npt::BodyFit& fit = reading.fit.body;
-  const auto fitted = transfer.body().bone_motions(fit.betas, fit.axis_angles), real = body.bone_motions(betas, pose);
+  const auto fitted = estimator.body().bone_motions(fit.betas, fit.axis_angles), real = body.bone_motions(betas, pose);
   Sample sample;
   std::ranges::copy(npt::FitBias::inputs(fit), sample.inputs.begin());
   sample.inputs[columns] = 1;
   for (std::size_t j = 0; j < joints; ++j) {
     const npt::Vec3d off = npt::axis_angle(fitted[j].rotation.transposed() * real[j].rotation);
-    if (length(off) > misread) return;
+    if (length(off) > wrong) return;
     sample.off[3 * j] = off.x, sample.off[3 * j + 1] = off.y, sample.off[3 * j + 2] = off.z;
   }
   samples.push_back(sample);
   samples.push_back(sample.mirrored());
 }
 
-std::vector<Sample> measure(const Arguments& arguments, const npt::BodyTransfer& transfer) {
+std::vector<Sample> measure(const Arguments& arguments, const npt::BodyEstimator& estimator) {
   std::vector<Sample> samples;
   program::Progress progress("poses", arguments.poses * arguments.bodies.size());
   for (const std::string& file : arguments.bodies) {
@@ -102,13 +103,13 @@ std::vector<Sample> measure(const Arguments& arguments, const npt::BodyTransfer&
                                                  : kind < 0.5 ? npt::PoseDistribution::wide
                                                               : npt::PoseDistribution::natural);
       for (int shape = 0; shape < 2; ++shape)
-        add(transfer, *body, npt::sample_shape(random, body->shape_count()), pose, samples);
+        add(estimator, *body, npt::sample_shape(random, body->shape_count()), pose, samples);
     }
   }
   return samples;
 }
 
-/// [rows][columns + 1] in least squares; samples that a first solution leaves far off count less.
+/// [rows][columns + 1] in least squares; samples with large residuals of a first solution count less.
 std::vector<std::array<double, columns + 1>> learn(const std::vector<Sample>& samples, const Arguments& arguments) {
   std::vector<std::array<double, columns + 1>> b(rows);
   std::vector<double> weights(samples.size(), 1.0), squares(samples.size());
@@ -146,10 +147,11 @@ std::vector<std::array<double, columns + 1>> learn(const std::vector<Sample>& sa
 
 void run(const Arguments& arguments) {
   const npt::SafetensorsFile file = npt::SafetensorsFile::read(arguments.reader);
-  const npt::BodyTransfer transfer(npt::CorrespondenceEstimator(file, npt::DefaultExecutor(0)));
-  const std::vector<Sample> samples = measure(arguments, transfer);
+  const npt::BodyEstimator estimator(
+      npt::CorrespondenceEstimator(npt::correspondence_part(file), npt::DefaultExecutor(0)));
+  const std::vector<Sample> samples = measure(arguments, estimator);
   if (samples.size() < 2)
-    throw npt::Error({.file = "bodies", .found = "no mesh that reads as a person", .expected = "at least one"});
+    throw npt::Error({.file = "bodies", .found = "no mesh that is recognised as a person", .expected = "at least one"});
   const auto b = learn(samples, arguments);
   std::vector<float> values;
   for (const auto& row : b)
@@ -167,8 +169,8 @@ void run(const Arguments& arguments) {
 
 int main(int count, char** values) try {
   Arguments arguments;
-  CLI::App app("Learns what fits of other people's bodies are off by, and puts it into a reader's file");
-  app.add_option("READER", arguments.reader, "A reader's weights (.safetensors)")->required();
+  CLI::App app("Learns what fits of other people's bodies are off by, and puts it into a weights file");
+  app.add_option("WEIGHTS", arguments.reader, "Weights with a correspondence network (.safetensors)")->required();
   app.add_option("RESULT", arguments.result, "The same with fit_bias/joints (.safetensors)")->required();
   app.add_option("--body", arguments.bodies,
                  "Body model in SMPL's layout (.safetensors; repeated), or mannequin: for trying it out")

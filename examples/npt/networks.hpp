@@ -24,12 +24,12 @@ struct Variant {
   int bottleneck = 1024;
   std::string order = "conv_relu";
   std::string feature = "per-vertex";
-  /// full: the paper's; without-spadain, concat1: its ablations; reader: what reads meshes, of which there is one
+  /// full: the paper's; without-spadain, concat1: its ablations; correspondence: where points belong on a resting body, of which there is one
   std::string net = "full";
 
   /// As weights files say it.
   npt::Metadata metadata() const {
-    if (net == "reader") return npt::variant_metadata<npt::CorrespondenceNet<>>();
+    if (net == "correspondence") return npt::variant_metadata<npt::CorrespondenceNet<>>();
     npt::Metadata metadata{{"bottleneck", std::to_string(bottleneck)}, {"order", order}, {"feature", feature}};
     if (net != "full") metadata["net"] = net;
     return metadata;

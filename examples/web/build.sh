@@ -18,8 +18,8 @@ done
 
 # Headers only, out of the system's folder, whose other headers are of this machine.
 include=$out/include
-mkdir -p "$include" "$out/objects" "$out/package/weights/readers"
-for header in Eigen:eigen3/Eigen tiny_obj_loader.h lbfgs.h; do
+mkdir -p "$include" "$out/objects" "$out/package/weights"
+for header in Eigen:eigen3/Eigen tiny_obj_loader.h; do
   [ -e "/usr/include/${header#*:}" ] || { echo "build.sh: /usr/include/${header#*:} is missing: cmake/install-dependencies.sh" >&2; exit 1; }
   ln -sfn "/usr/include/${header#*:}" "$include/${header%%:*}"
 done
@@ -60,7 +60,7 @@ build threads '-sPTHREAD_POOL_SIZE=Module["pool"]' -pthread -DNPT_DEFAULT_THREAD
 
 cp "$here"/package/* "$root/LICENSE" "$out/package/"
 cp "$out"/objects/*/npt-*.{js,wasm} "$out/package/"
-for weights in human human-pooled quadruped readers/human; do
+for weights in human human-pooled quadruped; do
   file=$out/package/weights/$weights.safetensors
   [ "$file" -nt "$root/examples/weights/$weights.safetensors" ] && [ "$file" -nt "$here/halve.mjs" ] ||
     node "$here/halve.mjs" "$root/examples/weights/$weights.safetensors" "$file"
@@ -75,4 +75,4 @@ cp -r "$out/package/weights" "$out/page/weights"
 packed() { cat "$@" | gzip -9 | wc -c; }
 kilobytes() { echo $(($(packed "$@") / 1000)); }
 echo "page $out/page, gzipped: $(kilobytes "$out"/page/npt/npt-single.*) KB of WebAssembly for one thread, $(kilobytes "$out"/page/npt/npt-threads.*) KB for several," \
-  "$(kilobytes "$out"/page/*.* "$out/page/npt/index.js") KB of everything else, $(kilobytes "$out"/page/weights/{human,readers/human}.safetensors) KB of weights"
+  "$(kilobytes "$out"/page/*.* "$out/page/npt/index.js") KB of everything else, $(kilobytes "$out"/page/weights/human.safetensors) KB of weights"

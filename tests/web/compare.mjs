@@ -16,6 +16,22 @@ export function difference(a, b) {
   return most / (high - low);
 }
 
+// The tensors and texts of a safetensors file whose names begin with `prefix`, without it, as a file.
+export function partOf(bytes, prefix) {
+  const length = Number(bytes.readBigUInt64LE(0)), header = JSON.parse(bytes.toString('utf8', 8, 8 + length));
+  const cut = (entries) => Object.entries(entries).filter(([name]) => name.startsWith(prefix)).map(([name, value]) => [name.slice(prefix.length), value]);
+  const part = { __metadata__: Object.fromEntries(cut(header.__metadata__)) }, contents = [];
+  let at = 0;
+  for (const [name, tensor] of cut(header)) {
+    const [first, last] = tensor.data_offsets;
+    contents.push(bytes.subarray(8 + length + first, 8 + length + last));
+    part[name] = { ...tensor, data_offsets: [at, at += last - first] };
+  }
+  const text = Buffer.from(JSON.stringify(part)), size = Buffer.alloc(8);
+  size.writeBigUInt64LE(BigInt(text.length));
+  return Buffer.concat([size, text, ...contents]);
+}
+
 export class Checks {
   failures = 0;
   expect(good, what) {

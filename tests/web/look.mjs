@@ -6,7 +6,7 @@ import { availableParallelism } from 'node:os';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { drawn, launch, runner, unreached, visit } from '../view/browser.mjs';
-import { Checks, read } from './compare.mjs';
+import { Checks, partOf, read } from './compare.mjs';
 import { serve } from './server.mjs';
 
 const [modules, chromium, web, program, out, images] = process.argv.slice(2).map((name) => path.resolve(name));
@@ -83,20 +83,20 @@ async function withSamples() {
   checks.expect(first < Number(process.env.NPT_FIRST_PICTURE ?? 30), `the first picture after ${first} s`);
   await done('samples');
   console.log(`samples: ${await text('result-said')}`);
-  checks.expect(/through bodies/i.test(await text('result-said')), await text('result-said'));
+  checks.expect(/by body estimation/i.test(await text('result-said')), await text('result-said'));
   await picture('desktop', 'web-desktop');
   await accessible('light');
   await sampleFile('character', 'character.ply');
   await sampleFile('leap', 'leap.ply');
   run('transfer', '--weights', weights, '--identity', 'character.ply', '--pose', 'leap.ply', '--out', 'leap-result.ply');
-  const truth = (await read(Mesh, 'leap-result.ply')).positions;
-  for (const format of ['obj', 'ply', 'glb']) checks.near(truth, (await read(Mesh, await save(format))).positions, `samples, saved as ${format}`);
+  const expected = (await read(Mesh, 'leap-result.ply')).positions;
+  for (const format of ['obj', 'ply', 'glb']) checks.near(expected, (await read(Mesh, await save(format))).positions, `samples, saved as ${format}`);
 
   // Comparing.
-  await page.selectOption('#compare', 'truth');
+  await page.selectOption('#compare', 'ground-truth');
   checks.expect(await page.locator('#legend').isVisible(), 'no legend');
   const off = /off ([\d.]+) mm/.exec(await page.locator('#captions p').nth(2).textContent());
-  checks.expect(off && Number(off[1]) < 30, `off the truth: ${off && off[0]}`);
+  checks.expect(off && Number(off[1]) < 30, `off the ground truth: ${off && off[0]}`);
   await picture('truth');
   await page.selectOption('#compare', 'overlay');
   await picture('overlay');
@@ -187,16 +187,17 @@ async function withFiles() {
   await refused(() => page.setInputFiles('#pose-file', 'picture.ply'), /picture\.ply/, 'a file that is no mesh');
   await refused(() => drop(['notes.txt'], 0.1), /notes\.txt/, 'another format');
   await refused(() => page.setInputFiles('#weights-file', 'bad.safetensors'), /bad\.safetensors/, 'a file that is no weights');
-  const reader = path.join(web, 'page/weights/readers/human.safetensors');
-  await refused(() => page.setInputFiles('#weights-file', reader), /no weights of a pose transfer network.*human\.safetensors/, 'weights of another network');
+  writeFileSync('correspondence.safetensors', partOf(readFileSync(weights), 'correspondence/'));
+  await refused(() => page.setInputFiles('#weights-file', 'correspondence.safetensors'),
+                /no weights of a pose transfer network.*correspondence\.safetensors/, 'weights of another network');
   checks.near((await read(Mesh, 'result.ply')).positions, (await read(Mesh, await save('obj'))).positions, 'after all that');
 
-  // What reads as no person: a note, or the reason why not.
+  // What is not recognised as a person: a note, or the reason why not.
   writeFileSync('box.obj', 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n');
   await page.setInputFiles('#pose-file', 'box.obj');
   await named('pose', 'box.obj');
   await settled();
-  checks.expect(/box\.obj doesn't read as a person/.test(await text('notes')), `a box: ${await text('notes')} ${await text('notice-text')}`);
+  checks.expect(/box\.obj is not recognised as a person/.test(await text('notes')), `a box: ${await text('notes')} ${await text('notice-text')}`);
   console.log(`a box: ${await text('notes')}`);
   await picture('notes');
   await close('files');

@@ -16,7 +16,7 @@ SOURCES = [
     ("FRAMES", "Frames", "An animated mesh object, frame by frame: one shape key each"),
 ]
 METHODS = [
-    ("automatic", "Automatic", "Through bodies where both meshes read as people, else by the network"),
+    ("automatic", "Automatic", "By body estimation where both meshes are recognised as people, else by the network"),
     ("body", "Bodies", "Through bodies, whatever the meshes are"),
     ("network", "Network", "By the pose transfer network: upright meshes that face the front view"),
 ]
@@ -53,7 +53,7 @@ class NPT_Settings(bpy.types.PropertyGroup):
     rig: BoolProperty(
         name="Rig",
         description="Give the result an armature of 40 bones that takes the poses, with names and weights for "
-        "further animation, instead of moved vertices. For meshes that read as people",
+        "further animation, instead of moved vertices. For meshes that are recognised as people",
     )
     weights: EnumProperty(name="Weights", items=weights_items, description="The network's weights")
     weights_file: StringProperty(name="File", subtype="FILE_PATH", description="Weights of your own (.safetensors)")

@@ -4,7 +4,7 @@
     transfer = npt.PoseTransfer("human")
     posed = transfer((vertices, faces), (pose_vertices, pose_faces))   # [V, 3] float32, in the identity's order, unit and place
 
-People in any pose go through bodies, the rest by a pose transfer network, as `npt transfer` does: the results are its results.
+People in any pose are posed by body estimation, the rest by a pose transfer network, as `npt transfer` does: the results are its results.
 """
 
 from ._library import Error, library_file, version

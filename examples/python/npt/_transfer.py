@@ -24,7 +24,7 @@ INFLUENCE = np.dtype({"names": ["joint", "weight"], "formats": ["u2", "f4"], "of
 
 
 class TransferWarning(UserWarning):
-    """What to know before using a result, such as a mesh that doesn't read as a person."""
+    """What to know before using a result, such as a mesh that is not recognised as a person."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class PoseTransfer:
     Any number of threads may use one at a time; Python's lock is let go during each call.
 
     weights        "human" (the default), another name of npt.shipped_weights(), or the path of a .safetensors file
-    method         "automatic": through bodies where both meshes read as people, else by the network; "body", "network"
+    method         "automatic": by body estimation where both meshes are recognised, else by the network; "body", "network"
     pairings       the mean over so many random pairings of vertices; costs as many runs of the network
     mirror         also transfer the mirror images, and average; for symmetric subjects; twice the runs
     refine         give results the identity's surface detail; needs its faces
@@ -154,7 +154,7 @@ class PoseTransfer:
     invariant      permuting a mesh's vertices permutes the result bit for bit
     pair_as_given  meet vertices by number instead of at random: to compare with other implementations
     resample       False: refuse a pose mesh of another vertex count where the network pairs vertices
-    unit           of the meshes: "metre", "centimetre", "millimetre", "inch", "foot", or metres; None: told from their size
+    unit           of the meshes: "metre", "centimetre", "millimetre", "inch", "foot", or metres; None: inferred from their size
     seed           of every random choice
     threads        0: all that the process may use. Several transfers at a time: 1
 

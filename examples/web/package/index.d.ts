@@ -4,9 +4,17 @@
 /** What can't be done. The message is the library's: it names the file or argument, what was found and what was expected. */
 export class NptError extends Error {
   readonly kind: 'argument' | 'input' | 'memory' | 'internal';
-  /** Where a transfer was refused: how the meshes were read. */
+  /** What kind of fault it is, for programs that act on it. */
+  readonly code: 'bad_input' | 'not_recognised' | 'distorted' | 'unknown_unit' | 'missing_weights' | 'foreign' | 'domains_differ' |
+    'needs_recognition' | 'stopped';
+  /** What can be done about it. */
+  readonly remedy: Remedy;
+  /** Where a transfer was refused: what is known of the meshes. */
   readonly report?: Report;
 }
+
+/** What a user can do; a page says it in its own words. */
+export type Remedy = 'none' | 'look_at_result' | 'choose_method' | 'give_unit' | 'give_weights';
 
 export type Bytes = ArrayBuffer | ArrayBufferView;
 
@@ -59,42 +67,54 @@ export class Mesh extends Handle {
   readonly positions: Float32Array;
   /** [3 T], a copy. */
   readonly triangles: Uint32Array;
-  /** Moves the mesh to a time of a clip. */
-  moveTo(clip: number, seconds: number): void;
+  /** Moves the mesh to a time of a clip; null: as its file has it at rest. */
+  moveTo(clip: number | null, seconds?: number): void;
+  /** Seconds of a clip's frames at a rate. */
+  frameTimes(clip: number, fps?: number): number[];
   /** A file of this mesh: faces, UVs, groups and materials as far as the format has them. `transfer` knows its unit: GLB is in metres. */
   write(format: 'obj' | 'ply' | 'glb', options?: { positions?: ArrayLike<number> | null; transfer?: PoseTransfer | null }): Uint8Array;
+}
+
+/** What a user should know. `text` is plain English that names the mesh; `value`: a confidence, or metres in one unit (unit_assumed). */
+export interface Warning {
+  readonly code: 'not_recognised' | 'low_confidence' | 'no_surface' | 'upside_down' | 'lying' | 'lying_or_z_up' | 'arms_uncertain' |
+    'legs_uncertain' | 'unusual_proportions' | 'faces_inward' | 'unit_assumed';
+  readonly mesh: 'identity' | 'pose';
+  readonly value: number;
+  readonly text: string;
+  readonly remedy: Remedy;
 }
 
 /** How a result was made. */
 export interface Report {
   readonly method: 'body' | 'network';
-  /** Whether both were read as people; trusts and notes are of this reading. From 0.85 on all is well; below 0.6 the network is asked. */
-  readonly read: boolean;
-  readonly identityTrust: number;
-  readonly poseTrust: number;
-  readonly identityNotes: string;
-  readonly poseNotes: string;
+  /** The lower of both meshes', 0 to 1: that they are people, and that their poses were estimated rightly. From 0.85 on all is well; below 0.6
+   * the network is asked. null: no body was estimated. */
+  readonly confidence: number | null;
+  readonly warnings: readonly Warning[];
 }
 
-export interface Result {
+export interface Result extends Report {
   /** [3 V] in the identity's order, unit and place. */
   readonly positions: Float32Array;
-  readonly report: Report;
 }
 
 export interface TransferOptions {
-  /** Weights of the network that reads people: people in any pose then go through bodies, as in `npt transfer`. */
-  reader?: Bytes | null;
+  /** Files that the weights name, by their names: human-pooled names human.safetensors, which holds body estimation. */
+  others?: Record<string, Bytes>;
   /** Of the weights, for messages. */
   name?: string;
+  /** automatic: by body estimation where both meshes are recognised, else by the network. */
   method?: 'automatic' | 'body' | 'network';
+  /** Of body estimation; fast takes about half of the time. */
+  quality?: 'fast' | 'balanced' | 'best';
   pairings?: number;
   mirror?: boolean;
   refine?: boolean;
   refineRadius?: number;
   invariant?: boolean;
   resample?: boolean;
-  /** Metres in a unit of the meshes; 0: told from their size. */
+  /** Metres in a unit of the meshes; 0: inferred from their size. */
   unit?: number;
   seed?: number;
   /** 0: as many as there are. */
@@ -102,31 +122,74 @@ export interface TransferOptions {
   wasm?: string | URL | Bytes | WebAssembly.Module;
 }
 
-export interface PreparedIdentity extends Handle { readonly mesh: Mesh; readonly transfer: PoseTransfer; }
-export interface PreparedPose extends Handle { readonly transfer: PoseTransfer; }
+interface Estimated extends Handle {
+  readonly transfer: PoseTransfer;
+  /** Whether its confidence is high enough for body estimation. */
+  readonly recognised: boolean;
+  /** 0 to 1; null: no body was estimated. */
+  readonly confidence: number | null;
+  /** Of the weights: "human". */
+  readonly domain: string;
+  readonly warnings: readonly Warning[];
+}
 
-/** Frames of one movement: choices are made once, each frame goes on from the last one. */
-export interface Sequence extends Handle {
+/** An identity that takes many poses. */
+export interface Character extends Estimated {
+  readonly mesh: Mesh;
+  /** A file from which `loadCharacter` makes it again. It has to be recognised. */
+  save(): Uint8Array;
+}
+
+/** A pose that many characters take. */
+export interface Pose extends Estimated {}
+
+/** The poses of a sequence: choices are made once, each frame is followed from the last one. A mesh with other faces begins another sequence. */
+export interface PoseTracker extends Handle {
+  next(frame: Mesh | MeshArrays, characterVertices: number): Pose;
+}
+
+/** Frames of a sequence beside the first that are worth a try for its start. */
+export function framesToTry(count: number): number[];
+
+/** A sequence on one character. */
+export interface Animation extends Handle {
+  readonly character: Character;
   readonly length: number;
   readonly reports: readonly Report[];
-  add(pose: Mesh | MeshArrays): Result;
-  followRoot(): void;
+  /** Of the frame with the lowest confidence. */
+  readonly report: Report;
+  readonly weakest: number;
+  readonly finished: boolean;
+  /** The first frame; followed from the best of it and of `others` with the same triangles. */
+  start(first: Mesh | MeshArrays, others?: readonly (Mesh | MeshArrays)[]): Result;
+  add(frame: Mesh | MeshArrays): Result;
+  /** `followRoot`: along the poses' root trajectory, in proportion to the character's legs. */
+  finish(options?: { followRoot?: boolean }): this;
   frame(i: number): Float32Array;
+  /** A GLB that moves. */
   write(options?: { clip?: string; fps?: number; times?: ArrayLike<number> | null }): Uint8Array;
 }
 
 export class PoseTransfer extends Handle {
   private constructor();
   static open(weights: Bytes, options?: TransferOptions): Promise<PoseTransfer>;
-  /** "bottleneck 256, conv_relu, per-vertex, people through bodies". */
+  /** "bottleneck 256, conv_relu, per-vertex, people by body estimation". */
   readonly description: string;
   readonly pairsVertices: boolean;
   readonly hasBody: boolean;
   readonly threads: number;
-  run(identity: Mesh | MeshArrays | PreparedIdentity, pose: Mesh | MeshArrays | PreparedPose): Result;
-  prepareIdentity(mesh: Mesh | MeshArrays): PreparedIdentity;
-  /** `identityVertices`: of the identities that take it. */
-  preparePose(mesh: Mesh | MeshArrays, identityVertices: number): PreparedPose;
-  openSequence(identity: Mesh | MeshArrays | PreparedIdentity): Sequence;
+  apply(character: Mesh | MeshArrays | Character, pose: Mesh | MeshArrays | Pose): Result;
+  character(mesh: Mesh | MeshArrays): Character;
+  /** `mesh`: the one that it was made of; without, the character's has triangles alone. */
+  loadCharacter(bytes: Bytes, options?: { mesh?: Mesh | null; name?: string }): Character;
+  /** `characterVertices`: of the characters that take it. */
+  pose(mesh: Mesh | MeshArrays, characterVertices: number): Pose;
+  tracker(): PoseTracker;
+  /** A sequence, frame by frame. */
+  animation(character: Mesh | MeshArrays | Character): Animation;
+  /** A whole sequence. `rest`: the frames' rig at rest, which may be what it is best followed from. */
+  animate(character: Mesh | MeshArrays | Character, frames: readonly (Mesh | MeshArrays)[], options?: {
+    followRoot?: boolean; rest?: Mesh | MeshArrays | null; progress?: ((share: number) => void) | null;
+  }): Animation;
   unitOf(mesh: Mesh): number;
 }

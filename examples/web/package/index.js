@@ -1,12 +1,14 @@
 // npt in WebAssembly: typed arrays in and out. index.d.ts says what each part takes and gives.
 const kinds = ['none', 'argument', 'input', 'memory', 'internal'];
 
-/** What can't be done: the library's message, and whether it is the caller's, the input's or the memory's doing. */
+/** What can't be done: the library's message, whether it is the caller's, the input's or the memory's doing, and what can be done about it. */
 export class NptError extends Error {
-  constructor(message, kind, options) {
+  constructor(message, kind, { code = 'bad_input', remedy = 'none', ...options } = {}) {
     super(message, options);
     this.name = 'NptError';
     this.kind = kind;
+    this.code = code;
+    this.remedy = remedy;
   }
 }
 
@@ -70,7 +72,7 @@ export function load({ wasm, threads = 0 } = {}) {
   return loading;
 }
 
-// Each transfer has threads for its network and as many for its reader; there are those for two. They are started with the module, since
+// Each transfer has threads for its network and as many for body estimation; there are those for two. They are started with the module, since
 // a thread that waits for another can't start it.
 const poolOf = (threads) => 4 * (threads - 1);
 let taken = 0;  // of the pool, by transfers that are open
@@ -90,7 +92,8 @@ export async function version() {
 export const memory = () => (memory_ ? memory_.buffer.byteLength : 0);
 
 function failure() {
-  return new NptError(module_.UTF8ToString(module_._web_error()), kinds[module_._web_error_kind()] ?? 'internal');
+  return new NptError(textFrom(module_._web_error()), kinds[module_._web_error_kind()] ?? 'internal',
+    { code: textFrom(module_._web_error_code()), remedy: textFrom(module_._web_error_remedy()) });
 }
 
 // What a function of the module returns, or its error. A trap is a mistake in the library: it says so.
@@ -261,10 +264,16 @@ export class Mesh extends Handle {
     return new Uint32Array(memory_.buffer, module_._web_triangles(this.pointer_), 3 * this.triangleCount).slice();
   }
 
-  /** Moves the mesh to a time, in seconds, of one of its clips. */
-  moveTo(clip, time) {
+  /** Moves the mesh to a time, in seconds, of one of its clips; clip null: as its file has it at rest. */
+  moveTo(clip, time = 0) {
+    if (clip !== null && !this.clips[clip]) throw bad(`clip ${clip}: ${this.name} has ${this.clips.length}`);
+    call('move', this.pointer_, clip ?? -1, time);
+  }
+
+  /** The times, in seconds, of a clip's frames. */
+  frameTimes(clip, fps = 30) {
     if (!this.clips[clip]) throw bad(`clip ${clip}: ${this.name} has ${this.clips.length}`);
-    call('move', this.pointer_, clip, time);
+    return JSON.parse(textFrom(call('frame_times', this.pointer_, clip, fps)));
   }
 
   /** The bytes of a file: this mesh with all that came with it, in `positions` where they are given. */
@@ -292,56 +301,123 @@ function made({ positions, triangles = null, name = 'mesh' }) {
     call('make', text, xyz, positions.length / 3, corners, faces === null ? 0 : faces.length / 3)));
 }
 
-/** An identity that takes many poses. */
-class PreparedIdentity extends Handle {
-  constructor(transfer, mesh) {
-    super(call('prepare_identity', transfer.pointer_, mesh.pointer_), 'release_identity', [transfer, mesh]);
+const infoOf = (what, pointer) => JSON.parse(textFrom(call(`${what}_info`, pointer)));
+
+/** An identity that takes many poses: what depends on it alone is computed once. */
+class Character extends Handle {
+  constructor(transfer, mesh, pointer = call('character', transfer.pointer_, mesh.pointer_)) {
+    super(pointer, 'release_character', [transfer, mesh]);
     this.transfer = transfer;
     this.mesh = mesh;
+    Object.assign(this, infoOf('character', pointer));
+  }
+
+  /** The bytes of a file from which `transfer.loadCharacter` makes it again. */
+  save() {
+    return inFolder([], () => {
+      lent(['character.safetensors'], (path) => call('save_character', this.pointer_, path));
+      return module_.FS.readFile('character.safetensors');
+    });
   }
 }
 
-/** A pose that many identities take. */
-class PreparedPose extends Handle {
-  constructor(transfer, mesh, vertices) {
-    super(call('prepare_pose', transfer.pointer_, mesh.pointer_, vertices), 'release_pose', [transfer]);
+/** A pose that many characters take. */
+class Pose extends Handle {
+  constructor(transfer, pointer) {
+    super(pointer, 'release_pose', [transfer]);
+    this.transfer = transfer;
+    Object.assign(this, infoOf('pose', pointer));
+  }
+}
+
+/** The poses of a sequence: bodies are followed from frame to frame. */
+class PoseTracker extends Handle {
+  constructor(transfer) {
+    super(call('open_tracker', transfer.pointer_), 'close_tracker', [transfer]);
     this.transfer = transfer;
   }
+
+  /** The next frame's pose, for characters of so many vertices. */
+  next(frame, characterVertices) {
+    return borrowed(frame, 'pose', (mesh) => new Pose(this.transfer, call('next_pose', this.pointer_, mesh.pointer_, characterVertices)));
+  }
 }
 
-/** Frames of one movement on one identity, one after another. */
-class Sequence extends Handle {
-  constructor(identity) {
-    super(call('open_sequence', identity.pointer_), 'close_sequence', [identity]);
-    this.identity = identity;
-    this.length = 0;
+/** Which frames of a sequence beside the first are worth a try for its start: spread over it. */
+export function framesToTry(count) {
+  const tries = Math.min(Math.max(count - 1, 0), 3);
+  return Array.from({ length: tries }, (_, i) => Math.floor(count * (i + 1) / (tries + 1)));
+}
+
+/** A sequence on one character: add the frames one after another, then finish. */
+class Animation extends Handle {
+  constructor(character) {
+    super(call('open_animation', character.pointer_), 'close_animation', [character]);
+    this.character = character;
     this.reports = [];
+    this.finished = false;
+  }
+
+  /** Frames so far. */
+  get length() { return this.reports.length; }
+  /** Of the frame with the lowest confidence, whose number is `weakest`. */
+  get report() { return this.reports[this.weakest]; }
+  get weakest() { return module_._web_weakest_frame(this.pointer_); }
+
+  /** Transfers the first frame. `others`: meshes with the same triangles, such as further frames or a rig at rest: where the first frame isn't
+   * recognised with high confidence, the sequence is followed from the one of them that is recognised best. */
+  start(first, others = []) {
+    if (this.length > 0) throw bad('start: the animation has frames already');
+    return borrowed(first, 'pose', (mesh) => {
+      const own = [];
+      try {
+        for (const other of others) {
+          try {
+            own.push(other instanceof Mesh ? other : made({ name: 'pose', ...other }));
+          } catch (error) {
+            if (error.kind !== 'input') throw error;  // left to whoever adds that frame
+          }
+        }
+        const pointers = Uint32Array.from(own, (one) => one.pointer_);
+        return this.#added(lent([pointers], (list) => call('start_animation', this.pointer_, mesh.pointer_, list, own.length)));
+      } finally {
+        for (const one of own) if (!others.includes(one)) one.close();
+      }
+    });
   }
 
   /** Transfers the next frame. */
-  add(pose) {
-    return borrowed(pose, 'pose', (mesh) => {
-      const report = JSON.parse(textFrom(call('add_frame', this.pointer_, mesh.pointer_)));
-      this.reports.push(report);
-      this.length += 1;
-      return { positions: this.frame(this.length - 1), report };
-    });
+  add(frame) {
+    if (this.finished) throw bad('add: the animation is finished');
+    return borrowed(frame, 'pose', (mesh) => this.#added(call('add_frame', this.pointer_, mesh.pointer_)));
   }
 
-  /** Takes the frames along the pose's way, as `npt transfer --clip` does. After the last frame. */
-  followRoot() { call('follow_root', this.pointer_); }
+  /** After the last frame. `followRoot`: along the poses' root trajectory, in proportion to the character's legs, as `npt transfer --clip` does. */
+  finish({ followRoot = true } = {}) {
+    if (this.length === 0 || this.finished) throw bad(`finish: the animation ${this.finished ? 'is finished' : 'has no frames'}`);
+    call('finish_animation', this.pointer_, followRoot ? 1 : 0);
+    this.finished = true;
+    return this;
+  }
 
   /** Positions [3 V] of frame i. */
-  frame(i) { return floatsAt(call('frame', this.pointer_, i), 3 * this.identity.mesh.vertexCount); }
+  frame(i) { return floatsAt(call('frame', this.pointer_, i), 3 * this.character.mesh.vertexCount); }
 
-  /** A GLB that moves. */
+  /** A GLB that moves: on a skeleton where every frame was made by body estimation, else frame by frame. */
   write({ clip = 'clip', fps = 30, times = null } = {}) {
+    if (!this.finished) this.finish();
     const seconds = Float64Array.from(times ?? Array.from({ length: this.length }, (_, i) => i / fps));
     if (seconds.length !== this.length) throw bad(`times: ${seconds.length}, expected ${this.length}`);
     return inFolder([], () => {
-      lent(['result.glb', clip, seconds], (path, name, at) => call('write_sequence', this.pointer_, path, name, at));
+      lent(['result.glb', clip, seconds], (path, name, at) =>
+        call('write_animation', this.pointer_, this.character.mesh.pointer_, path, name, at));
       return module_.FS.readFile('result.glb');
     });
+  }
+
+  #added(report) {
+    this.reports.push(JSON.parse(textFrom(report)));
+    return { positions: this.frame(this.length - 1), ...this.reports.at(-1) };
   }
 }
 
@@ -356,7 +432,7 @@ function borrowed(mesh, name, f) {
   }
 }
 
-const methods = ['automatic', 'body', 'network'];
+const methods = ['automatic', 'body', 'network'], qualities = ['fast', 'balanced', 'best'];
 
 /** Weights, ready to put poses onto meshes. */
 export class PoseTransfer extends Handle {
@@ -366,74 +442,111 @@ export class PoseTransfer extends Handle {
     Object.assign(this, JSON.parse(textFrom(call('describe', pointer))));
   }
 
-  /** Opens weights (.safetensors). Without `reader`, the network that reads people, all transfers are the network's. */
+  /** Opens weights (.safetensors). People's hold body estimation, too, or name the file that does, which `others` has then. */
   static async open(weights, options = {}) {
     const {
-      reader = null, name = 'weights', method = 'automatic', pairings = 1, mirror = false, refine = false, refineRadius = 0,
+      others = {}, name = 'weights', method = 'automatic', quality = 'balanced', pairings = 1, mirror = false, refine = false, refineRadius = 0,
       invariant = false, resample = true, unit = 0, seed = 0, threads: wanted = 0, wasm,
     } = options;
     if (!methods.includes(method)) throw bad(`method '${method}': automatic, body or network`);
+    if (!qualities.includes(quality)) throw bad(`quality '${quality}': fast, balanced or best`);
     await load({ wasm });
     const count = wanted > 0 ? Math.min(wanted, threads()) : threads();
     const own = fileName(name);
-    const files = [[own, asBytes(weights, own)]];
-    if (reader !== null) files.push(['reader.safetensors', asBytes(reader, 'reader')]);
-    const pointer = inFolder(files, () => lent([own, reader === null ? '' : 'reader.safetensors'], (path, readerPath) =>
-      call('open', path, readerPath, methods.indexOf(method), pairings, mirror ? 1 : 0, refine ? 1 : 0, refineRadius, invariant ? 1 : 0,
-        resample ? 1 : 0, unit, seed, count)));
+    const files = Object.entries(others).map(([other, content]) => [fileName(other), asBytes(content, other)]);
+    files.push([own, asBytes(weights, own)]);
+    const pointer = inFolder(files, () => lent([own], (path) =>
+      call('open', path, methods.indexOf(method), qualities.indexOf(quality), pairings, mirror ? 1 : 0, refine ? 1 : 0, refineRadius,
+        invariant ? 1 : 0, resample ? 1 : 0, unit, seed, count)));
     taken += 2 * (count - 1);
     return new PoseTransfer(pointer, count);
   }
 
-  prepareIdentity(mesh) {
-    if (mesh instanceof Mesh) return new PreparedIdentity(this, mesh);
+  /** Estimates a body for an identity and binds it, once for many poses. */
+  character(mesh) {
+    if (mesh instanceof Mesh) return new Character(this, mesh);
     const own = made({ name: 'identity', ...mesh });
     try {
-      return new PreparedIdentity(this, own);
+      return new Character(this, own);
     } finally {
-      own.close();  // the prepared identity keeps it
+      own.close();  // the character keeps it
     }
   }
-  preparePose(mesh, identityVertices) {
-    return borrowed(mesh, 'pose', (own) => new PreparedPose(this, own, identityVertices));
-  }
-  openSequence(identity) {
-    if (identity instanceof PreparedIdentity) return new Sequence(identity);
-    const own = this.prepareIdentity(identity);
+  /** A character that was saved. Its mesh has triangles alone; `mesh`: the one that it was made of, with all that its file holds. */
+  loadCharacter(bytes, { mesh = null, name = 'character' } = {}) {
+    const file = fileName(name);
+    const pointer = inFolder([[file, asBytes(bytes, file)]], () => lent([file], (path) => call('load_character', this.pointer_, path)));
+    let own = null;
     try {
-      return new Sequence(own);
+      own = new Mesh(call('character_mesh', pointer));
+      if (mesh !== null && mesh.vertexCount !== own.vertexCount)
+        throw bad(`mesh: ${mesh.vertexCount} vertices, expected ${own.vertexCount}, the character's`);
+      return new Character(this, mesh ?? own, pointer);
+    } catch (error) {
+      module_._web_release_character(pointer);
+      throw error;
+    } finally {
+      own?.close();
+    }
+  }
+  /** Estimates the pose of a mesh, once for many characters of so many vertices. */
+  pose(mesh, characterVertices) {
+    return borrowed(mesh, 'pose', (own) => new Pose(this, call('pose', this.pointer_, own.pointer_, characterVertices)));
+  }
+  /** For the poses of a sequence. */
+  tracker() { return new PoseTracker(this); }
+  /** For a sequence on a character, frame by frame. */
+  animation(character) {
+    if (character instanceof Character) return new Animation(character);
+    const own = this.character(character);
+    try {
+      return new Animation(own);
     } finally {
       own.close();
     }
   }
+  /** A whole sequence on a character. `rest`: its rig at rest; `progress(share)`: called before each frame. */
+  animate(character, frames, { followRoot = true, rest = null, progress = null } = {}) {
+    if (frames.length === 0) throw bad('frames: none');
+    const animation = this.animation(character);
+    try {
+      frames.forEach((frame, i) => {
+        progress?.(i / frames.length);
+        if (i > 0) animation.add(frame);
+        else animation.start(frame, [...(rest === null ? [] : [rest]), ...framesToTry(frames.length).map((k) => frames[k])]);
+      });
+      return animation.finish({ followRoot });
+    } catch (error) {
+      animation.close();
+      throw error;
+    }
+  }
 
-  /** The identity's positions in the pose. Both may be meshes, arrays, or prepared. */
-  run(identity, pose) {
+  /** The character in the pose. Both may be meshes or arrays, too. */
+  apply(character, pose) {
     const own = [];
     try {
-      let preparedIdentity = identity, preparedPose = pose;
-      if (!(identity instanceof PreparedIdentity)) own.push(preparedIdentity = this.prepareIdentity(identity));
-      if (!(pose instanceof PreparedPose))
-        own.push(preparedPose = this.preparePose(pose, preparedIdentity.mesh.vertexCount));
-      if (preparedIdentity.transfer !== this || preparedPose.transfer !== this)
-        throw bad('prepared by another transfer');
-      const report = JSON.parse(textFrom(call('report', preparedIdentity.pointer_, preparedPose.pointer_)));
-      const count = 3 * preparedIdentity.mesh.vertexCount;
+      let usedCharacter = character, usedPose = pose;
+      if (!(character instanceof Character)) own.push(usedCharacter = this.character(character));
+      if (!(pose instanceof Pose)) own.push(usedPose = this.pose(pose, usedCharacter.mesh.vertexCount));
+      if (usedCharacter.transfer !== this || usedPose.transfer !== this) throw bad('prepared by another transfer');
+      const report = JSON.parse(textFrom(call('report', usedCharacter.pointer_, usedPose.pointer_)));
+      const count = 3 * usedCharacter.mesh.vertexCount;
       const positions = lent([new Float32Array(count)], (xyz) => {
         try {
-          call('run', preparedIdentity.pointer_, preparedPose.pointer_, xyz);
+          call('apply', usedCharacter.pointer_, usedPose.pointer_, xyz);
         } catch (error) {
           error.report = report;  // why the network was asked at all
           throw error;
         }
         return floatsAt(xyz, count);
       });
-      return { positions, report };
+      return { positions, ...report };
     } finally {
       for (const handle of own) handle.close();
     }
   }
 
-  /** Metres in a unit of the mesh, told from its size; 0 where that is no person's. */
+  /** Metres in a unit of the mesh, inferred from its size; 0 where that is no person's. */
   unitOf(mesh) { return module_._web_unit(this.pointer_, mesh.pointer_); }
 }

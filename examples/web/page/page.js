@@ -43,8 +43,8 @@ function ask(name, request = {}) {
 
 // ---- what is there ----
 
-// A side: { key, source, name, vertexCount, faceCount, clips, triangles, frames, clip, along }. Nothing is replaced before its successor is whole.
-const state = { identity: null, pose: null, result: null, truth: null };
+// A side: { key, source, name, vertexCount, faceCount, clips, triangles, frames, clip, followRoot }. Nothing is replaced before its successor is whole.
+const state = { identity: null, pose: null, result: null, groundTruth: null };
 let studio = null, keys = 0, turn = 0, weightsFile = null, chosenWeights = 'auto';
 
 const fps = () => Math.max(1, Math.min(60, Number(element('fps').value) || 24));
@@ -53,7 +53,7 @@ const player = new npt.Player({
   show: (_, frame) => {
     if (frame === studio.frame) return;
     studio.setFrame(frame);
-    if (['moved', 'truth', 'file'].includes(element('compare').value)) paint();
+    if (['moved', 'ground-truth', 'file'].includes(element('compare').value)) paint();
   },
 });
 
@@ -70,19 +70,23 @@ function notice(text) {
   element('notice').hidden = text === '';
 }
 
+// What a visitor can do about a warning or an error, by its code.
+const remedies = {
+  look_at_result: 'Look at the result before using it',
+  choose_method: 'The weights “human, the network alone” give the network\'s result all the same; for four-legged animals choose quadruped',
+  give_unit: 'Choose its unit under Options',
+  give_weights: 'Of the files that weights name, this page has human.safetensors alone',
+};
+
 function words(error) {
   if (error.kind === 'memory')
     return 'There is not enough memory for this in a browser tab. What is shown stays; a smaller mesh, or fewer frames, will do.';
   if (error.kind === 'internal' && /SIMD|CompileError|WebAssembly|exception/i.test(error.message))
     return `This browser can't run it (Chrome 95, Firefox 114, Safari 16.4 or later can): ${error.message}`;
-  if (error.report && error.report.read) {
-    const { identityTrust, poseTrust } = error.report;
-    const [side, trust] = identityTrust < poseTrust ? [state.identity, identityTrust] : [state.pose, poseTrust];
-    return `${error.message}; the network was asked since ${side.name} doesn't read as a person (trust ${percent(trust)}, asked 60 %)`;
-  }
   if (weightsFile && error.message.startsWith(weightsFile.name))
     return `These are no weights of a pose transfer network that could be used. ${error.message}`;
-  return error.message;
+  const remedy = remedies[error.remedy];
+  return remedy ? `${error.message}. ${remedy}` : error.message;
 }
 
 async function guarded(f) {
@@ -91,7 +95,7 @@ async function guarded(f) {
   } catch (error) {
     if (error.kind === 'stopped') return null;
     if (error.kind === undefined) console.error(error);
-    // After a trap nothing in the module can be trusted: another one begins with what is on show.
+    // After a trap the module's memory may be broken: another one begins with what is on show.
     if (error.kind === 'internal' && error.message.startsWith('npt stopped') && worker) worker.terminate(), worker = null;
     notice(words(error));
     doing('');
@@ -137,15 +141,15 @@ async function readSide(source, clip) {
       frames.push({ positions: mesh.positions, triangles: mesh.triangles, name: mesh.name });
     }
     await ask('drop', { key: -1 });
-    return { key, source, ...first, name: `${first.name} and ${frames.length - 1} more`, frames, clips: [], clip: null, along: false, known: true };
+    return { key, source, ...first, name: `${first.name} and ${frames.length - 1} more`, frames, clips: [], clip: null, followRoot: false, known: true };
   }
   doing(`Reading ${source.name ?? samples[source.sample].name}`);
   const mesh = await ask('open', { key, source });
   const chosen = clip !== undefined ? clip : mesh.clips.length > 0 ? 0 : null;
-  const side = { key, source, ...mesh, clip: null, along: false, known: true };
+  const side = { key, source, ...mesh, clip: null, followRoot: false, known: true };
   if (chosen !== null || (source.sample && samples[source.sample].mesh.frames)) {
     side.clip = chosen;
-    side.along = true;  // as npt transfer --clip does
+    side.followRoot = true;  // as npt transfer --clip does
     side.frames = (await ask('frames', { key, source, clip: chosen, fps: fps() })).map((positions) => ({ positions, triangles: mesh.triangles, name: mesh.name }));
   } else {
     side.frames = [{ positions: mesh.positions, triangles: mesh.triangles, name: mesh.name }];
@@ -160,7 +164,7 @@ async function setSide(name, source, clip) {
     const side = await readSide(source, name === 'identity' ? null : clip);
     const before = state[name];
     state[name] = side;
-    state.result = state.truth = null;
+    state.result = state.groundTruth = null;
     if (before && before.key !== side.key) ask('drop', { key: before.key });
     element(`${name}-said`).textContent = `${side.source.sample ? '' : `${side.name}: `}${describe(side)}`;
     const select = element(`${name}-sample`);
@@ -205,7 +209,8 @@ async function startTransfer() {
         side.known = true;
       }
       const result = await ask('transfer', {
-        identity: identity.key, poses: pose.frames, along: pose.along, weights: element('weights').value,
+        identity: identity.key, poses: pose.frames, followRoot: pose.followRoot, weights: element('weights').value,
+        rest: pose.clip === null ? null : { positions: pose.positions, triangles: pose.triangles, name: pose.name },
         file: element('weights').value === 'file' ? weightsFile : null, options: optionsOf(),
       });
       if (own !== turn) return;
@@ -213,7 +218,7 @@ async function startTransfer() {
       transferring = false;
       doing('');
       report(result);
-      await findTruth();
+      await findGroundTruth();
       showPanels(false);
       player.setPlaying(!calm);
     } finally {
@@ -228,26 +233,17 @@ async function startTransfer() {
   });
 }
 
-const percent = (trust) => `${Math.round(100 * trust)} %`;
-const inShort = ({ report: how }) =>
-  (how.method === 'body' ? `trust ${percent(Math.min(how.identityTrust, how.poseTrust))}` : 'by the network');
+const percent = (share) => `${Math.round(100 * share)} %`;
+const inShort = ({ report: how }) => (how.method === 'body' ? `confidence ${percent(how.confidence)}` : 'by the network');
 
-function report(result) {
-  const { report: how } = result, trust = Math.min(how.identityTrust, how.poseTrust);
-  const time = `${result.seconds.toFixed(1)} s${result.threads > 1 ? ` on ${result.threads} threads` : ''}`;
-  element('result-said').textContent = how.method === 'body' ? `Through bodies, trust ${percent(trust)}, ${time}` : `By the network, ${time}`;
-  const notes = [];
-  const worse = how.identityTrust < how.poseTrust ? state.identity : state.pose;
-  if (how.method === 'body') {
-    if (how.identityNotes) notes.push(`${state.identity.name}: ${how.identityNotes}`);
-    if (how.poseNotes) notes.push(`${state.pose.name}: ${how.poseNotes}`);
-    if (trust < 0.85) notes.push(`${worse.name} reads as a person with a trust of only ${percent(trust)}: look at the result before using it`);
-  } else if (how.read) {
-    notes.push(`${worse.name} doesn't read as a person (trust ${percent(trust)}, asked 60 %): left to the pose transfer network, ` +
-      'which was trained on people in few poses. For four-legged animals choose the weights quadruped');
-  }
-  if (how.method === 'network' && result.unit > 0 && result.unit !== 1 && Number(element('unit').value) === 0)
-    notes.push(`${state.identity.name} is taken to be in ${result.unit === 0.01 ? 'centimetres' : 'millimetres'}, by its size`);
+function report({ report: how, seconds, threads }) {
+  const time = `${seconds.toFixed(1)} s${threads > 1 ? ` on ${threads} threads` : ''}`;
+  element('result-said').textContent = how.method === 'body' ? `By body estimation, confidence ${percent(how.confidence)}, ${time}` : `By the network, ${time}`;
+  // A unit that was chosen isn't assumed.
+  const warnings = how.warnings.filter(({ code }) => code !== 'unit_assumed' || Number(element('unit').value) === 0);
+  const notes = warnings.map(({ text }) => text);
+  if (warnings.some(({ code }) => code === 'not_recognised')) notes.push('For four-legged animals choose the weights quadruped');
+  for (const remedy of new Set(warnings.map((warning) => warning.remedy))) if (remedies[remedy]) notes.push(remedies[remedy]);
   element('notes').replaceChildren(...notes.map((text) => Object.assign(document.createElement('li'), { textContent: text })));
 }
 
@@ -278,22 +274,22 @@ function showPanels(aim) {
 
 // ---- comparing ----
 
-// The truth of two samples: the identity's shape in the pose's angles.
-async function findTruth() {
-  state.truth = null;
+// The ground truth of two samples: the identity's shape in the pose's angles.
+async function findGroundTruth() {
+  state.groundTruth = null;
   const { identity, pose } = state;
-  element('compare').querySelector('[value=truth]').disabled = !(identity.source.sample && pose.source.sample);
+  element('compare').querySelector('[value=ground-truth]').disabled = !(identity.source.sample && pose.source.sample);
   if (!(identity.source.sample && pose.source.sample)) {
-    if (element('compare').value === 'truth') element('compare').value = 'none';
+    if (element('compare').value === 'ground-truth') element('compare').value = 'none';
     return;
   }
   const key = ++keys, frames = [];
   for (let i = 0; i < pose.frames.length; ++i) {
-    const mesh = await ask('open', { key, source: { truth: [identity.source.sample, pose.source.sample], frame: i } });
+    const mesh = await ask('open', { key, source: { groundTruth: [identity.source.sample, pose.source.sample], frame: i } });
     frames.push(mesh.positions);
   }
   ask('drop', { key });
-  state.truth = frames;
+  state.groundTruth = frames;
 }
 
 const centreOf = (xyz) => [0, 1, 2].map((k) => {
@@ -314,7 +310,7 @@ let against = null;  // a file to compare with
 
 function paint() {
   const how = element('compare').value, result = state.result;
-  const other = !result ? null : how === 'moved' ? [state.identity.positions] : how === 'truth' ? state.truth : how === 'file' ? against : null;
+  const other = !result ? null : how === 'moved' ? [state.identity.positions] : how === 'ground-truth' ? state.groundTruth : how === 'file' ? against : null;
   element('legend').hidden = !other;
   if (!other) return studio.setHeat(null);
   const own = result.frames[Math.min(studio.frame, result.frames.length - 1)];
@@ -323,7 +319,7 @@ function paint() {
   const unit = 1000 * (result.unit || 1);
   const sorted = [...values].sort((a, b) => a - b), most = sorted[Math.floor(0.99 * (sorted.length - 1))] * unit;
   const steps = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000], high = steps.find((step) => step >= most) ?? 5000;
-  element('legend-label').textContent = how === 'moved' ? 'moved' : how === 'truth' ? 'distance to the truth' : 'distance to the file';
+  element('legend-label').textContent = how === 'moved' ? 'moved' : how === 'ground-truth' ? 'distance to the ground truth' : 'distance to the file';
   element('legend-high').textContent = `${high} mm`;
   studio.setHeat({ values, unit, high });
   const mean = values.reduce((sum, x) => sum + x, 0) / values.length * unit;
@@ -343,12 +339,12 @@ function compare() {
 }
 
 function chooseComparison(how) {
-  if (how === 'truth' && !state.truth) return;
+  if (how === 'ground-truth' && !state.groundTruth) return;
   element('compare').value = element('compare').value === how ? 'none' : how;
   compare();
 }
 
-async function setTruthFile(source) {
+async function setComparison(source) {
   notice('');
   await work(async () => {
     const key = ++keys;
@@ -396,7 +392,7 @@ async function openFiles(name, files) {
   } else if (name === 'pose') {
     await setSide('pose', sources.length === 1 ? sources[0] : { list: sources });
   } else {
-    await setTruthFile(sources[0]);
+    await setComparison(sources[0]);
   }
 }
 
@@ -466,14 +462,14 @@ function listen() {
   element('compare').onchange = () => {
     if (element('compare').value === 'file' && !against) {
       element('compare').value = 'none';
-      element('truth-file').click();
+      element('comparison-file').click();
     }
     compare();
   };
-  element('truth-file').onchange = (event) => {
+  element('comparison-file').onchange = (event) => {
     const files = [...event.target.files];
     event.target.value = '';
-    openFiles('truth', files);
+    openFiles('comparison', files);
   };
   element('save').onclick = save;
   element('stop').onclick = () => {
@@ -485,7 +481,7 @@ function listen() {
   element('settings').onsubmit = (event) => event.preventDefault();
 
   // Dropped on the left third: the identity; in the middle: the pose; on the right: what to compare with.
-  const thirds = ['identity', 'pose', 'truth'], stage = element('stage');
+  const thirds = ['identity', 'pose', 'comparison'], stage = element('stage');
   const third = (event) => {
     const box = stage.getBoundingClientRect();
     return Math.max(0, Math.min(2, Math.floor(3 * (event.clientX - box.left) / box.width)));
@@ -510,7 +506,7 @@ function listen() {
   npt.listen(studio, player, {
     i: () => element('identity-file').click(), p: () => element('pose-file').click(),
     s: () => { if (!element('save').disabled) save(); },
-    o: () => chooseComparison('overlay'), h: () => chooseComparison('truth'),
+    o: () => chooseComparison('overlay'), h: () => chooseComparison('ground-truth'),
   }, { INPUT: /^(Arrow|Home|End| |[0-9.,+-]$)/, SUMMARY: /^ $/ });
 }
 

@@ -1,6 +1,6 @@
 // What computes: the package, in a thread of its own. Requests come as { id, name, ... }, answers go as { id, value } or { id, error },
 // progress as { progress, share }. One transfer runs at a time; another request for one ends it at its next step.
-import { Mesh, NptError, PoseTransfer, load } from './npt/index.js';
+import { Mesh, NptError, PoseTransfer, framesToTry, load } from './npt/index.js';
 import { samples } from './samples.js';
 
 load().catch(() => {});  // the first request says what went wrong
@@ -9,8 +9,8 @@ load().catch(() => {});  // the first request says what went wrong
 
 const meshes = new Map();  // by key
 let opened = null;         // { key, transfer }: of one weights file and its options
-let prepared = null;       // { key, identity }: the identity that was transferred to last
-let made = null;           // { transfer, mesh, frames, sequence }: what can be saved
+let prepared = null;       // { mesh, transfer, character }: of the identity that was transferred to last
+let made = null;           // { transfer, mesh, frames, animation }: what can be saved
 let run = 0;               // of the transfer that is wanted
 
 const progress = (text, share = null) => postMessage({ progress: text, share });
@@ -52,10 +52,10 @@ function shipped(name) {
 // ---- meshes ----
 
 async function makeMesh(source) {
-  if (source.truth) {  // the shape of one sample in the pose of another
-    const [shape, pose] = source.truth.map((key) => samples[key].mesh);
+  if (source.groundTruth) {  // the shape of one sample in the pose of another
+    const [shape, pose] = source.groundTruth.map((key) => samples[key].mesh);
     const angles = pose.frames ? pose.frames[source.frame].angles : null;
-    return Mesh.mannequin({ ...shape, pose: pose.pose, poseSeed: pose.poseSeed, angles, name: 'truth' });
+    return Mesh.mannequin({ ...shape, pose: pose.pose, poseSeed: pose.poseSeed, angles, name: 'ground truth' });
   }
   if (source.sample) {
     const { frames, ...options } = samples[source.sample].mesh;
@@ -69,7 +69,6 @@ const shownOf = (mesh) => ({
   name: mesh.name, vertexCount: mesh.vertexCount, faceCount: mesh.faceCount, clips: mesh.clips, positions: mesh.positions, triangles: mesh.triangles,
 });
 
-// Positions of a frame: a mesh of a list, a step of a sample, or a moment of a clip.
 function moved(positions, shift) {
   if (!shift) return positions;
   for (let i = 0; i < positions.length; ++i) positions[i] += shift[i % 3];
@@ -86,7 +85,7 @@ async function open({ key, source }) {
 function drop({ key }) {
   const mesh = meshes.get(key);
   if (!mesh) return;
-  if (prepared && prepared.mesh === mesh) prepared.identity.close(), prepared = null;
+  if (prepared && prepared.mesh === mesh) prepared.character.close(), prepared = null;
   meshes.delete(key);
   if (!made || made.mesh !== mesh) mesh.close();
 }
@@ -107,14 +106,14 @@ async function frames({ key, source, clip, fps }) {
     return shown;
   }
   if (clip === null) return [mesh.positions];
-  const count = Math.max(1, Math.floor(mesh.clips[clip].length * fps + 1e-6) + 1);
-  if (count > 2000) throw new NptError(`${mesh.name}: ${count} frames at ${fps} a second, expected at most 2000`, 'input');
+  const times = mesh.frameTimes(clip, fps);
+  if (times.length > 2000) throw new NptError(`${mesh.name}: ${times.length} frames at ${fps} a second, expected at most 2000`, 'input');
   const shown = [];
-  for (let i = 0; i < count; ++i) {
-    mesh.moveTo(clip, Math.min(i / fps, mesh.clips[clip].length));
+  for (const [i, time] of times.entries()) {
+    mesh.moveTo(clip, time);
     shown.push(mesh.positions);
     if (i % 16 === 15) {
-      progress('Reading the clip', i / count);
+      progress('Reading the clip', i / times.length);
       await breathe();
     }
   }
@@ -123,19 +122,29 @@ async function frames({ key, source, clip, fps }) {
 
 // ---- transfers ----
 
+// The file beside weights that holds their body estimation, where they name one; null also for what is no weights at all.
+function bodyNamed(bytes) {
+  try {
+    const length = Number(new DataView(bytes.buffer, bytes.byteOffset).getBigUint64(0, true));
+    const header = JSON.parse(new TextDecoder().decode(bytes.subarray(8, 8 + length)));
+    return header.__metadata__?.body ?? null;
+  } catch {
+    return null;
+  }
+}
+
 async function transferOf({ weights, file, options }) {
   const key = JSON.stringify([weights, file && file.name, file && file.key, options]);
   if (opened && opened.key === key) return opened.transfer;
   progress('Loading weights', 0);
   const bytes = file ? file.bytes : await shipped(weights === 'auto' ? 'human' : weights);
-  // Weights of people go with the reader; which ones that are is what they say themselves.
-  const alone = weights !== 'auto' && weights !== 'file';
-  const header = new TextDecoder().decode(bytes.subarray(8, 8 + Math.min(65536, bytes.length - 8)));
-  const reader = !alone && header.includes('"reader"') ? await shipped('readers/human') : null;
+  const beside = options.method === 'network' ? null : bodyNamed(bytes);
+  const others = beside === 'human.safetensors' ? { [beside]: await shipped('human') } : {};
   progress('Opening weights');
   await breathe();
-  const transfer = await PoseTransfer.open(bytes, { ...options, reader, name: file ? file.name : `${weights}.safetensors` });
-  if (prepared) prepared.identity.close(), prepared = null;
+  const name = file ? file.name : `${weights === 'auto' ? 'human' : weights}.safetensors`;
+  const transfer = await PoseTransfer.open(bytes, { ...options, others, name });
+  if (prepared) prepared.character.close(), prepared = null;
   if (opened && !(made && made.transfer === opened.transfer)) opened.transfer.close();
   opened = { key, transfer };
   return transfer;
@@ -146,7 +155,7 @@ function keep(next) {
   const last = made;
   made = next;
   if (!last) return;
-  if (last.sequence) last.sequence.close();
+  if (last.animation) last.animation.close();
   if (last.mesh !== next.mesh && !isKept(last.mesh)) last.mesh.close();
   if (last.transfer !== next.transfer && last.transfer !== opened.transfer) last.transfer.close();
 }
@@ -162,49 +171,50 @@ async function transfer({ own, ...request }) {
   await wanted();
   const identity = meshes.get(request.identity);
   if (!prepared || prepared.mesh !== identity || prepared.transfer !== use) {
-    progress(`Reading ${identity.name}`);
+    progress(`Looking at ${identity.name}`);
     await wanted();
-    const next = use.prepareIdentity(identity);
-    if (prepared) prepared.identity.close();
-    prepared = { mesh: identity, transfer: use, identity: next };
+    const next = use.character(identity);
+    if (prepared) prepared.character.close();
+    prepared = { mesh: identity, transfer: use, character: next };
   }
-  const { poses } = request;  // [{ positions, triangles, name }]
+  const { poses, rest } = request;  // [{ positions, triangles, name }], and the same of the clip's rig at rest
+  const answer = (frames, { method, confidence, warnings }) =>
+    ({ frames, report: { method, confidence, warnings }, seconds: (performance.now() - start) / 1000, unit: use.unitOf(identity), threads: use.threads });
   if (poses.length === 1) {
-    progress(`Reading ${poses[0].name}`);
+    progress(`Looking at ${poses[0].name}`);
     await wanted();
-    const pose = use.preparePose(poses[0], identity.vertexCount);
+    const pose = use.pose(poses[0], identity.vertexCount);
     try {
       progress('Posing');
       await wanted();
-      const { positions, report } = use.run(prepared.identity, pose);
-      keep({ transfer: use, mesh: identity, frames: [positions], sequence: null });
-      return { frames: [positions], report, seconds: (performance.now() - start) / 1000, unit: use.unitOf(identity), threads: use.threads };
+      const result = use.apply(prepared.character, pose);
+      keep({ transfer: use, mesh: identity, frames: [result.positions], animation: null });
+      return answer([result.positions], result);
     } finally {
       pose.close();
     }
   }
-  const sequence = use.openSequence(prepared.identity);
+  const animation = use.animation(prepared.character);
   try {
     for (let i = 0; i < poses.length; ++i) {
       progress(`Frame ${i + 1} of ${poses.length}`, i / poses.length);
       await wanted();
-      sequence.add(poses[i]);
+      if (i > 0) animation.add(poses[i]);
+      else animation.start(poses[0], [...(rest ? [rest] : []), ...framesToTry(poses.length).map((k) => poses[k])]);
     }
-    if (request.along) sequence.followRoot();
-    const shown = poses.map((_, i) => sequence.frame(i));
-    const report = sequence.reports.reduce((worst, r) =>
-      (Math.min(r.identityTrust, r.poseTrust) < Math.min(worst.identityTrust, worst.poseTrust) ? r : worst));
-    keep({ transfer: use, mesh: identity, frames: shown, sequence });
-    return { frames: shown, report, seconds: (performance.now() - start) / 1000, unit: use.unitOf(identity), threads: use.threads };
+    animation.finish({ followRoot: request.followRoot });
+    const shown = poses.map((_, i) => animation.frame(i));
+    keep({ transfer: use, mesh: identity, frames: shown, animation });
+    return answer(shown, animation.report);
   } catch (error) {
-    sequence.close();
+    animation.close();
     throw error;
   }
 }
 
 function save({ format, frame, clip, fps }) {
   if (!made) throw new NptError('nothing to save yet', 'argument');
-  if (made.sequence && format === 'glb') return made.sequence.write({ clip, fps });
+  if (made.animation && format === 'glb') return made.animation.write({ clip, fps });
   return made.mesh.write(format, { positions: made.frames[Math.min(frame, made.frames.length - 1)], transfer: made.transfer });
 }
 
@@ -218,7 +228,8 @@ async function answer(id, name, request) {
     postMessage({ id, value: await answers[name](request) });
   } catch (error) {
     const kind = error instanceof Stopped ? 'stopped' : error instanceof NptError ? error.kind : error instanceof RangeError ? 'memory' : 'internal';
-    postMessage({ id, error: { kind, message: String(error.message ?? error), report: error.report } });
+    const { code, remedy, report } = error;
+    postMessage({ id, error: { kind, message: String(error.message ?? error), code, remedy, report } });
   }
 }
 

@@ -1,4 +1,3 @@
-/// What npt's headers leave to a library: tinyobjloader is one header, and its functions stand here. liblbfgs, which
-/// only searches for a body without a reading need, is not called in the browser.
+/// What npt's headers leave to a library: tinyobjloader is one header, and its functions stand here.
 #define TINYOBJLOADER_IMPLEMENTATION
 #include <tiny_obj_loader.h>

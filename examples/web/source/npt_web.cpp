@@ -1,13 +1,12 @@
 /// What the package's JavaScript calls: npt behind functions of numbers and pointers. Files are those of the module's
 /// own file system, in memory. Every function that can fail returns 0 or nullptr then, and web_error() says why.
 ///
-/// Handles are owned by the caller, who releases each by its function; a mesh, a transfer and an identity must outlive
+/// Handles are owned by the caller, who releases each by its function; a mesh, a transfer and a character must outlive
 /// what was made of them.
 #include <formats/read.hpp>
 
 #include <npt/base/random.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/joint_names.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
@@ -15,16 +14,13 @@
 #include <npt/io/json.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/normals.hpp>
-#include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/npt.hpp>
-#include <npt/scene/animate.hpp>
+#include <npt/scene/clip.hpp>
 #include <npt/scene/pose.hpp>
-#include <npt/transfer/body_method.hpp>
+#include <npt/transfer/animation.hpp>
 #include <npt/transfer/detail_refiner.hpp>
-#include <npt/transfer/pose_sequence.hpp>
-#include <npt/transfer/root_way.hpp>
 
 #include <algorithm>
 #include <array>
@@ -64,10 +60,14 @@ enum class ErrorKind { none, argument, input, memory, internal };
 
 std::string last_error;
 ErrorKind last_kind = ErrorKind::none;
+npt::ErrorCode last_code = npt::ErrorCode::bad_input;
+npt::Remedy last_remedy = npt::Remedy::none;
 
 void failed(ErrorKind kind, const char* message) {
   last_kind = kind;
   last_error = message;
+  last_code = npt::ErrorCode::bad_input;
+  last_remedy = npt::Remedy::none;
 }
 
 /// f(), or `otherwise` where it throws.
@@ -77,6 +77,8 @@ R guarded(R otherwise, const F& f) {
     return f();
   } catch (const npt::Error& error) {
     failed(ErrorKind::input, error.what());
+    last_code = error.code();
+    last_remedy = error.remedy();
   } catch (const std::bad_alloc&) {
     failed(ErrorKind::memory, "out of memory");
   } catch (const std::length_error&) {
@@ -128,121 +130,144 @@ struct Transfer {
   npt::PoseTransfer transfer;
 };
 
-struct Identity {
+struct Character {
   const Transfer& owner;
-  const Mesh& mesh;
-  npt::PreparedIdentity prepared{};
+  std::string name;
+  npt::Character character;
 };
 
 struct Pose {
-  npt::PreparedPose prepared{};
+  std::string name;
+  npt::Pose pose;
+};
+
+struct Tracker {
+  npt::PoseTracker<> tracker;
+};
+
+/// A character through a sequence: made frame by frame, and then written.
+struct Animation {
+  const Character& character;
+  npt::Animator<> animator{character.owner.transfer, character.character};
+  npt::Animation finished{};
+
+  const npt::Animation& frames() const { return finished.positions.empty() ? animator.animation() : finished; }
 };
 
 /// Metres in a unit of what is written to `path`, where files say metres and the mesh's own doesn't; else 1.
 double metres_in(const Transfer* transfer, const Mesh& mesh, const fs::path& path) {
-  if (transfer == nullptr || path.extension() != ".glb" || mesh.in_metres) return 1;
-  try {
-    return transfer->transfer.options().unit ? *transfer->transfer.options().unit
-                                             : transfer->transfer.unit_of(mesh.view());
-  } catch (const npt::Error&) {  // no person's size
-    return 1;
-  }
+  if (transfer == nullptr || path.extension() != ".glb") return 1;
+  return npt::output_unit(transfer->transfer, mesh.view(), mesh.in_metres);
 }
 
-void scale(std::span<float> xyz, double factor) {
-  if (factor == 1) return;
-  for (float& x : xyz) x = static_cast<float>(static_cast<double>(x) * factor);
-}
-
-/// The identity's mesh in other positions.
-npt::Mesh moved(const Mesh& identity, std::span<const float> xyz) {
-  npt::Mesh mesh = identity.mesh;
+/// The mesh in other positions.
+npt::Mesh moved(const Mesh& own, std::span<const float> xyz) {
+  npt::Mesh mesh = own.mesh;
   std::copy(xyz.begin(), xyz.end(), mesh.coordinates().begin());
   npt::recompute_normals(mesh);
-  npt::validate(mesh, "result for " + identity.name);
+  npt::validate(mesh, "result for " + own.name);
   return mesh;
 }
 
-/// The frames of a sequence on one identity, kept to become a clip.
-class Sequence {
- public:
-  explicit Sequence(Identity& identity)
-      : identity_(identity), frames_(identity.owner.transfer), skeleton_(transfer().skeleton(identity.prepared)) {
-    for (std::size_t j = 0; skeleton_ && j < skeleton_->joint_count(); ++j)
-      skeleton_->names[j] = std::string(npt::joint_name(j, npt::JointNames::vrm));
+// ---- reports ----
+
+const char* code_of(npt::WarningCode code) {
+  using enum npt::WarningCode;
+  switch (code) {
+    case not_recognised:
+      return "not_recognised";
+    case low_confidence:
+      return "low_confidence";
+    case no_surface:
+      return "no_surface";
+    case upside_down:
+      return "upside_down";
+    case lying:
+      return "lying";
+    case lying_or_z_up:
+      return "lying_or_z_up";
+    case arms_uncertain:
+      return "arms_uncertain";
+    case legs_uncertain:
+      return "legs_uncertain";
+    case unusual_proportions:
+      return "unusual_proportions";
+    case faces_inward:
+      return "faces_inward";
+    case unit_assumed:
+      return "unit_assumed";
   }
+  return "";
+}
 
-  npt::TransferReport add(const Mesh& pose) {
-    const std::size_t vertices = identity_.mesh.mesh.vertex_count();
-    frames_.prepare(pose.view(), vertices, pose_);
-    std::vector<float> xyz(3 * vertices);
-    const npt::TransferReport report = transfer().report(identity_.prepared, pose_);
-    transfer()(identity_.prepared, pose_, xyz);
-    if (report.method != npt::Method::body) skeleton_.reset();
-    if (skeleton_) motions_.push_back(transfer().motions(identity_.prepared, pose_));
-    if (report.method == npt::Method::body) poses_.push_back(transfer().joints(pose_));
-    positions_.push_back(std::move(xyz));
-    return report;
+const char* code_of(npt::ErrorCode code) {
+  using enum npt::ErrorCode;
+  switch (code) {
+    case bad_input:
+      return "bad_input";
+    case not_recognised:
+      return "not_recognised";
+    case distorted:
+      return "distorted";
+    case unknown_unit:
+      return "unknown_unit";
+    case missing_weights:
+      return "missing_weights";
+    case foreign:
+      return "foreign";
+    case domains_differ:
+      return "domains_differ";
+    case needs_recognition:
+      return "needs_recognition";
+    case stopped:
+      return "stopped";
   }
+  return "";
+}
 
-  std::size_t size() const { return positions_.size(); }
-  std::span<const float> frame(std::size_t i) const { return positions_.at(i); }
-
-  /// Takes the frames, which all have their root joint in one place, along the pose's way, as npt transfer --clip does:
-  /// as far as the identity's legs are longer or shorter; its lowest point stays the lowest of the sequence.
-  void follow_root() {
-    if (poses_.size() != positions_.size() || poses_.empty()) return;
-    const double leg = transfer().joints(identity_.prepared).leg;
-    std::vector<double> lowest_of;
-    for (const std::vector<float>& xyz : positions_) lowest_of.push_back(npt::bounding_box(xyz).low.y);
-    const std::vector<npt::Vec3d> way =
-        npt::root_way(leg, poses_, lowest_of, npt::bounding_box(identity_.mesh.mesh.coordinates()).low.y);
-    for (std::size_t i = 0; i < way.size(); ++i) {
-      npt::move_points(positions_[i], way[i]);
-      if (skeleton_)
-        for (npt::Affine& motion : motions_[i]) motion.shift += way[i];
-    }
+const char* code_of(npt::Remedy remedy) {
+  using enum npt::Remedy;
+  switch (remedy) {
+    case none:
+      return "none";
+    case look_at_result:
+      return "look_at_result";
+    case choose_method:
+      return "choose_method";
+    case give_unit:
+      return "give_unit";
+    case give_weights:
+      return "give_weights";
   }
+  return "";
+}
 
-  /// A GLB that moves: on a skeleton where all frames went through bodies, else frame by frame.
-  void write(const fs::path& path, const std::string& clip, std::span<const double> times) const {
-    const double metres = metres_in(&identity_.owner, identity_.mesh, path);
-    npt::Mesh identity = identity_.mesh.mesh;
-    scale(identity.coordinates(), metres);
-    npt::MeshScene made = npt::scene_from(identity, fs::path(identity_.mesh.name).stem().string());
-    if (skeleton_) {
-      npt::SkinnedSkeleton skeleton = *skeleton_;
-      for (npt::Vec3d& joint : skeleton.joints) joint = joint * metres;
-      std::vector<std::vector<npt::Affine>> motions = motions_;
-      for (auto& of_frame : motions)
-        for (npt::Affine& motion : of_frame) motion.shift = motion.shift * metres;
-      const std::size_t first = npt::add_skeleton(made, skeleton);
-      npt::add_skeleton_clip(made, skeleton, first, clip, times, motions);
-    } else {
-      std::vector<std::vector<float>> positions = positions_;
-      for (std::vector<float>& xyz : positions) scale(xyz, metres);
-      npt::add_morph_clip(made, identity, clip, times, positions);
-    }
-    npt::write_scene(path, made.scene);
+std::string text_of(const npt::Warnings& warnings, const std::string& identity, const std::string& pose) {
+  std::string text = "[";
+  for (const npt::Warning& warning : warnings) {
+    text += text.back() == '[' ? "" : ",";
+    text += std::string("{\"code\":\"") + code_of(warning.code) + "\",\"mesh\":\"" +
+            (warning.mesh == npt::MeshRole::identity ? "identity" : "pose") + "\",\"value\":" + number(warning.value) +
+            ",\"text\":" + quoted(npt::text_of(warning, identity, pose)) + ",\"remedy\":\"" + code_of(warning.remedy) +
+            "\"}";
   }
+  return text + "]";
+}
 
- private:
-  const npt::PoseTransfer& transfer() const { return identity_.owner.transfer; }
+std::string text_of(const std::optional<double>& confidence) { return confidence ? number(*confidence) : "null"; }
 
-  Identity& identity_;
-  npt::PoseSequence<npt::DefaultExecutor> frames_;
-  npt::PreparedPose pose_;
-  std::optional<npt::SkinnedSkeleton> skeleton_;
-  std::vector<std::vector<float>> positions_;
-  std::vector<std::vector<npt::Affine>> motions_;
-  std::vector<npt::JointPose> poses_;
-};
-
-std::string text_of(const npt::TransferReport& report) {
+std::string text_of(const npt::TransferReport& report, const std::string& identity, const std::string& pose) {
   return std::string("{\"method\":") + (report.method == npt::Method::network ? "\"network\"" : "\"body\"") +
-         ",\"read\":" + (report.read ? "true" : "false") + ",\"identityTrust\":" + number(report.identity_confidence) +
-         ",\"poseTrust\":" + number(report.pose_confidence) + ",\"identityNotes\":" + quoted(report.identity_notes) +
-         ",\"poseNotes\":" + quoted(report.pose_notes) + "}";
+         ",\"confidence\":" + text_of(report.confidence) + ",\"warnings\":" + text_of(report.warnings, identity, pose) +
+         "}";
+}
+
+/// What a character and a pose say of themselves.
+template <class Prepared>
+std::string text_of(const Prepared& prepared, const std::string& name) {
+  return std::string("{\"recognised\":") + (prepared.recognised() ? "true" : "false") +
+         ",\"confidence\":" + text_of(prepared.confidence()) + ",\"domain\":" + quoted(prepared.domain()) +
+         ",\"warnings\":" + text_of(prepared.warnings(), name, name) + "}";
 }
 
 npt::Random random_for(double seed, std::uint64_t stream) {
@@ -258,6 +283,8 @@ extern "C" {
 NPT_WEB const char* web_version() { return NPT_VERSION; }
 NPT_WEB const char* web_error() { return last_error.c_str(); }
 NPT_WEB int web_error_kind() { return static_cast<int>(last_kind); }
+NPT_WEB const char* web_error_code() { return code_of(last_code); }
+NPT_WEB const char* web_error_remedy() { return code_of(last_remedy); }
 
 // ---- meshes ----
 
@@ -337,12 +364,31 @@ NPT_WEB const char* web_mesh_info(const Mesh* mesh) {
 NPT_WEB const float* web_positions(const Mesh* mesh) { return mesh->mesh.coordinates().data(); }
 NPT_WEB const void* web_triangles(const Mesh* mesh) { return mesh->triangles.data(); }
 
-/// Moves the mesh to a time of one of its clips.
-NPT_WEB int web_move(Mesh* mesh, std::uint32_t clip, double time) {
+/// Moves the mesh to a time of one of its clips; below 0: as its file has it at rest.
+NPT_WEB int web_move(Mesh* mesh, std::int32_t clip, double time) {
   return guarded(0, [&] {
-    mesh->poser->positions(&mesh->scene->clips.at(clip), time, mesh->mesh.coordinates());
+    if (mesh->scene == nullptr) return 1;
+    if (clip < 0)
+      mesh->mesh = mesh->poser->mesh();
+    else
+      mesh->poser->positions(&mesh->scene->clips.at(static_cast<std::size_t>(clip)), time, mesh->mesh.coordinates());
     npt::recompute_normals(mesh->mesh);
     return 1;
+  });
+}
+/// Times of a clip's frames in seconds, as a JSON array.
+NPT_WEB const char* web_frame_times(const Mesh* mesh, std::uint32_t clip, double rate) {
+  return guarded(static_cast<const char*>(nullptr), [&] {
+    constexpr int most_frames = 100'000;
+    const npt::Clip& own = mesh->scene->clips.at(clip);
+    if (!(own.length() * rate <= most_frames))
+      throw npt::Error({.file = mesh->name,
+                        .place = "clip '" + own.name + "'",
+                        .found = number(own.length()) + " s",
+                        .expected = "at most " + std::to_string(most_frames) + " frames"});
+    std::string text = "[";
+    for (const double time : npt::frame_times(own, rate)) text += (text.back() == '[' ? "" : ",") + number(time);
+    return returned(text + "]");
   });
 }
 
@@ -352,8 +398,7 @@ NPT_WEB int web_write(const Transfer* transfer, const Mesh* mesh, const float* x
   return guarded(0, [&] {
     const std::size_t count = 3 * mesh->mesh.vertex_count();
     npt::Mesh written = xyz == nullptr ? mesh->mesh : moved(*mesh, {xyz, count});
-    scale(written.coordinates(), metres_in(transfer, *mesh, path));
-    npt::write_mesh(path, written);
+    npt::write_mesh(path, npt::scaled(std::move(written), metres_in(transfer, *mesh, path)));
     return 1;
   });
 }
@@ -361,27 +406,29 @@ NPT_WEB void web_release_mesh(Mesh* mesh) { delete mesh; }
 
 // ---- transfers ----
 
-/// Opens weights. reader: empty for those that have none, whose transfers are all the network's.
-/// method 0: automatic, 1: body, 2: network; refine_radius, unit 0: told by weights and meshes; threads 0: all.
-NPT_WEB Transfer* web_open(const char* weights, const char* reader, int method, int pairings, int mirror, int refine,
+/// Opens weights. method 0: automatic, 1: body, 2: network; quality 0: fast, 1: balanced, 2: best; refine_radius, unit
+/// 0: inferred from weights and meshes; threads 0: all.
+NPT_WEB Transfer* web_open(const char* weights, int method, int quality, int pairings, int mirror, int refine,
                            double refine_radius, int invariant, int resample, double unit, double seed, int threads) {
   return guarded(static_cast<Transfer*>(nullptr), [&] {
     npt::TransferOptions options;
     options.method = method == 1 ? npt::Method::body : method == 2 ? npt::Method::network : npt::Method::automatic;
-    if (*reader != '\0') options.body = npt::body_method, options.reader = reader;
-    options.pairings = pairings;
-    options.mirror = mirror != 0;
+    options.body.quality = quality == 0   ? npt::Quality::fast
+                           : quality == 2 ? npt::Quality::best
+                                          : npt::Quality::balanced;
+    options.network.pairings = pairings;
+    options.network.mirror = mirror != 0;
+    options.network.invariant = invariant != 0;
+    options.network.resample = resample != 0;
     if (refine != 0) options.refinement = npt::detail_refinement;
     if (refine_radius != 0) options.refine_radius = refine_radius;
-    options.invariant = invariant != 0;
-    options.resample = resample != 0;
-    if (unit != 0) options.unit = unit;
+    if (unit != 0) options.import.unit = unit;
     options.seed = static_cast<std::uint64_t>(seed);
     return new Transfer{npt::PoseTransfer::open<Networks>(weights, options, threads)};
   });
 }
 
-/// Its description, and what the weights say of themselves, as JSON.
+/// Its description, and what its weights hold, as JSON.
 NPT_WEB const char* web_describe(const Transfer* transfer) {
   return guarded(static_cast<const char*>(nullptr), [&] {
     const npt::PoseTransfer& own = transfer->transfer;
@@ -392,40 +439,71 @@ NPT_WEB const char* web_describe(const Transfer* transfer) {
 }
 NPT_WEB void web_close(Transfer* transfer) { delete transfer; }
 
-NPT_WEB Identity* web_prepare_identity(const Transfer* transfer, const Mesh* mesh) {
-  return guarded(static_cast<Identity*>(nullptr), [&] {
-    auto identity = std::make_unique<Identity>(Identity{*transfer, *mesh});
-    transfer->transfer.prepare_identity(mesh->view(), identity->prepared);
-    return identity.release();
+// ---- characters and poses ----
+
+NPT_WEB Character* web_character(const Transfer* transfer, const Mesh* mesh) {
+  return guarded(static_cast<Character*>(nullptr), [&] {
+    return new Character{*transfer, mesh->name, transfer->transfer.character(mesh->view())};
   });
 }
-NPT_WEB void web_release_identity(Identity* identity) { delete identity; }
-
-NPT_WEB Pose* web_prepare_pose(const Transfer* transfer, const Mesh* mesh, std::uint32_t identity_vertices) {
-  return guarded(static_cast<Pose*>(nullptr), [&] {
-    auto pose = std::make_unique<Pose>();
-    transfer->transfer.prepare_pose(mesh->view(), identity_vertices, pose->prepared);
-    return pose.release();
+/// A character that web_save_character wrote.
+NPT_WEB Character* web_load_character(const Transfer* transfer, const char* path) {
+  return guarded(static_cast<Character*>(nullptr), [&] {
+    return new Character{*transfer, path, transfer->transfer.load_character(path)};
   });
+}
+NPT_WEB int web_save_character(const Character* character, const char* path) {
+  return guarded(0, [&] {
+    character->character.save(path);
+    return 1;
+  });
+}
+/// The mesh of a character, of triangles alone.
+NPT_WEB Mesh* web_character_mesh(const Character* character) {
+  return guarded(static_cast<Mesh*>(nullptr), [&] {
+    auto mesh = std::make_unique<Mesh>(Mesh{.name = character->name});
+    const std::span<const float> xyz = character->character.positions();
+    mesh->mesh.positions.resize(xyz.size() / 3);
+    std::copy(xyz.begin(), xyz.end(), mesh->mesh.coordinates().begin());
+    npt::set_faces(mesh->mesh, character->character.triangles());
+    return adopted(std::move(mesh));
+  });
+}
+/// Whether it is recognised, its confidence and warnings, as JSON.
+NPT_WEB const char* web_character_info(const Character* character) {
+  return guarded(static_cast<const char*>(nullptr),
+                 [&] { return returned(text_of(character->character, character->name)); });
+}
+NPT_WEB void web_release_character(Character* character) { delete character; }
+
+NPT_WEB Pose* web_pose(const Transfer* transfer, const Mesh* mesh, std::uint32_t identity_vertices) {
+  return guarded(static_cast<Pose*>(nullptr), [&] {
+    return new Pose{mesh->name, transfer->transfer.pose(mesh->view(), identity_vertices)};
+  });
+}
+NPT_WEB const char* web_pose_info(const Pose* pose) {
+  return guarded(static_cast<const char*>(nullptr), [&] { return returned(text_of(pose->pose, pose->name)); });
 }
 NPT_WEB void web_release_pose(Pose* pose) { delete pose; }
 
-/// How a prepared identity takes a prepared pose, as JSON.
-NPT_WEB const char* web_report(const Identity* identity, const Pose* pose) {
+/// How a character takes a pose, as JSON.
+NPT_WEB const char* web_report(const Character* character, const Pose* pose) {
   return guarded(static_cast<const char*>(nullptr), [&] {
-    return returned(text_of(identity->owner.transfer.report(identity->prepared, pose->prepared)));
+    const npt::TransferReport report = character->owner.transfer.report(character->character, pose->pose);
+    return returned(text_of(report, character->name, pose->name));
   });
 }
 
 /// result: [V, 3]
-NPT_WEB int web_run(const Identity* identity, const Pose* pose, float* result) {
+NPT_WEB int web_apply(const Character* character, const Pose* pose, float* result) {
   return guarded(0, [&] {
-    identity->owner.transfer(identity->prepared, pose->prepared, {result, 3 * identity->mesh.mesh.vertex_count()});
+    const std::size_t count = 3 * character->character.vertex_count();
+    character->owner.transfer.apply(character->character, pose->pose, {result, count});
     return 1;
   });
 }
 
-/// Metres in a unit of the mesh, told from its size; 0 where that is no person's.
+/// Metres in a unit of the mesh, inferred from its size; 0 where that is no person's.
 NPT_WEB double web_unit(const Transfer* transfer, const Mesh* mesh) {
   try {
     return transfer->transfer.unit_of(mesh->view());
@@ -436,30 +514,62 @@ NPT_WEB double web_unit(const Transfer* transfer, const Mesh* mesh) {
 
 // ---- sequences ----
 
-NPT_WEB Sequence* web_open_sequence(Identity* identity) {
-  return guarded(static_cast<Sequence*>(nullptr), [&] { return new Sequence(*identity); });
+NPT_WEB Tracker* web_open_tracker(const Transfer* transfer) {
+  return guarded(static_cast<Tracker*>(nullptr), [&] { return new Tracker{npt::PoseTracker<>(transfer->transfer)}; });
+}
+/// The next frame's pose, a copy.
+NPT_WEB Pose* web_next_pose(Tracker* tracker, const Mesh* frame, std::uint32_t identity_vertices) {
+  return guarded(static_cast<Pose*>(nullptr), [&] {
+    return new Pose{frame->name, tracker->tracker.next(frame->view(), identity_vertices)};
+  });
+}
+NPT_WEB void web_close_tracker(Tracker* tracker) { delete tracker; }
+
+NPT_WEB Animation* web_open_animation(const Character* character) {
+  return guarded(static_cast<Animation*>(nullptr), [&] { return new Animation{.character = *character}; });
+}
+/// Transfers the first frame, followed from the best of it and of `count` others: its report, as JSON.
+NPT_WEB const char* web_start_animation(Animation* animation, const Mesh* first, const Mesh* const* others,
+                                        std::uint32_t count) {
+  return guarded(static_cast<const char*>(nullptr), [&] {
+    const npt::TransferReport report = animation->animator.start(
+        first->mesh, first->name, count, [others](std::size_t k) -> npt::Mesh { return others[k]->mesh; });
+    return returned(text_of(report, animation->character.name, first->name));
+  });
 }
 /// Transfers the next frame: its report, as JSON.
-NPT_WEB const char* web_add_frame(Sequence* sequence, const Mesh* pose) {
-  return guarded(static_cast<const char*>(nullptr), [&] { return returned(text_of(sequence->add(*pose))); });
+NPT_WEB const char* web_add_frame(Animation* animation, const Mesh* frame) {
+  return guarded(static_cast<const char*>(nullptr), [&] {
+    const npt::TransferReport report = animation->animator.add(frame->view());
+    return returned(text_of(report, animation->character.name, frame->name));
+  });
 }
-NPT_WEB int web_follow_root(Sequence* sequence) {
+/// After the last frame; follow_root: along the poses' root trajectory.
+NPT_WEB int web_finish_animation(Animation* animation, int follow_root) {
   return guarded(0, [&] {
-    sequence->follow_root();
+    animation->finished = animation->animator.finish(follow_root != 0);
     return 1;
   });
+}
+/// The number of the frame with the lowest confidence.
+NPT_WEB std::uint32_t web_weakest_frame(const Animation* animation) {
+  return static_cast<std::uint32_t>(animation->frames().weakest);
 }
 /// [V, 3]
-NPT_WEB const float* web_frame(const Sequence* sequence, std::uint32_t i) {
-  return guarded(static_cast<const float*>(nullptr), [&] { return sequence->frame(i).data(); });
+NPT_WEB const float* web_frame(const Animation* animation, std::uint32_t i) {
+  return guarded(static_cast<const float*>(nullptr), [&] { return animation->frames().positions.at(i).data(); });
 }
-/// A GLB that moves; times: seconds of each frame.
-NPT_WEB int web_write_sequence(const Sequence* sequence, const char* path, const char* clip, const double* times) {
+/// A GLB that moves, once it is finished. mesh: the character's; times: seconds of each frame.
+NPT_WEB int web_write_animation(const Animation* animation, const Mesh* mesh, const char* path, const char* clip,
+                                const double* times) {
   return guarded(0, [&] {
-    sequence->write(path, clip, {times, sequence->size()});
+    const npt::Animation& frames = animation->finished;
+    const double metres = metres_in(&animation->character.owner, *mesh, path);
+    npt::write_scene(path, npt::animation_scene(mesh->mesh, fs::path(mesh->name).stem().string(), frames, clip,
+                                                {times, frames.positions.size()}, metres));
     return 1;
   });
 }
-NPT_WEB void web_close_sequence(Sequence* sequence) { delete sequence; }
+NPT_WEB void web_close_animation(Animation* animation) { delete animation; }
 
 }  // extern "C"

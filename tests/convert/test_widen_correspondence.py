@@ -1,4 +1,4 @@
-"""widen_reader.py: twins that read the same, and bad files."""
+"""widen_correspondence.py: twins that give the same, and bad files."""
 
 import json
 import struct
@@ -28,7 +28,7 @@ SHAPES = {
 }
 
 
-def weights(dtype="F32", net="reader"):
+def weights(dtype="F32", net="correspondence"):
     random = np.random.default_rng(1)
     tensors = {name: random.standard_normal(shape).astype("<f4") for name, shape in SHAPES.items()}
     header, data = {"__metadata__": {"net": net, "width": str(WIDTH), "output_scale": "1"}}, b""
@@ -40,13 +40,13 @@ def weights(dtype="F32", net="reader"):
     return tensors, struct.pack("<Q", len(text)) + text + data
 
 
-class WidenReader(ConverterTest):
-    script = "widen_reader.py"
+class WidenCorrespondence(ConverterTest):
+    script = "widen_correspondence.py"
 
     def test_twins_read_what_the_narrow_channels_read(self):
         narrow, data = weights()
         stored, metadata = self.converted(self.file("narrow.safetensors", data))
-        self.assertEqual((metadata["net"], metadata["width"]), ("reader", str(2 * WIDTH)))
+        self.assertEqual((metadata["net"], metadata["width"]), ("correspondence", str(2 * WIDTH)))
         wide = {name: np.frombuffer(raw, "<f4").reshape(shape) for name, (_, shape, raw) in stored.items()}
         for name in ("encoder.conv2.weight", "decoder.conv4.bias", "output_scale"):
             np.testing.assert_array_equal(wide[name], narrow[name])
@@ -78,7 +78,7 @@ class WidenReader(ConverterTest):
         self.refused(self.file("cut.safetensors", data[:100]), "cut.safetensors: found no safetensors file")
         self.refused(self.file("short.safetensors", data[:-8]), "short.safetensors: ", "expected shape")
         self.refused(self.file("half.safetensors", weights(dtype="F16")[1]), "found F16, expected F32")
-        self.refused(self.file("other.safetensors", weights(net="full")[1]), "found net full, expected reader")
+        self.refused(self.file("other.safetensors", weights(net="full")[1]), "found net full, expected correspondence")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Makes weights of a reader twice as wide that reads the same: a start for training a wider one.
+"""Makes weights of a correspondence network twice as wide that gives the same: a start for training a wider one.
 
-    widen_reader.py narrow.safetensors wide.safetensors
+    widen_correspondence.py narrow.safetensors wide.safetensors
 
 Every hidden channel of the decoder and the encoder's last layer stands twice; weights that read a pair of twins are divided between
 the two at random, so that training takes them apart. Source: Chen et al., "Net2Net", ICLR 2016.
@@ -20,8 +20,8 @@ from convert_common import ConvertError, read_floats, run, write_floats
 
 def read(path):
     metadata, tensors = read_floats(path)
-    if metadata.get("net") != "reader":
-        raise ConvertError(f"{path}: found net {metadata.get('net')}, expected reader")
+    if metadata.get("net") != "correspondence":
+        raise ConvertError(f"{path}: found net {metadata.get('net')}, expected correspondence")
     return metadata, tensors
 
 
@@ -63,7 +63,7 @@ def main():
     metadata, tensors = read(arguments.narrow)
     width = int(metadata["width"])
     wide = widened(tensors, width, np.random.default_rng(5))
-    metadata = {"net": "reader", "width": 2 * width, "output_scale": metadata["output_scale"], "normalisation": "none", "unit": "metre"}
+    metadata = {"net": "correspondence", "width": 2 * width, "output_scale": metadata["output_scale"], "normalisation": "none", "unit": "metre"}
     write_floats(arguments.wide, wide, metadata)
 
 

@@ -1,0 +1,73 @@
+#!/usr/bin/env python3
+"""Puts body estimation into a weights file, so that one file holds all that people need.
+
+    join_body_weights.py network.safetensors human.safetensors --correspondence FILE [--correction FILE] [--fit-bias FILE]
+
+network            the pose transfer network, whose tensors come first
+--correspondence   the correspondence network: weights of `npt train --net correspondence`, or a joined file
+--correction       the network of the correction: bottleneck 256, pooled feature, conv_relu; or a joined file
+--fit-bias         a file with fit_bias/joints, as npt_fit_bias writes it; or a joined file
+
+Parts that the network's file has already are replaced. Every tensor keeps its bits, every part its metadata.
+"""
+
+import argparse
+import os
+
+from convert_common import ConvertError, read_safetensors, run, write_safetensors
+
+CORRECTION = (("bottleneck", "256"), ("feature", "pooled"), ("order", "conv_relu"))
+MOST_BYTES = 12_000_000  # a page loads it
+
+
+def part(path, prefix, bare):
+    """Metadata and tensors below the prefix; where there are none and `bare` says so, those of the file itself."""
+    metadata, tensors = read_safetensors(path)
+    inside = {name[len(prefix) :]: tensor for name, tensor in tensors.items() if name.startswith(prefix)}
+    if inside:
+        return {key[len(prefix) :]: text for key, text in metadata.items() if key.startswith(prefix)}, inside
+    if not bare:
+        raise ConvertError(f"{path}: tensors: found none below {prefix}, expected some")
+    return (
+        {key: text for key, text in metadata.items() if "/" not in key},
+        {name: tensor for name, tensor in tensors.items() if "/" not in name},
+    )
+
+
+def expect(path, metadata, wanted):
+    for key, expected in wanted:
+        if metadata.get(key) != expected:
+            raise ConvertError(f"{path}: metadata {key}: found {metadata.get(key)!r}, expected {expected!r}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("network")
+    parser.add_argument("result")
+    parser.add_argument("--correspondence")
+    parser.add_argument("--correction")
+    parser.add_argument("--fit-bias")
+    parser.add_argument("--any-size", action="store_true", help="allow a result of more than 12 MB")
+    arguments = parser.parse_args()
+    metadata, tensors = read_safetensors(arguments.network)
+    for prefix, path, wanted in (
+        ("correspondence/", arguments.correspondence, (("net", "correspondence"),)),
+        ("fit_bias/", arguments.fit_bias, ()),
+        ("network_correction/", arguments.correction, CORRECTION),
+    ):
+        if path is None:
+            continue
+        own, inside = part(path, prefix, bare=prefix != "fit_bias/")
+        expect(path, own, wanted)
+        metadata = {key: text for key, text in metadata.items() if not key.startswith(prefix)}
+        tensors = {name: tensor for name, tensor in tensors.items() if not name.startswith(prefix)}
+        metadata.update({prefix + key: text for key, text in own.items()})
+        tensors.update({prefix + name: tensor for name, tensor in inside.items()})
+    size = sum(len(data) for _, _, data in tensors.values())
+    if size > MOST_BYTES and not arguments.any_size:
+        raise ConvertError(f"{os.fspath(arguments.result)}: found {size} bytes, expected at most {MOST_BYTES}, or --any-size")
+    write_safetensors(arguments.result, tensors, metadata)
+
+
+if __name__ == "__main__":
+    run(main)
