@@ -201,10 +201,14 @@ std::size_t count_non_finite(const npt::SafetensorsFile& file) {
 void describe_kind(Report& report, const npt::SafetensorsFile& file) {
   if (has_all(file, {"encoder.conv1.weight", "encoder.conv3.weight", "decoder.conv4.weight"})) {
     const std::string* net = file.find_metadata("net");
-    const bool reader = net != nullptr && *net == "reader";
-    report["kind"] = reader ? "weights of a network that reads bodies" : "weights of a pose transfer network";
-    report[reader ? "width" : "bottleneck"] = dimension(file, "encoder.conv3.weight", 0);
-    if (reader) return;
+    const bool correspondence = net != nullptr && *net == "correspondence";
+    report["kind"] = correspondence ? "weights of a correspondence network" : "weights of a pose transfer network";
+    report[correspondence ? "width" : "bottleneck"] = dimension(file, "encoder.conv3.weight", 0);
+    if (correspondence) return;
+    for (const auto& [prefix, what] :
+         {std::pair("correspondence/", "correspondence network"), std::pair("fit_bias/", "bias of fits"),
+          std::pair("network_correction/", "network correction")})
+      if (!file.part(prefix).tensors().empty()) report["body estimation"].push_back(what);
     for (const char* key : {"order", "feature", "output_scale"}) {
       const std::string* value = file.find_metadata(key);
       report[key] = value != nullptr ? *value : "not stated: has to be given where the weights are used";

@@ -44,7 +44,7 @@ npt::AlignedBuffer<float> random_values(const NetworkType& network, std::uint64_
 }  // namespace
 
 const NetworkType* find_network(const Variant& variant) {
-  if (variant.net == "reader") {
+  if (variant.net == "correspondence") {
     static const NetworkType reader = npt::network_type<npt::CorrespondenceNet<>, npt::DefaultExecutor>();
     return &reader;
   }

@@ -156,11 +156,14 @@ class Training {
       if (p.parameter.attribute)
         parameters_[static_cast<std::size_t>(p.parameter.offset)] =
             static_cast<float>(p.name == "output_scale" ? arguments_.output_scale : p.parameter.initial);
-    if (arguments_.start && !arguments_.resume)
-      npt::load_values(npt::SafetensorsFile::read(*arguments_.start), network_.variant, list_, parameters_.span());
-    else
-      npt::initialise<float>(list_, parameters_.span(), npt::parse_initialisation(arguments_.init, "--init"),
-                             arguments_.seed);
+    if (!arguments_.start || arguments_.resume)
+      return npt::initialise<float>(list_, parameters_.span(), npt::parse_initialisation(arguments_.init, "--init"),
+                                    arguments_.seed);
+    const npt::SafetensorsFile file = npt::SafetensorsFile::read(*arguments_.start);
+    // Weights of people hold the correspondence network beside the other.
+    const npt::SafetensorsFile part = file.part("correspondence/");
+    const bool joined = arguments_.variant.net == "correspondence" && !part.tensors().empty();
+    npt::load_values(joined ? part : file, network_.variant, list_, parameters_.span());
   }
 
   npt::TrainerOptions trainer_options() const {
@@ -279,7 +282,7 @@ class Training {
                            {"command", options_.at("command")},
                            {"seed", std::to_string(arguments_.seed)},
                            {"steps", std::to_string(trainer_->steps())}};
-    if (course_.tells_people) metadata["tells_people"] = "yes";
+    if (course_.with_negatives) metadata["negatives"] = "yes";
     if (!arguments_.domain.empty()) metadata["domain"] = arguments_.domain;
     // A training by steps ends with the same bytes, however long it took.
     if (!arguments_.steps) metadata["training_seconds"] = fixed(trainer_->seconds(), 0);
@@ -350,7 +353,7 @@ void run(TrainingArguments& arguments, CLI::App& command) {
   }
   if (!arguments.steps && !arguments.minutes) throw CLI::RequiredError("--minutes or --steps");
   if (CLI::Option* feature = command.get_option("--feature");
-      arguments.variant.net != "full" && arguments.variant.net != "reader" && feature->count() == 0) {
+      arguments.variant.net != "full" && arguments.variant.net != "correspondence" && feature->count() == 0) {
     feature->add_result("per-vertex");  // which is not the default, but what there is of the ablations
     feature->run_callback();
   }

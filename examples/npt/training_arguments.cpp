@@ -194,8 +194,9 @@ void add_network_options(CLI::App& command, TrainingArguments& a) {
       .add_option(
           "--net", a.variant.net,
           "full; an ablation of the paper: without-spadain (plain residual blocks) or concat1 (1x1 convolutions "
-          "only), both with --feature per-vertex --order conv_relu; reader: the network that reads bodies")
-      ->check(CLI::IsMember({"full", "without-spadain", "concat1", "reader"}))
+          "only), both with --feature per-vertex --order conv_relu; correspondence: the network that finds where "
+          "points belong on a resting body")
+      ->check(CLI::IsMember({"full", "without-spadain", "concat1", "correspondence"}))
       ->capture_default_str()
       ->group("Network");
   command.add_option("--bottleneck", a.variant.bottleneck, "1024, 512, 256, 128 or 64")
@@ -370,7 +371,7 @@ std::vector<StageArguments> parse_stages(const TrainingArguments& arguments) {
     stages.push_back({0, arguments.batch.value_or(vertices == 0 ? 8 : 48), vertices});
     return stages;
   }
-  if (arguments.stages.empty() && arguments.variant.net == "reader")
+  if (arguments.stages.empty() && arguments.variant.net == "correspondence")
     return {{0, 48, 128}, {0.35, 20, 320}, {0.75, 6, 1000}};
   if (arguments.stages.empty()) return {{0, 60, 96}, {0.6, 24, 240}, {0.85, 12, 600}};
   for (const std::string& text : arguments.stages) stages.push_back(parse_stage(text));

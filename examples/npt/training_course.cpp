@@ -215,7 +215,7 @@ void use_readings(TrainingCourse& course, const TrainingArguments& a, const std:
   const bool with_rigs = rigs.size() > others.size();
   const double strangers = others.empty() ? 0.08 : 0.16;  // half of the latter are animals
   npt::CorrespondenceSampler::Stranger stranger = npt::draw_object_surface;
-  course.tells_people = true;
+  course.with_negatives = true;
   course.trained_on += "; no people: made objects";
   if (!others.empty()) {
     for (const npt::WeightedRig& other : others)
@@ -245,7 +245,8 @@ void use_readings(TrainingCourse& course, const TrainingArguments& a, const std:
   };
   for (const StageArguments& stage : parse_stages(a)) {
     if (stage.vertices == 0)
-      throw npt::Error({"--stage", {}, "all vertices", "a number of points: a reader sees points of the surface"});
+      throw npt::Error(
+          {"--stage", {}, "all vertices", "a number of points: a correspondence network sees points of the surface"});
     course.sources.push_back(source(stage.vertices, npt::data::Purpose::training));
     course.stages.push_back({stage.begin, stage.batch, course.sources.back().get()});
   }
@@ -300,7 +301,7 @@ TrainingCourse make_training_course(const TrainingArguments& arguments, bool pai
   TrainingCourse course;
   std::vector<NamedRig> rigs = load_rigs(arguments.rigs);
   rename_joints(arguments.joint_names, {&rigs});
-  const bool reader = arguments.variant.net == "reader";
+  const bool reader = arguments.variant.net == "correspondence";
   const bool people = reader || arguments.family || are_people(rigs, !arguments.bodies.empty());
   course.normalisation = arguments.normalisation ? npt::parse_normalisation(*arguments.normalisation, "--normalisation")
                          : arguments.family || !people ? npt::Normalisation::sphere

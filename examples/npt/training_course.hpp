@@ -26,8 +26,8 @@ struct TrainingCourse {
   std::string trained_on;  ///< for the weights' metadata
   std::string unit;
   std::string validated_on;
-  double distance_loss = 0;   ///< npt::LossOptions::distance
-  bool tells_people = false;  ///< a reader that is shown what isn't a person, too
+  double distance_loss = 0;     ///< npt::LossOptions::distance
+  bool with_negatives = false;  ///< a correspondence network that is shown what isn't a person, too
 
   /// Sets of about `pairs` pairs in all, of identities and poses that training never shows; none for 0.
   std::vector<npt::EvaluationSet> validation(std::size_t pairs) const {

@@ -96,10 +96,11 @@ TEST_CASE("what a file doesn't say has to be told, and what it says can't be tol
   std::filesystem::remove(path);
   CHECK(message_of(bare) ==
         ": metadata order: found nothing, expected a value, or to be told: files of all variants look alike");
-  CHECK(message_of(bare, {.assume = {{"order", "relu_conv"}}}).starts_with(": metadata feature: found nothing"));
-  CHECK(open(bare, {.assume = {{"order", "relu_conv"}, {"feature", "per-vertex"}}}).description() ==
+  CHECK(message_of(bare, {.network = {.assume = {{"order", "relu_conv"}}}})
+            .starts_with(": metadata feature: found nothing"));
+  CHECK(open(bare, {.network = {.assume = {{"order", "relu_conv"}, {"feature", "per-vertex"}}}}).description() ==
         "bottleneck 24, relu_conv, per-vertex");
-  CHECK(message_of(file_of<Small>(), {.assume = {{"order", "relu_conv"}}}) ==
+  CHECK(message_of(file_of<Small>(), {.network = {.assume = {{"order", "relu_conv"}}}}) ==
         ": metadata order: found 'conv_relu', expected 'relu_conv', as was asked for");
 }
 

@@ -17,7 +17,7 @@ SOURCES = [
 ]
 METHODS = [
     ("automatic", "Automatic", "By body estimation where both meshes are recognised as people, else by the network"),
-    ("body", "Bodies", "Through bodies, whatever the meshes are"),
+    ("body", "Bodies", "By body estimation, whatever the meshes are"),
     ("network", "Network", "By the pose transfer network: upright meshes that face the front view"),
 ]
 
