@@ -255,8 +255,7 @@ npt_status npt_run(const npt_transfer* transfer, const npt_mesh* identity, const
 npt_status npt_prepare_identity(const npt_transfer* transfer, const npt_mesh* mesh, npt_identity** identity) {
   return guarded([&] {
     expect(transfer != nullptr && identity != nullptr, "npt_prepare_identity: a null pointer");
-    *identity =
-        new npt_identity{transfer->transfer.character(view_of(mesh, "identity")), name_of(mesh, "identity")};
+    *identity = new npt_identity{transfer->transfer.character(view_of(mesh, "identity")), name_of(mesh, "identity")};
   });
 }
 void npt_release_identity(npt_identity* identity) { delete identity; }
@@ -266,8 +265,7 @@ npt_status npt_prepare_pose(const npt_transfer* transfer, const npt_mesh* mesh, 
   return guarded([&] {
     expect(transfer != nullptr && pose != nullptr, "npt_prepare_pose: a null pointer");
     expect(identity_vertices <= most_vertices, "npt_prepare_pose: more than 2^28 vertices");
-    *pose =
-        new npt_pose{transfer->transfer.pose(view_of(mesh, "pose"), identity_vertices), name_of(mesh, "pose")};
+    *pose = new npt_pose{transfer->transfer.pose(view_of(mesh, "pose"), identity_vertices), name_of(mesh, "pose")};
   });
 }
 void npt_release_pose(npt_pose* pose) { delete pose; }

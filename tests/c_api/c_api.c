@@ -103,7 +103,7 @@ static void explained(const npt_transfer* transfer, const npt_identity* own, con
   CHECK(strcmp(npt_last_notes(), "") == 0);
   CHECK(npt_explain(transfer, own, posed, NULL) == NPT_BAD_ARGUMENT);
   CHECK(npt_open_skeleton(transfer, own, &skeleton) == NPT_BAD_INPUT);
-  CHECK(strstr(npt_last_error(), "identity doesn't read as a person") != NULL);
+  CHECK(strstr(npt_last_error(), "identity is not recognised as a person") != NULL);
   CHECK(npt_open_skeleton(transfer, own, NULL) == NPT_BAD_ARGUMENT);
   npt_close_skeleton(NULL);
   CHECK(npt_move_joints(transfer, own, posed, motions) == NPT_BAD_INPUT);
