@@ -391,7 +391,7 @@ class BadInput(Addon):
         self.own.pose = bpy.context.object
         self.transferred()  # with a warning
         self.own.rig = True
-        self.fails("No rig: Torus doesn't read as a person")
+        self.fails("No rig: Torus is not recognised as a person")
 
     def test_edit_mode(self):
         identity, _ = self.pair()

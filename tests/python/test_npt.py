@@ -218,7 +218,7 @@ class Prepared(Figures):
         self.assertEqual(frames.explain().method, "body")
         self.assertEqual(frames.motions().shape, (40, 3, 4))
         self.fails("results are refined", npt.PoseTransfer(refine=True).rig, self.identity)
-        self.fails("knot.obj doesn't read as a person", transfer.rig, npt.Mesh(*self.knot, name="knot.obj"))
+        self.fails("knot.obj is not recognised as a person", transfer.rig, npt.Mesh(*self.knot, name="knot.obj"))
 
 
 class Memory(Figures):
@@ -436,7 +436,7 @@ class BadInput(Figures):
         self.assertEqual(transfer.explain(giant, self.pose).method, "body")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", npt.TransferWarning)
-            self.fails("the network was asked since knot.obj doesn't read as a person", transfer, giant, knot)
+            self.fails("not recognised as a person", transfer, giant, knot)
 
     def test_library(self):
         code = "import npt"
