@@ -195,7 +195,7 @@ train train:people --bottleneck 64 --stage 0:4x60 --natural-poses 0.3 --noise 0.
 train train:pooled --bottleneck 64 --stage 0:2xall --feature pooled --optimiser adam --edge-loss relative --yaw 30
 train train:bf16 --bottleneck 64 --stage 0:4x60 --precision bf16
 train train:rigs --bottleneck 64 --stage 0:4x60 --rig made/walker.glb --body mannequin --mix-bodies
-train train:reader --net reader --stage 0:2x60 --rig made/walker.glb --body mannequin
+train train:reader --net correspondence --stage 0:2x60 --rig made/walker.glb --body mannequin
 
 # Pairs to evaluate on, as files.
 pairs_of() {  # NAME ARGUMENT...
