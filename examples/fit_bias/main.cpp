@@ -2,7 +2,7 @@
 // reader's file, beside its weights: tensor fit_bias/joints. See npt/estimate/fit_bias.hpp.
 //
 //   npt_fit_bias --body human_6890.safetensors --body human_13380.safetensors
-//     examples/weights/readers/human.safetensors result.safetensors
+//     examples/weights/human.safetensors result.safetensors
 //
 // Half of the poses are natural ones, three in ten the paper's, the others wide; each is fitted in two random shapes,
 // and counts once more as its mirror image. Least squares, with a mean of its own that is thrown away: what is the

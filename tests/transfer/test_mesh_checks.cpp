@@ -9,12 +9,13 @@
 namespace {
 
 using Triangles = std::vector<npt::Triangle>;
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
 }  // namespace
 
 TEST_CASE("meshes that can't be transferred are named") {
-  const std::vector<float> corner{0, 0, 0, 1, 0, 0, 0, 1, 0}, point{1, 2, 3, 1, 2, 3}, unknown{nan, 0, 0, nan, 0, 0};
+  const std::vector<float> corner{0, 0, 0, 1, 0, 0, 0, 1, 0}, point{1, 2, 3, 1, 2, 3},
+      unknown{not_a_number, 0, 0, not_a_number, 0, 0};
   const Triangles beyond{{0, 1, 3}};
   CHECK_NOTHROW(npt::internal::expect_transferable({corner, {}, "m"}));
   CHECK_NOTHROW(npt::internal::expect_transferable({unknown, {}, "m"}));  // NaN counts as different
@@ -30,7 +31,7 @@ TEST_CASE("a surface has an area, and all of its coordinates are finite") {
   const Triangles one{{0, 1, 2}};
   const std::vector<float> corner{0, 0, 0, 1, 0, 0, 0, 1, 0}, line{0, 0, 0, 1, 0, 0, 2, 0, 0};
   std::vector<float> broken = corner;
-  broken.insert(broken.end(), {nan, 0, 0});
+  broken.insert(broken.end(), {not_a_number, 0, 0});
   CHECK(npt::internal::has_surface({corner, one, "m"}));
   CHECK_FALSE(npt::internal::has_surface({corner, {}, "m"}));
   CHECK_FALSE(npt::internal::has_surface({line, one, "m"}));
