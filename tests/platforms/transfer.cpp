@@ -44,7 +44,9 @@ int run(const std::vector<std::string>& words) {
     std::fprintf(stderr, "usage: transfer WEIGHTS IDENTITY POSE OUT, or transfer compare A B\n");
     return 2;
   }
-  const auto transfer = Transfer::open<Networks>(words[0]);
+  npt::TransferOptions options;
+  options.method = npt::Method::network;
+  const auto transfer = Transfer::open<Networks>(words[0], options);
   const npt::Mesh identity = npt::read_mesh(words[1]), pose = npt::read_mesh(words[2]);
   npt::Mesh posed = transfer(identity, pose);
   const auto start = std::chrono::steady_clock::now();
