@@ -1,122 +1,21 @@
 /// The C ABI of npt_c.h over PoseTransfer.
-#include "npt_c.h"
+#include "npt_c_types.hpp"
 
-#include <npt/body/skeleton.hpp>
 #include <npt/npt.hpp>
-#if __has_include(<Eigen/SparseCholesky>)
-#include <npt/transfer/detail_refiner.hpp>
-#endif
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <exception>
 #include <memory>
-#include <new>
-#include <span>
-#include <string>
-#include <string_view>
 #include <utility>
-#include <vector>
 
-struct npt_transfer {
-  npt::PoseTransfer transfer;
-  std::string description;
-};
-struct npt_identity {
-  npt::Character prepared;
-  std::string name;
-};
-struct npt_pose {
-  npt::Pose prepared;
-  std::string name;
-};
-struct npt_sequence {
-  const npt_transfer& owner;
-  const npt_identity& identity;
-  npt::PoseTracker<npt::DefaultExecutor> frames;
-  npt_pose pose;
-};
+using c_api::control_from, c_api::expect, c_api::expect_result, c_api::guarded, c_api::most_vertices, c_api::name_of,
+    c_api::path_of, c_api::view_of;
 
 namespace {
 
-// The border: exceptions become a status and a message. A fixed buffer, so that short memory can be reported too.
-using Text = std::array<char, 2048>;
-thread_local Text last_error{}, last_notes{};
+thread_local c_api::Text last_text{};
 
-void set(Text& text, const char* message) noexcept {
-  std::size_t length = std::min(std::strlen(message), text.size() - 1);
-  // Not through the middle of a character: those that follow a first byte begin with the bits 10.
-  if (message[length] != '\0')
-    while (length > 0 && (static_cast<unsigned char>(message[length]) & 0xC0U) == 0x80U) --length;
-  std::memcpy(text.data(), message, length);
-  text[length] = '\0';
-}
-
-npt_status failed(npt_status status, const char* message) noexcept {
-  set(last_error, message);
-  return status;
-}
-
-/// A mistake of the caller, as opposed to bad data.
-struct BadArgument {
-  const char* message;
-};
-
-void expect(bool good, const char* message) {
-  if (!good) throw BadArgument{message};
-}
-
-template <class F>
-npt_status guarded(const F& f) noexcept {
-  try {
-    f();
-    return NPT_OK;
-  } catch (const BadArgument& mistake) {
-    return failed(NPT_BAD_ARGUMENT, mistake.message);
-  } catch (const npt::Error& error) {
-    return failed(NPT_BAD_INPUT, error.what());
-  } catch (const std::bad_alloc&) {
-    return failed(NPT_NO_MEMORY, "out of memory");
-  } catch (const std::exception& error) {
-    return failed(NPT_INTERNAL, error.what());
-  } catch (...) {
-    return failed(NPT_INTERNAL, "unknown exception");
-  }
-}
-
-npt::MakeRefinement refinement() {
-#if __has_include(<Eigen/SparseCholesky>)
-  return npt::detail_refinement;
-#else
-  throw npt::Error({.file = "refine", .found = "a library built without Eigen", .expected = "one with it"});
-#endif
-}
-
-npt::Method method_from(npt_method method) {
-  expect(method == NPT_AUTOMATIC || method == NPT_BODY || method == NPT_NETWORK, "npt_options: an unknown method");
-  return method == NPT_BODY ? npt::Method::body : method == NPT_NETWORK ? npt::Method::network : npt::Method::automatic;
-}
-
-npt::TransferOptions options_from(const npt_options& o) {
-  expect(o.size == sizeof(npt_options), "npt_options: fill it with npt_default_options, of this version's header");
-  expect(o.threads >= 0, "npt_options: fewer than 0 threads");
-  npt::TransferOptions options;
-  options.network.pairings = o.pairings;
-  options.network.mirror = o.mirror != 0;
-  if (o.refine != 0) options.refinement = refinement();
-  if (o.refine_radius != 0) options.refine_radius = o.refine_radius;
-  options.network.invariant = o.invariant != 0;
-  options.network.pairing = o.pair_as_given != 0 ? npt::Pairing::as_given : npt::Pairing::random;
-  options.network.resample = o.resample != 0;
-  if (o.unit != 0) options.import.unit = o.unit;
-  options.seed = o.seed;
-  options.method = method_from(o.method);
-  // Vertices are paired by number to see what the network itself does.
-  if (o.pair_as_given != 0 && o.method == NPT_AUTOMATIC) options.method = npt::Method::network;
-  return options;
+const char* kept(const std::string& text) noexcept {
+  c_api::set(last_text, text.c_str());
+  return last_text.data();
 }
 
 /// Calls open(options, executor), which makes the transfer.
@@ -124,100 +23,102 @@ template <class F>
 npt_status open(const npt_options* given, npt_transfer** transfer, const F& open) {
   return guarded([&] {
     expect(transfer != nullptr, "npt_open: a null pointer for the transfer");
-    npt_options options;
+    npt_options options{};
+    options.size = sizeof options;
     npt_default_options(&options);
     if (given != nullptr) options = *given;
-    auto own = options_from(options);
+    auto own = c_api::options_from(options);
     auto made = open(own, npt::DefaultExecutor(options.threads));
     std::string description = made.description();
     *transfer = new npt_transfer{std::move(made), std::move(description)};
   });
 }
 
-constexpr std::size_t most_vertices = std::size_t{1} << 28;
-
-npt::MeshView view_of(const npt_mesh* mesh, const char* name) {
-  expect(mesh != nullptr && mesh->xyz != nullptr, "npt_mesh: a null pointer for a mesh or its coordinates");
-  expect(mesh->triangles != nullptr || mesh->triangle_count == 0, "npt_mesh: a null pointer for triangles");
-  expect(mesh->vertices <= most_vertices && mesh->triangle_count <= most_vertices,
-         "npt_mesh: more than 2^28 vertices or triangles");
-  static_assert(sizeof(npt::Triangle) == 3 * sizeof(std::uint32_t));
-  return {.xyz = {mesh->xyz, 3 * mesh->vertices},
-          .triangles = {reinterpret_cast<const npt::Triangle*>(mesh->triangles), mesh->triangle_count},
-          .name = mesh->name != nullptr ? mesh->name : name};
+/// By way of other memory where a result that is there may still be refused, so that the caller's stays as it was.
+npt::TransferReport apply(const npt::PoseTransfer& transfer, const npt::Character& character, const npt::Pose& pose,
+                          float* xyz) {
+  const std::span<float> out{xyz, 3 * character.vertex_count()};
+  if (!transfer.has_body()) return transfer.apply(character, pose, out);
+  std::vector<float> made(out.size());
+  const npt::TransferReport report = transfer.apply(character, pose, made);
+  std::ranges::copy(made, out.begin());
+  return report;
 }
 
-std::string name_of(const npt_mesh* mesh, const char* name) { return mesh->name != nullptr ? mesh->name : name; }
-
-void explain(const npt_transfer& transfer, const npt_identity& identity, const npt_pose& pose, npt_report& report) {
-  const npt::TransferReport made = transfer.transfer.report(identity.prepared, pose.prepared);
-  std::string notes;
-  for (const npt::Warning& warning : made.warnings) {
-    const std::string remedy = npt::text_of(warning.remedy);
-    notes += (notes.empty() ? "" : "\n") + npt::text_of(warning, identity.name, pose.name) +
-             (remedy.empty() ? "" : "; " + remedy);
-  }
-  set(last_notes, notes.c_str());
-  report.method = made.method == npt::Method::body ? NPT_BODY : NPT_NETWORK;
-  report.identity_confidence = identity.prepared.confidence().value_or(-1);
-  report.pose_confidence = pose.prepared.confidence().value_or(-1);
+/// A copy: a tracker's start may come back to a mesh.
+npt::Mesh mesh_of(const npt::MeshView& view) {
+  npt::Mesh mesh;
+  mesh.positions.resize(view.vertex_count());
+  std::ranges::copy(view.xyz, mesh.coordinates().begin());
+  npt::set_faces(mesh, view.triangles);
+  return mesh;
 }
 
-void run(const npt_transfer& transfer, const npt_identity& identity, const npt_pose& pose, float* result) {
-  transfer.transfer.apply(identity.prepared, pose.prepared, {result, 3 * identity.prepared.vertex_count()});
-}
-
-void expect_frame(const npt_sequence& sequence) {
-  expect(sequence.pose.prepared.prepared(), "npt_sequence: no frame was run yet");
-}
-
-/// A skeleton as npt_c.h shows it, and what it shows.
-struct OwnedSkeleton : npt_skeleton {
-  npt::SkinnedSkeleton skeleton;
-  std::vector<const char*> name_pointers;
-  std::vector<std::int32_t> parent_numbers;
-};
-static_assert(NPT_JOINTS == npt::fingered_joint_count);
-static_assert(sizeof(npt_influence) == sizeof(npt::SkinnedSkeleton::Influence));
-static_assert(offsetof(npt_influence, weight) == offsetof(npt::SkinnedSkeleton::Influence, weight));
-static_assert(sizeof(npt::Vec3d) == 3 * sizeof(double));
-
-void move_joints(const npt_transfer& transfer, const npt_identity& identity, const npt_pose& pose, double* motions) {
-  const auto made = transfer.transfer.motions(identity.prepared, pose.prepared);
-  if (!made)
-    throw npt::Error({.file = "motions",
-                      .found = "a transfer by the network from " + pose.name + " to " + identity.name,
-                      .expected = "meshes that are both recognised as people"});
-  for (const npt::Affine& motion : *made)
+void write_motions(const std::vector<npt::Affine>& motions, double* out) {
+  for (const npt::Affine& motion : motions) {
+    const std::array<double, 3> shift{motion.shift.x, motion.shift.y, motion.shift.z};
     for (std::size_t r = 0; r < 3; ++r) {
       const npt::Vec3d& row = motion.linear.rows[r];
-      for (const double value : {row.x, row.y, row.z,
-                                 r == 0   ? motion.shift.x
-                                 : r == 1 ? motion.shift.y
-                                          : motion.shift.z})
-        *motions++ = value;
+      for (const double value : {row.x, row.y, row.z, shift[r]}) *out++ = value;
     }
+  }
 }
 
 }  // namespace
 
 const char* npt_version(void) { return NPT_VERSION; }
-const char* npt_last_error(void) { return last_error.data(); }
-const char* npt_last_notes(void) { return last_notes.data(); }
+const char* npt_last_error(void) { return c_api::last_error.message.data(); }
+npt_error_code npt_last_error_code(void) { return c_api::last_error.code; }
+npt_remedy npt_last_remedy(void) { return c_api::last_error.remedy; }
 
-void npt_default_options(npt_options* options) {
-  if (options == nullptr) return;
-  *options = {};
-  options->size = sizeof(npt_options);
-  options->pairings = 1;
-  options->resample = 1;
+const char* npt_warning_text(const npt_warning* warning, const char* identity, const char* pose) {
+  if (warning == nullptr) return "";
+  const char* text = "";
+  guarded([&] {
+    const int code = c_api::number_of(warning->code);
+    expect(code >= 0 && code <= NPT_WARNING_UNIT_ASSUMED, "npt_warning_text: an unknown code");
+    const npt::Warning own{static_cast<npt::WarningCode>(code),
+                           c_api::number_of(warning->mesh) == NPT_POSE ? npt::MeshRole::pose : npt::MeshRole::identity,
+                           warning->value, npt::Remedy::none};
+    text = kept(npt::text_of(own, identity != nullptr ? identity : "identity", pose != nullptr ? pose : "pose"));
+  });
+  return text;
+}
+
+const char* npt_remedy_text(npt_remedy remedy) {
+  const char* text = "";
+  guarded([&] { text = kept(npt::text_of(static_cast<npt::Remedy>(c_api::number_of(remedy)))); });
+  return text;
+}
+
+npt_status npt_default_options(npt_options* options) {
+  return guarded([&] {
+    expect(options != nullptr && options->size == sizeof(npt_options),
+           "npt_default_options: a null pointer, or a size that isn't sizeof(npt_options)");
+    const npt::TransferOptions own;
+    *options = {};
+    options->size = sizeof(npt_options);
+    options->version = NPT_OPTIONS_VERSION;
+    options->body = {NPT_BALANCED, own.body.least_confidence, own.body.high_confidence};
+    options->network.pairings = own.network.pairings;
+    options->network.resample = own.network.resample ? 1 : 0;
+  });
 }
 
 npt_status npt_open(const char* weights, const npt_options* options, npt_transfer** transfer) {
+  return npt_open_files(&weights, 1, options, transfer);
+}
+
+npt_status npt_open_files(const char* const* weights, size_t count, const npt_options* options,
+                          npt_transfer** transfer) {
   return open(options, transfer, [&](const npt::TransferOptions& own, npt::DefaultExecutor executor) {
-    expect(weights != nullptr, "npt_open: a null pointer for the weights");
-    const std::u8string path(reinterpret_cast<const char8_t*>(weights));
-    return npt::PoseTransfer::open(npt::SafetensorsFile::read(std::filesystem::path(path)), own, std::move(executor));
+    expect(weights != nullptr && count > 0, "npt_open: no weights");
+    std::vector<npt::SafetensorsFile> files;
+    for (std::size_t i = 0; i < count; ++i) {
+      expect(weights[i] != nullptr, "npt_open: a null pointer for the weights");
+      files.push_back(npt::SafetensorsFile::read(path_of(weights[i])));
+    }
+    return npt::PoseTransfer::open(std::span<const npt::SafetensorsFile>(files), own, std::move(executor));
   });
 }
 
@@ -242,103 +143,188 @@ const char* npt_describe(const npt_transfer* transfer) {
   return transfer == nullptr ? nullptr : transfer->description.c_str();
 }
 
-npt_status npt_run(const npt_transfer* transfer, const npt_mesh* identity, const npt_mesh* pose, float* result) {
+npt_status npt_run(const npt_transfer* transfer, const npt_mesh* identity, const npt_mesh* pose, float* xyz,
+                   npt_result* result) {
   return guarded([&] {
-    expect(transfer != nullptr && result != nullptr, "npt_run: a null pointer");
-    const npt::MeshView own = view_of(identity, "identity");
-    npt::TransferReport report;
-    const npt::TransferJob job{own, view_of(pose, "pose"), {result, own.xyz.size()}, &report};
-    transfer->transfer.run({&job, 1});
+    expect(transfer != nullptr && xyz != nullptr, "npt_run: a null pointer");
+    expect_result(result);
+    const npt::MeshView own = view_of(identity, "identity"), posed = view_of(pose, "pose");
+    const npt::PoseTransfer& run = transfer->transfer;
+    if (!run.has_body() && result == nullptr) return run(own, posed, std::span<float>(xyz, own.xyz.size()));
+    npt::Character character;
+    npt::Pose taken;
+    run.prepare(own, posed, character, taken);
+    const npt::TransferReport report = apply(run, character, taken, xyz);
+    c_api::fill(result, report, character.confidence(), taken.confidence());
   });
 }
 
-npt_status npt_prepare_identity(const npt_transfer* transfer, const npt_mesh* mesh, npt_identity** identity) {
+npt_status npt_prepare_character(const npt_transfer* transfer, const npt_mesh* mesh, const npt_control* control,
+                                 npt_character** character) {
   return guarded([&] {
-    expect(transfer != nullptr && identity != nullptr, "npt_prepare_identity: a null pointer");
-    *identity = new npt_identity{transfer->transfer.character(view_of(mesh, "identity")), name_of(mesh, "identity")};
+    expect(transfer != nullptr && character != nullptr, "npt_prepare_character: a null pointer");
+    const npt::MeshView view = view_of(mesh, "identity");
+    *character =
+        new npt_character{transfer->transfer.character(view, control_from(control)), name_of(mesh, "identity")};
   });
 }
-void npt_release_identity(npt_identity* identity) { delete identity; }
+void npt_release_character(npt_character* character) { delete character; }
 
 npt_status npt_prepare_pose(const npt_transfer* transfer, const npt_mesh* mesh, size_t identity_vertices,
-                            npt_pose** pose) {
+                            const npt_control* control, npt_pose** pose) {
   return guarded([&] {
     expect(transfer != nullptr && pose != nullptr, "npt_prepare_pose: a null pointer");
     expect(identity_vertices <= most_vertices, "npt_prepare_pose: more than 2^28 vertices");
-    *pose = new npt_pose{transfer->transfer.pose(view_of(mesh, "pose"), identity_vertices), name_of(mesh, "pose")};
+    auto made = std::make_unique<npt_pose>();
+    transfer->transfer.prepare(view_of(mesh, "pose"), identity_vertices, made->own, control_from(control));
+    *pose = made.release();
   });
 }
 void npt_release_pose(npt_pose* pose) { delete pose; }
 
 npt_status npt_prepare(const npt_transfer* transfer, const npt_mesh* identity_mesh, const npt_mesh* pose_mesh,
-                       npt_identity** identity, npt_pose** pose) {
+                       npt_character** character, npt_pose** pose) {
   return guarded([&] {
-    expect(transfer != nullptr && identity != nullptr && pose != nullptr, "npt_prepare: a null pointer");
+    expect(transfer != nullptr && character != nullptr && pose != nullptr, "npt_prepare: a null pointer");
     const npt::MeshView own = view_of(identity_mesh, "identity"), posed = view_of(pose_mesh, "pose");
-    auto made = std::make_unique<npt_identity>();
+    auto made = std::make_unique<npt_character>();
     auto taken = std::make_unique<npt_pose>();
-    made->name = name_of(identity_mesh, "identity"), taken->name = name_of(pose_mesh, "pose");
-    transfer->transfer.prepare(own, posed, made->prepared, taken->prepared);
-    *identity = made.release(), *pose = taken.release();
+    made->name = name_of(identity_mesh, "identity");
+    transfer->transfer.prepare(own, posed, made->character, taken->own);
+    *character = made.release(), *pose = taken.release();
   });
 }
 
-npt_status npt_explain(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
-                       npt_report* report) {
+npt_status npt_character_save(const npt_character* character, const char* file) {
   return guarded([&] {
-    expect(transfer != nullptr && identity != nullptr && pose != nullptr && report != nullptr,
-           "npt_explain: a null pointer");
-    explain(*transfer, *identity, *pose, *report);
+    expect(character != nullptr && file != nullptr, "npt_character_save: a null pointer");
+    character->character.save(path_of(file));
   });
 }
 
-npt_status npt_run_prepared(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
-                            float* result) {
+npt_status npt_load_character(const npt_transfer* transfer, const char* file, npt_character** character) {
   return guarded([&] {
-    expect(transfer != nullptr && identity != nullptr && pose != nullptr && result != nullptr,
-           "npt_run_prepared: a null pointer");
-    run(*transfer, *identity, *pose, result);
+    expect(transfer != nullptr && file != nullptr && character != nullptr, "npt_load_character: a null pointer");
+    *character = new npt_character{transfer->transfer.load_character(path_of(file)), file};
   });
 }
 
-npt_status npt_open_sequence(const npt_transfer* transfer, const npt_identity* identity, npt_sequence** sequence) {
+npt_status npt_character_mesh(const npt_character* character, npt_mesh* mesh) {
   return guarded([&] {
-    expect(transfer != nullptr && identity != nullptr && sequence != nullptr, "npt_open_sequence: a null pointer");
-    *sequence = new npt_sequence{*transfer, *identity, npt::PoseTracker(transfer->transfer), {{}, "pose"}};
+    expect(character != nullptr && mesh != nullptr, "npt_character_mesh: a null pointer");
+    expect(mesh->size == sizeof(npt_mesh), "npt_mesh: a size that isn't sizeof(npt_mesh)");
+    const npt::Character& own = character->character;
+    *mesh = {sizeof(npt_mesh),       own.positions().data(),
+             own.vertex_count(),     own.triangles().empty() ? nullptr : own.triangles().front().data(),
+             own.triangles().size(), character->name.c_str()};
   });
 }
 
-npt_status npt_run_frame(npt_sequence* sequence, const npt_mesh* pose, float* result) {
+npt_status npt_character_estimate(const npt_character* character, npt_estimate* estimate) {
   return guarded([&] {
-    expect(sequence != nullptr && result != nullptr, "npt_run_frame: a null pointer");
-    const std::size_t vertices = sequence->identity.prepared.vertex_count();
-    sequence->pose.prepared = sequence->frames.next(view_of(pose, "pose"), vertices);
-    sequence->pose.name = name_of(pose, "pose");
-    run(sequence->owner, sequence->identity, sequence->pose, result);
+    expect(character != nullptr && estimate != nullptr, "npt_character_estimate: a null pointer");
+    expect(estimate->size == sizeof(npt_estimate), "npt_estimate: a size that isn't sizeof(npt_estimate)");
+    c_api::fill(*estimate, character->character, character->character.unit());
   });
 }
 
-npt_status npt_explain_frame(const npt_sequence* sequence, npt_report* report) {
+npt_status npt_pose_estimate(const npt_pose* pose, npt_estimate* estimate) {
   return guarded([&] {
-    expect(sequence != nullptr && report != nullptr, "npt_explain_frame: a null pointer");
-    expect_frame(*sequence);
-    explain(sequence->owner, sequence->identity, sequence->pose, *report);
+    expect(pose != nullptr && estimate != nullptr, "npt_pose_estimate: a null pointer");
+    expect(estimate->size == sizeof(npt_estimate), "npt_estimate: a size that isn't sizeof(npt_estimate)");
+    c_api::fill(*estimate, *pose->pose, 1);
   });
 }
-void npt_close_sequence(npt_sequence* sequence) { delete sequence; }
 
-npt_status npt_open_skeleton(const npt_transfer* transfer, const npt_identity* identity,
-                             const npt_skeleton** skeleton) {
+npt_status npt_character_joints(const npt_character* character, npt_joint_pose* joints) {
   return guarded([&] {
-    expect(transfer != nullptr && identity != nullptr && skeleton != nullptr, "npt_open_skeleton: a null pointer");
-    auto made = identity->prepared.skeleton();
-    if (!made)
+    expect(character != nullptr && joints != nullptr, "npt_character_joints: a null pointer");
+    expect(joints->size == sizeof(npt_joint_pose), "npt_joint_pose: a size that isn't sizeof(npt_joint_pose)");
+    c_api::fill(*joints, character->character.joints(), "a character");
+  });
+}
+
+npt_status npt_pose_joints(const npt_pose* pose, npt_joint_pose* joints) {
+  return guarded([&] {
+    expect(pose != nullptr && joints != nullptr, "npt_pose_joints: a null pointer");
+    expect(joints->size == sizeof(npt_joint_pose), "npt_joint_pose: a size that isn't sizeof(npt_joint_pose)");
+    c_api::fill(*joints, pose->pose->joints(), "a pose");
+  });
+}
+
+npt_status npt_apply(const npt_transfer* transfer, const npt_character* character, const npt_pose* pose, float* xyz,
+                     npt_result* result) {
+  return guarded([&] {
+    expect(transfer != nullptr && character != nullptr && pose != nullptr && xyz != nullptr,
+           "npt_apply: a null pointer");
+    expect_result(result);
+    const npt::TransferReport report = apply(transfer->transfer, character->character, *pose->pose, xyz);
+    c_api::fill(result, report, character->character.confidence(), pose->pose->confidence());
+  });
+}
+
+npt_status npt_report(const npt_transfer* transfer, const npt_character* character, const npt_pose* pose,
+                      npt_result* result) {
+  return guarded([&] {
+    expect(transfer != nullptr && character != nullptr && pose != nullptr && result != nullptr,
+           "npt_report: a null pointer");
+    expect_result(result);
+    c_api::fill(result, transfer->transfer.report(character->character, *pose->pose), character->character.confidence(),
+                pose->pose->confidence());
+  });
+}
+
+npt_status npt_open_tracker(const npt_transfer* transfer, npt_tracker** tracker) {
+  return guarded([&] {
+    expect(transfer != nullptr && tracker != nullptr, "npt_open_tracker: a null pointer");
+    *tracker = new npt_tracker{npt::PoseTracker(transfer->transfer), {}};
+  });
+}
+void npt_close_tracker(npt_tracker* tracker) { delete tracker; }
+void npt_restart_tracker(npt_tracker* tracker) {
+  if (tracker != nullptr) tracker->tracker.restart();
+}
+
+npt_status npt_next_pose(npt_tracker* tracker, const npt_mesh* frame, size_t identity_vertices, const npt_pose** pose) {
+  return guarded([&] {
+    expect(tracker != nullptr && pose != nullptr, "npt_next_pose: a null pointer");
+    expect(identity_vertices <= most_vertices, "npt_next_pose: more than 2^28 vertices");
+    tracker->last.pose = &tracker->tracker.next(view_of(frame, "pose"), identity_vertices);
+    *pose = &tracker->last;
+  });
+}
+
+npt_status npt_start_tracker(npt_tracker* tracker, const npt_mesh* first, const npt_mesh* others, size_t count,
+                             size_t identity_vertices, const npt_pose** pose) {
+  return guarded([&] {
+    expect(tracker != nullptr && pose != nullptr, "npt_start_tracker: a null pointer");
+    expect(others != nullptr || count == 0, "npt_start_tracker: a null pointer for other frames");
+    expect(identity_vertices <= most_vertices, "npt_start_tracker: more than 2^28 vertices");
+    const npt::MeshView view = view_of(first, "pose");
+    for (std::size_t k = 0; k < count; ++k) view_of(others + k, "pose");
+    tracker->last.pose =
+        &tracker->tracker.start(mesh_of(view), view.name, identity_vertices, count,
+                                [others](std::size_t k) { return mesh_of(view_of(others + k, "pose")); });
+    *pose = &tracker->last;
+  });
+}
+
+size_t npt_frames_to_try(size_t frames, size_t* numbers) {
+  const std::size_t count = npt::frames_to_try(frames);
+  for (std::size_t i = 0; numbers != nullptr && i < count; ++i) numbers[i] = npt::frame_to_try(i + 1, frames);
+  return count;
+}
+
+npt_status npt_open_skeleton(const npt_character* character, const npt_skeleton** skeleton) {
+  return guarded([&] {
+    expect(character != nullptr && skeleton != nullptr, "npt_open_skeleton: a null pointer");
+    auto made = character->character.skeleton();
+    if (!made && character->character.recognised())
       throw npt::Error({.file = "skeleton",
-                        .found = transfer->transfer.options().refinement != nullptr
-                                     ? "an identity whose results are refined"
-                                     : "that " + identity->name + " is not recognised as a person",
-                        .expected = "a recognised identity, without refinement"});
-    auto owned = std::make_unique<OwnedSkeleton>();
+                        .found = "a character whose results are refined",
+                        .expected = "one without refinement, which no skeleton can do"});
+    if (!made) throw c_api::not_recognised("skeleton", "a character");
+    auto owned = std::make_unique<c_api::OwnedSkeleton>();
     owned->skeleton = *std::move(made);
     const npt::SkinnedSkeleton& own = owned->skeleton;
     for (std::size_t j = 0; j < own.joint_count(); ++j) {
@@ -346,7 +332,8 @@ npt_status npt_open_skeleton(const npt_transfer* transfer, const npt_identity* i
       owned->parent_numbers.push_back(
           own.parents[j] == npt::SkinnedSkeleton::no_parent ? -1 : static_cast<std::int32_t>(own.parents[j]));
     }
-    static_cast<npt_skeleton&>(*owned) = {own.joint_count(),
+    static_cast<npt_skeleton&>(*owned) = {sizeof(npt_skeleton),
+                                          own.joint_count(),
                                           owned->name_pointers.data(),
                                           owned->parent_numbers.data(),
                                           reinterpret_cast<const double*>(own.joints.data()),
@@ -356,21 +343,15 @@ npt_status npt_open_skeleton(const npt_transfer* transfer, const npt_identity* i
     *skeleton = owned.release();
   });
 }
-void npt_close_skeleton(const npt_skeleton* skeleton) { delete static_cast<const OwnedSkeleton*>(skeleton); }
+void npt_close_skeleton(const npt_skeleton* skeleton) { delete static_cast<const c_api::OwnedSkeleton*>(skeleton); }
 
-npt_status npt_move_joints(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
+npt_status npt_move_joints(const npt_transfer* transfer, const npt_character* character, const npt_pose* pose,
                            double* motions) {
   return guarded([&] {
-    expect(transfer != nullptr && identity != nullptr && pose != nullptr && motions != nullptr,
+    expect(transfer != nullptr && character != nullptr && pose != nullptr && motions != nullptr,
            "npt_move_joints: a null pointer");
-    move_joints(*transfer, *identity, *pose, motions);
-  });
-}
-
-npt_status npt_move_frame_joints(const npt_sequence* sequence, double* motions) {
-  return guarded([&] {
-    expect(sequence != nullptr && motions != nullptr, "npt_move_frame_joints: a null pointer");
-    expect_frame(*sequence);
-    move_joints(sequence->owner, sequence->identity, sequence->pose, motions);
+    const auto own = transfer->transfer.motions(character->character, *pose->pose);
+    if (!own) throw c_api::not_recognised("motions", "a character or a pose");
+    write_motions(*own, motions);
   });
 }

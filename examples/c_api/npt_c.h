@@ -3,13 +3,17 @@
  *
  *   npt_transfer* transfer = NULL;
  *   if (npt_open("human.safetensors", NULL, &transfer) != NPT_OK) puts(npt_last_error());
- *   npt_mesh identity = {xyz, vertices, triangles, triangle_count, "identity"}, pose = {...};
- *   npt_run(transfer, &identity, &pose, result);
+ *   npt_mesh identity = {sizeof identity, xyz, vertices, triangles, triangle_count, "hero"}, pose = {...};
+ *   npt_result result = {sizeof result};
+ *   npt_run(transfer, &identity, &pose, posed_xyz, &result);
+ *   for (size_t i = 0; i < result.warning_count; ++i) puts(npt_warning_text(&result.warnings[i], "hero", "pose"));
  *   npt_close(transfer);
  *
- * Every function that can fail returns a status; npt_last_error() then says what went wrong, in the thread that it
- * went wrong in, and outputs are as they were. No exception leaves the library. All memory that is passed in stays
- * the caller's and is not kept after the call.
+ * Every function that can fail returns a status. npt_last_error() then says what went wrong, in the thread that it
+ * went wrong in, and outputs are as they were. No exception leaves the library. Memory that is passed in stays the
+ * caller's and is not kept after the call.
+ *
+ * A struct whose first member is `size` wants its own sizeof there, so that later versions can have more members.
  */
 #ifndef NPT_C_H
 #define NPT_C_H
@@ -31,129 +35,296 @@ extern "C" {
 #define NPT_C_API
 #endif
 
+/* ---- Errors and warnings ---- */
+
 typedef enum npt_status {
   NPT_OK = 0,
-  NPT_BAD_ARGUMENT = 1, /* a null pointer, or a value that can't be */
+  NPT_BAD_ARGUMENT = 1, /* a null pointer, a wrong size of a struct, or a value that can't be */
   NPT_BAD_INPUT = 2,    /* a file or a mesh that can't be used; the message says what was found and expected */
   NPT_NO_MEMORY = 3,
-  NPT_INTERNAL = 4 /* a mistake in the library */
+  NPT_INTERNAL = 4, /* a mistake in the library */
+  NPT_STOPPED = 5   /* npt_control.stop asked for it */
 } npt_status;
 
-/* A network with its weights, ready to run. Any number of threads may use one at a time. */
-typedef struct npt_transfer npt_transfer;
-/* An identity mesh that takes many poses, and a pose that many identities take: what depends on one mesh, computed
- * once. Of the transfer that prepared them. Any number of threads may use one at a time. */
-typedef struct npt_identity npt_identity;
-typedef struct npt_pose npt_pose;
-/* Frames of a sequence, one after another, for one identity. One thread at a time. */
-typedef struct npt_sequence npt_sequence;
+/* What kind of fault the last failure was, for programs that act on it. */
+typedef enum npt_error_code {
+  NPT_ERROR_NONE = 0,          /* no failure yet */
+  NPT_ERROR_BAD_INPUT = 1,     /* a file, a mesh or an argument that can't be used */
+  NPT_ERROR_NOT_RECOGNISED,    /* a mesh isn't recognised, and the network can't take it either */
+  NPT_ERROR_DISTORTED,         /* the network distorts the mesh */
+  NPT_ERROR_UNKNOWN_UNIT,      /* the network needs the mesh's unit, and its size doesn't tell it */
+  NPT_ERROR_MISSING_WEIGHTS,   /* weights that the opened ones go with are missing */
+  NPT_ERROR_FOREIGN,           /* something that another transfer prepared */
+  NPT_ERROR_DOMAINS_DIFFER,    /* a character of one domain and a pose of another */
+  NPT_ERROR_NEEDS_RECOGNITION, /* what is asked for exists for recognised meshes only */
+  NPT_ERROR_STOPPED,           /* the caller asked to stop */
+  NPT_ERROR_ARGUMENT = 100,    /* NPT_BAD_ARGUMENT */
+  NPT_ERROR_MEMORY = 101,      /* NPT_NO_MEMORY */
+  NPT_ERROR_INTERNAL = 102     /* NPT_INTERNAL */
+} npt_error_code;
+
+/* What a user can do about an error or a warning. A program says it with its own options. */
+typedef enum npt_remedy {
+  NPT_REMEDY_NONE = 0,
+  NPT_REMEDY_LOOK_AT_RESULT, /* look at the result before using it */
+  NPT_REMEDY_CHOOSE_METHOD,  /* ask for one method: NPT_BODY or NPT_NETWORK */
+  NPT_REMEDY_GIVE_UNIT,      /* say the meshes' unit: npt_import_options.unit */
+  NPT_REMEDY_GIVE_WEIGHTS    /* put the missing weights beside the others, or use NPT_NETWORK */
+} npt_remedy;
+
+typedef enum npt_warning_code {
+  NPT_WARNING_NOT_RECOGNISED = 0,  /* not recognised in any domain of the weights: left to the network */
+  NPT_WARNING_LOW_CONFIDENCE,      /* recognised, but with a confidence below npt_body_options.high_confidence */
+  NPT_WARNING_NO_SURFACE,          /* no triangle has an area, so no body was estimated: left to the network */
+  NPT_WARNING_UPSIDE_DOWN,         /* the body stands on its head */
+  NPT_WARNING_LYING,               /* the body lies or is bent over */
+  NPT_WARNING_LYING_OR_Z_UP,       /* the body lies, or the mesh's vertical axis is z */
+  NPT_WARNING_ARMS_UNCERTAIN,      /* an arm may be in the wrong place */
+  NPT_WARNING_LEGS_UNCERTAIN,      /* a leg may be in the wrong place */
+  NPT_WARNING_UNUSUAL_PROPORTIONS, /* no person has these proportions */
+  NPT_WARNING_FACES_INWARD,        /* the mesh's faces are turned inwards */
+  NPT_WARNING_UNIT_ASSUMED         /* a unit other than metres was inferred from the mesh's size */
+} npt_warning_code;
+
+/* Which mesh of a pair something is said of. */
+typedef enum npt_mesh_role { NPT_IDENTITY = 0, NPT_POSE = 1 } npt_mesh_role;
+
+typedef struct npt_warning {
+  npt_warning_code code;
+  npt_mesh_role mesh;
+  double value; /* a confidence from 0 to 1, or metres in one unit (NPT_WARNING_UNIT_ASSUMED); else 0 */
+  npt_remedy remedy;
+} npt_warning;
+#define NPT_MOST_WARNINGS 16
+
+/* What the last failure in this thread was: UTF-8, valid until the next one. Empty before the first. */
+NPT_C_API const char* npt_last_error(void);
+/* Its kind, and what a user can do about it. */
+NPT_C_API npt_error_code npt_last_error_code(void);
+NPT_C_API npt_remedy npt_last_remedy(void);
+
+/* What a warning says in plain English, without its remedy: UTF-8, valid until this thread's next call of this or the
+ * next function. identity, pose: what the meshes are called; NULL: "identity", "pose". Empty for NULL. */
+NPT_C_API const char* npt_warning_text(const npt_warning* warning, const char* identity, const char* pose);
+/* What a user can do, in words that name no option. Empty for NPT_REMEDY_NONE. */
+NPT_C_API const char* npt_remedy_text(npt_remedy remedy);
+
+/* "0.1.0" */
+NPT_C_API const char* npt_version(void);
+
+/* ---- Meshes, options, results ---- */
 
 /* A mesh in the caller's memory. */
 typedef struct npt_mesh {
-  const float* xyz; /* 3 a vertex: x0 y0 z0 x1 y1 z1 ... */
+  size_t size;      /* sizeof(npt_mesh) */
+  const float* xyz; /* [vertices][3] */
   size_t vertices;
-  const uint32_t* triangles; /* 3 vertex numbers each, from 0; NULL: a cloud of points */
+  const uint32_t* triangles; /* [triangle_count][3] vertex numbers from 0; NULL: a cloud of points */
   size_t triangle_count;
   const char* name; /* stands in messages, UTF-8; NULL: "identity" or "pose" */
 } npt_mesh;
 
 /* How a transfer is made. */
 typedef enum npt_method {
-  NPT_AUTOMATIC = 0, /* by body estimation where both meshes are recognised as people, else by the network */
+  NPT_AUTOMATIC = 0, /* by body estimation where both meshes are recognised, else by the pose transfer network */
   NPT_BODY = 1,      /* by body estimation, whatever the meshes are */
   NPT_NETWORK = 2    /* by the pose transfer network */
 } npt_method;
 
-/* How a transfer was made, and how sure it is; npt_last_notes() says it in words. */
-typedef struct npt_report {
-  npt_method method;                 /* NPT_BODY or NPT_NETWORK */
-  double identity_confidence, pose_confidence; /* 0 to 1: that it is a person, and was estimated rightly; -1: no body was estimated */
-} npt_report;
+/* How much time an estimate of a body may take. */
+typedef enum npt_quality {
+  NPT_FAST = 0,     /* half of the views, and fewer points of a mesh: about half of the time */
+  NPT_BALANCED = 1, /* the default */
+  NPT_BEST = 2      /* all views of every mesh */
+} npt_quality;
 
-/* How transfers are done. Fill it with npt_default_options first: later versions may have more. */
+/* How a network with the per-vertex feature meets the vertices of pose and identity. */
+typedef enum npt_pairing {
+  NPT_RANDOM = 0,  /* each identity vertex with a random point of the pose mesh */
+  NPT_AS_GIVEN = 1 /* by number, to compare with other implementations; the automatic method uses the network then */
+} npt_pairing;
+
+/* Body estimation. */
+typedef struct npt_body_options {
+  npt_quality quality;
+  double least_confidence; /* 0 to 1: from this confidence on a mesh counts as recognised */
+  double high_confidence;  /* 0 to 1: from this confidence on there is no warning of a low one */
+} npt_body_options;
+
+/* The pose transfer network. */
+typedef struct npt_network_options {
+  npt_pairing pairing;
+  int pairings;       /* the mean over so many random pairings of vertices, at least 1; costs as many runs */
+  int mirror;         /* nonzero: also transfer the mirror images, and average; twice the runs */
+  int invariant;      /* nonzero: permuting a mesh's vertices permutes the result bit for bit */
+  int resample;       /* 0: refuse a pose mesh of another vertex count where the network pairs vertices */
+  int keep_distorted; /* nonzero: keep a distorted result instead of an error (NPT_ERROR_DISTORTED) */
+} npt_network_options;
+
+/* How meshes are understood. */
+typedef struct npt_import_options {
+  double unit; /* metres in one unit of the meshes; 0: inferred from their size */
+} npt_import_options;
+
+/* How transfers are done. Set `size`, then fill it with npt_default_options. */
 typedef struct npt_options {
-  size_t size;          /* sizeof(npt_options), set by npt_default_options */
-  int threads;          /* 0: all that the process may use */
-  int pairings;         /* the mean over so many random pairings of vertices, at least 1; costs as many runs */
-  int mirror;           /* also transfer the mirror images, and average; twice the runs */
-  int refine;           /* give results the identity's surface detail; needs the identity's triangles */
-  double refine_radius; /* 0: as the weights say, or 0.04 */
-  int invariant;        /* permuting a mesh's vertices permutes the result bit for bit */
-  int pair_as_given;    /* meet vertices by number instead of at random; to compare with other implementations */
-  int resample;         /* 0: refuse a pose mesh of another vertex count where the network pairs vertices */
-  double unit;          /* metres in one unit of the meshes; 0: inferred from their size */
+  size_t size;      /* sizeof(npt_options) */
+  uint32_t version; /* NPT_OPTIONS_VERSION, set by npt_default_options */
+  int threads;      /* 0: all that the process may use */
+  npt_method method;
+  npt_body_options body;
+  npt_network_options network;
+  npt_import_options import;
+  int refine;           /* nonzero: give results the identity's surface detail; needs the identity's triangles */
+  double refine_radius; /* detail below this fraction of the root of the mesh's area; 0: as the weights say, or 0.04 */
   uint64_t seed;        /* of every random choice */
-  npt_method method;    /* how transfers are made */
 } npt_options;
+#define NPT_OPTIONS_VERSION 1
 
-/* "0.1.0" */
-NPT_C_API const char* npt_version(void);
+/* NPT_BAD_ARGUMENT: NULL, or a size that this library doesn't know. */
+NPT_C_API npt_status npt_default_options(npt_options* options);
 
-/* What the last failure in this thread was: UTF-8, valid until the next one. Empty before the first. */
-NPT_C_API const char* npt_last_error(void);
+/* How a result was made. */
+typedef struct npt_result {
+  size_t size;                 /* sizeof(npt_result) */
+  npt_method method;           /* NPT_BODY or NPT_NETWORK */
+  double confidence;           /* the lower of both meshes', 0 to 1; -1: none, since no body was estimated */
+  double character_confidence; /* 0 to 1: that it is a person, and that its pose was estimated rightly; -1: none */
+  double pose_confidence;
+  size_t warning_count; /* 0: nothing needs to be said */
+  npt_warning warnings[NPT_MOST_WARNINGS];
+} npt_result;
 
-/* What the user should know of the transfer that npt_explain or npt_explain_frame last spoke of in this thread, such as
- * a mesh that is not recognised as a person: a line for each thing, UTF-8, valid until the next one. Empty: all is well. */
-NPT_C_API const char* npt_last_notes(void);
+/* What was estimated for a mesh. */
+typedef struct npt_estimate {
+  size_t size;        /* sizeof(npt_estimate) */
+  int recognised;     /* nonzero: its confidence is high enough for body estimation */
+  double confidence;  /* 0 to 1; -1: none, since no body was estimated */
+  double unit;        /* metres in one unit of a character's mesh, where the network asks for one; else 1 */
+  const char* domain; /* of the weights that recognised it: "human"; "" without one. As long as its owner lives */
+  size_t warning_count;
+  npt_warning warnings[NPT_MOST_WARNINGS];
+} npt_estimate;
 
-NPT_C_API void npt_default_options(npt_options* options);
+/* The joint angles of an estimated body, in SMPL's order of joints. */
+typedef struct npt_joint_pose {
+  size_t size;              /* sizeof(npt_joint_pose) */
+  float axis_angles[24][3]; /* radians, each in its parent's frame */
+  double root[3];           /* the root joint's position, in the mesh's unit and place */
+  double leg;               /* length of a leg, hip to ankle, in the mesh's unit */
+} npt_joint_pose;
+
+/* Progress of long work, and a way to stop it: both are called in the caller's thread. Each may be NULL. */
+typedef struct npt_control {
+  size_t size;                               /* sizeof(npt_control) */
+  void (*progress)(double done, void* user); /* done: 0 to 1 */
+  int (*stop)(void* user);                   /* asked between steps; nonzero ends the work: NPT_STOPPED */
+  void* user;
+} npt_control;
+
+/* ---- Opening ---- */
+
+/* Weights, ready to run. Any number of threads may use one at a time. */
+typedef struct npt_transfer npt_transfer;
 
 /* Opens weights (.safetensors, UTF-8 path): any that npt ships or trains. options NULL: the default ones. */
 NPT_C_API npt_status npt_open(const char* weights, const npt_options* options, npt_transfer** transfer);
-
+/* Opens several files, each a domain: a mesh goes to the one that recognises it with the highest confidence. */
+NPT_C_API npt_status npt_open_files(const char* const* weights, size_t count, const npt_options* options,
+                                    npt_transfer** transfer);
 /* Random weights: for trying things out. bottleneck: 64, 128, 256, 512 or 1024; pooled: nonzero for the feature that
- * takes pose meshes of any vertex count as they are. */
+ * takes pose meshes of any vertex count without drawing points. */
 NPT_C_API npt_status npt_open_random(int bottleneck, int pooled, uint64_t weights_seed, const npt_options* options,
                                      npt_transfer** transfer);
-
 /* Does nothing for NULL. No call may be running, and nothing that it prepared may be used afterwards. */
 NPT_C_API void npt_close(npt_transfer* transfer);
-
 /* "bottleneck 256, conv_relu, per-vertex, 4 pairings". Lives as long as the transfer. NULL for NULL. */
 NPT_C_API const char* npt_describe(const npt_transfer* transfer);
 
-/* Writes the identity's 3 * vertices coordinates in the pose mesh's pose to result, in the identity's vertex order,
- * units and place. Meshes come as they are: in any order, of any vertex count. A NaN that goes in comes out. */
-NPT_C_API npt_status npt_run(const npt_transfer* transfer, const npt_mesh* identity, const npt_mesh* pose,
-                             float* result);
+/* ---- A pair ---- */
 
-NPT_C_API npt_status npt_prepare_identity(const npt_transfer* transfer, const npt_mesh* mesh, npt_identity** identity);
-NPT_C_API void npt_release_identity(npt_identity* identity);
+/* Writes the identity's vertices in the pose mesh's pose to xyz, [vertices][3], in the identity's vertex order, unit
+ * and place; xyz may be the identity's own memory. Meshes come in any order and with any vertex count. A NaN that goes
+ * in comes out. result: how it was made, or NULL. */
+NPT_C_API npt_status npt_run(const npt_transfer* transfer, const npt_mesh* identity, const npt_mesh* pose, float* xyz,
+                             npt_result* result);
 
-/* identity_vertices: of the identities that will take the pose; it doesn't matter to the pooled feature. */
+/* ---- Characters and poses ---- */
+
+/* An identity mesh that takes many poses, and a pose that many characters take: what depends on one mesh, computed
+ * once. Of the transfer that prepared them; another one refuses them. Any number of threads may use one at a time. */
+typedef struct npt_character npt_character;
+typedef struct npt_pose npt_pose;
+
+/* control: NULL, or progress and stop. */
+NPT_C_API npt_status npt_prepare_character(const npt_transfer* transfer, const npt_mesh* mesh,
+                                           const npt_control* control, npt_character** character);
+/* identity_vertices: of the characters that will take the pose. 0: any number; the network then runs anew each time. */
 NPT_C_API npt_status npt_prepare_pose(const npt_transfer* transfer, const npt_mesh* mesh, size_t identity_vertices,
-                                      npt_pose** pose);
+                                      const npt_control* control, npt_pose** pose);
+/* Both of one pair, side by side on two threads. */
+NPT_C_API npt_status npt_prepare(const npt_transfer* transfer, const npt_mesh* identity_mesh, const npt_mesh* pose_mesh,
+                                 npt_character** character, npt_pose** pose);
+/* These do nothing for NULL. */
+NPT_C_API void npt_release_character(npt_character* character);
 NPT_C_API void npt_release_pose(npt_pose* pose);
 
-/* Both of one pair, read side by side. */
-NPT_C_API npt_status npt_prepare(const npt_transfer* transfer, const npt_mesh* identity_mesh, const npt_mesh* pose_mesh,
-                                 npt_identity** identity, npt_pose** pose);
+/* Writes a recognised character to a file, and reads it back for the same weights (UTF-8 paths).
+ * NPT_BAD_INPUT: not recognised (NPT_ERROR_NEEDS_RECOGNITION), no file of a character, or of a domain that the
+ * transfer doesn't have. */
+NPT_C_API npt_status npt_character_save(const npt_character* character, const char* file);
+NPT_C_API npt_status npt_load_character(const npt_transfer* transfer, const char* file, npt_character** character);
 
-/* How npt_run_prepared makes a result of these. */
-NPT_C_API npt_status npt_explain(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
-                                 npt_report* report);
+/* The character's mesh: pointers into its own memory, as long as it lives. */
+NPT_C_API npt_status npt_character_mesh(const npt_character* character, npt_mesh* mesh);
+NPT_C_API npt_status npt_character_estimate(const npt_character* character, npt_estimate* estimate);
+NPT_C_API npt_status npt_pose_estimate(const npt_pose* pose, npt_estimate* estimate);
+/* NPT_BAD_INPUT: not recognised. */
+NPT_C_API npt_status npt_character_joints(const npt_character* character, npt_joint_pose* joints);
+NPT_C_API npt_status npt_pose_joints(const npt_pose* pose, npt_joint_pose* joints);
 
-/* npt_run's result, from what was prepared. */
-NPT_C_API npt_status npt_run_prepared(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
-                                      float* result);
+/* The character in the pose: xyz as npt_run writes it, [vertices][3]. result: how it was made, or NULL. */
+NPT_C_API npt_status npt_apply(const npt_transfer* transfer, const npt_character* character, const npt_pose* pose,
+                               float* xyz, npt_result* result);
+/* How npt_apply will make its result. */
+NPT_C_API npt_status npt_report(const npt_transfer* transfer, const npt_character* character, const npt_pose* pose,
+                                npt_result* result);
 
-/* Frames share their random choices, made on the first one, so that nothing flickers; a mesh with other triangles
- * begins another sequence. The transfer and the identity must outlive the sequence. */
-NPT_C_API npt_status npt_open_sequence(const npt_transfer* transfer, const npt_identity* identity,
-                                       npt_sequence** sequence);
-NPT_C_API npt_status npt_run_frame(npt_sequence* sequence, const npt_mesh* pose, float* result);
-/* How the last frame's result was made. */
-NPT_C_API npt_status npt_explain_frame(const npt_sequence* sequence, npt_report* report);
-NPT_C_API void npt_close_sequence(npt_sequence* sequence);
+/* ---- Sequences ---- */
 
-/* What moves a recognised identity: a skeleton and skin weights. In the identity's own unit, place and
- * pose; joints have no rotation of their own. */
+/* The poses of a sequence, frame after frame: bodies are followed, and the network's random choices are made once, so
+ * that nothing flickers. A mesh with other triangles begins another sequence. One thread at a time. The transfer must
+ * outlive it. */
+typedef struct npt_tracker npt_tracker;
+
+NPT_C_API npt_status npt_open_tracker(const npt_transfer* transfer, npt_tracker** tracker);
+NPT_C_API void npt_close_tracker(npt_tracker* tracker);
+/* The next frame's pose, for characters of so many vertices. It is the tracker's, valid until its next call. */
+NPT_C_API npt_status npt_next_pose(npt_tracker* tracker, const npt_mesh* frame, size_t identity_vertices,
+                                   const npt_pose** pose);
+/* The first frame of a sequence of which other meshes with the same triangles are known, such as further frames or a
+ * rig at rest: where the first isn't recognised with high confidence, the sequence is followed from the best of them.
+ * others: [count]. */
+NPT_C_API npt_status npt_start_tracker(npt_tracker* tracker, const npt_mesh* first, const npt_mesh* others,
+                                       size_t count, size_t identity_vertices, const npt_pose** pose);
+/* Which frames of a sequence are worth a try for its start: writes their numbers, at most NPT_MOST_TRIES, and returns
+ * how many. */
+#define NPT_MOST_TRIES 3
+NPT_C_API size_t npt_frames_to_try(size_t frames, size_t* numbers);
+/* The next mesh is the first frame of another sequence. Does nothing for NULL. */
+NPT_C_API void npt_restart_tracker(npt_tracker* tracker);
+
+/* ---- Skeletons ---- */
+
+/* What moves a recognised character: a skeleton and skin weights, in the mesh's own unit, place and pose. Joints have
+ * no rotation of their own. */
 typedef struct npt_influence {
   uint16_t joint;
   float weight;
 } npt_influence;
 #define NPT_JOINTS 40 /* of every skeleton: SMPL's 24, then two for each finger but the thumbs */
 typedef struct npt_skeleton {
+  size_t size;              /* sizeof(npt_skeleton), of the library's version */
   size_t joints;            /* NPT_JOINTS */
   const char* const* names; /* [joints] as VRM calls them: "hips", "leftUpperLeg" ... */
   const int32_t* parents;   /* [joints] a joint's number, before its own; -1: the root */
@@ -163,17 +334,34 @@ typedef struct npt_skeleton {
   const npt_influence* influences; /* a vertex's weights sum to 1 */
 } npt_skeleton;
 
-/* NPT_BAD_INPUT: the identity is not recognised as a person, or results are refined, which no skeleton can do. */
-NPT_C_API npt_status npt_open_skeleton(const npt_transfer* transfer, const npt_identity* identity,
-                                       const npt_skeleton** skeleton);
+/* NPT_BAD_INPUT: not recognised, or results are refined, which no skeleton can do. */
+NPT_C_API npt_status npt_open_skeleton(const npt_character* character, const npt_skeleton** skeleton);
 NPT_C_API void npt_close_skeleton(const npt_skeleton* skeleton);
-
-/* How the skeleton moves to a pose: [NPT_JOINTS][3][4], rows of a rotation and a shift for each joint. Vertices that go
- * by these and the skin weights are npt_run_prepared's result. NPT_BAD_INPUT: the network makes the result. */
-NPT_C_API npt_status npt_move_joints(const npt_transfer* transfer, const npt_identity* identity, const npt_pose* pose,
+/* How the skeleton moves to a pose: motions is [NPT_JOINTS][3][4], rows of a rotation and a shift for each joint.
+ * Vertices that move by these and the skin weights are npt_apply's result. NPT_BAD_INPUT: the network makes it. */
+NPT_C_API npt_status npt_move_joints(const npt_transfer* transfer, const npt_character* character, const npt_pose* pose,
                                      double* motions);
-/* The same of a sequence's last frame. */
-NPT_C_API npt_status npt_move_frame_joints(const npt_sequence* sequence, double* motions);
+
+/* ---- Clips ---- */
+
+/* What the joints of a moving result are called. */
+typedef enum npt_joint_names { NPT_VRM = 0, NPT_MIXAMO = 1, NPT_SMPL = 2 } npt_joint_names;
+
+typedef struct npt_clip_options {
+  size_t size;      /* sizeof(npt_clip_options) */
+  const char* clip; /* its name, UTF-8; NULL: the only one of the file */
+  double fps;       /* frames a second; 0: 30 */
+  int in_place;     /* nonzero: the root joint stays in its place instead of following the pose's root trajectory */
+  npt_joint_names names;
+} npt_clip_options;
+
+/* Puts a clip of a .glb or .gltf file onto an identity mesh (.obj, .ply, .glb, .gltf) and writes a .glb that moves: on
+ * a skeleton where every frame is made by body estimation, else with morph targets. As `npt transfer --clip`; UTF-8
+ * paths. options NULL: the only clip at 30 frames a second. result: of the frame with the lowest confidence, or NULL.
+ * NPT_BAD_INPUT: files, clips and meshes that can't be used. */
+NPT_C_API npt_status npt_animate_file(const npt_transfer* transfer, const char* identity, const char* pose,
+                                      const char* out, const npt_clip_options* options, const npt_control* control,
+                                      npt_result* result);
 
 #ifdef __cplusplus
 }

@@ -15,10 +15,12 @@ else()
   list(TRANSFORM symbols REPLACE " .*\n" "")
 endif()
 list(SORT symbols)
-set(expected npt_close npt_close_sequence npt_close_skeleton npt_default_options npt_describe npt_explain npt_explain_frame
-             npt_last_error npt_last_notes npt_move_frame_joints npt_move_joints npt_open npt_open_random npt_open_sequence
-             npt_open_skeleton npt_prepare npt_prepare_identity npt_prepare_pose npt_release_identity npt_release_pose npt_run
-             npt_run_frame npt_run_prepared npt_version)
+set(expected npt_animate_file npt_apply npt_character_estimate npt_character_joints npt_character_mesh npt_character_save
+             npt_close npt_close_skeleton npt_close_tracker npt_default_options npt_describe npt_frames_to_try npt_last_error
+             npt_last_error_code npt_last_remedy npt_load_character npt_move_joints npt_next_pose npt_open npt_open_files
+             npt_open_random npt_open_skeleton npt_open_tracker npt_pose_estimate npt_pose_joints npt_prepare
+             npt_prepare_character npt_prepare_pose npt_release_character npt_release_pose npt_remedy_text npt_report
+             npt_restart_tracker npt_run npt_start_tracker npt_version npt_warning_text)
 if(NOT symbols STREQUAL expected)
   message(FATAL_ERROR "found ${symbols}\nexpected ${expected}")
 endif()

@@ -43,8 +43,9 @@ struct Animation {
   /// What moves it, where every frame was made by body estimation: [frames][J] motions of the skeleton's joints.
   std::optional<SkinnedSkeleton> skeleton;
   std::vector<std::vector<Affine>> motions;
-  TransferReport report;    ///< of the frame with the lowest confidence
-  std::size_t weakest = 0;  ///< that frame
+  TransferReport report;                  ///< of the frame with the lowest confidence
+  std::size_t weakest = 0;                ///< that frame
+  std::optional<double> pose_confidence;  ///< of its pose alone; none where no body was estimated
 };
 
 /// Makes an Animation frame by frame.
@@ -83,7 +84,7 @@ class Animator {
     std::vector<float>& xyz = a.positions.emplace_back(3 * character_->vertex_count());
     const TransferReport report = transfer_->apply(*character_, pose, xyz);
     if (a.positions.size() == 1 || report.confidence < a.report.confidence)
-      a.report = report, a.weakest = a.positions.size() - 1;
+      a.report = report, a.weakest = a.positions.size() - 1, a.pose_confidence = pose.confidence();
     if (report.method != Method::body) a.skeleton.reset(), a.motions.clear();
     if (a.skeleton) a.motions.push_back(*transfer_->motions(*character_, pose));
     if (report.method == Method::body) poses_.push_back(*pose.joints());

@@ -1,0 +1,111 @@
+/// A clip onto a character, from files to a file: npt_animate_file of npt_c.h.
+#include "npt_c_types.hpp"
+
+#include <npt/body/joint_names.hpp>
+#include <npt/io/gltf.hpp>
+#include <npt/io/mesh_file.hpp>
+#include <npt/mesh/mesh.hpp>
+#include <npt/mesh/validate.hpp>
+#include <npt/scene/clip_frames.hpp>
+#include <npt/transfer/animation.hpp>
+
+#include <initializer_list>
+#include <system_error>
+
+namespace {
+
+namespace fs = std::filesystem;
+using c_api::expect;
+
+bool is_scene(const fs::path& path) {
+  const npt::MeshFormat format = npt::mesh_format(path);
+  return format == npt::MeshFormat::glb || format == npt::MeshFormat::gltf;
+}
+
+/// Before long work.
+void expect_files(const fs::path& identity, const fs::path& pose, const fs::path& out) {
+  npt::mesh_format(identity);
+  if (!is_scene(pose))
+    throw npt::Error({.file = pose.string(), .found = "no moving scene", .expected = "a .glb or .gltf with a clip"});
+  if (npt::mesh_format(out) != npt::MeshFormat::glb)
+    throw npt::Error({.file = out.string(), .found = "no .glb", .expected = "a .glb, which can move"});
+  std::error_code ignored;
+  for (const fs::path& input : {identity, pose})
+    if (fs::equivalent(out, input, ignored))
+      throw npt::Error({.file = out.string(), .found = "one of the inputs", .expected = "another file"});
+  const fs::path folder = out.parent_path();
+  if (!folder.empty() && !fs::is_directory(folder, ignored))
+    throw npt::Error({.file = folder.string(), .found = "no such folder", .expected = "one to write to"});
+}
+
+npt_clip_options options_of(const npt_clip_options* given) {
+  npt_clip_options options{};
+  options.size = sizeof options;
+  if (given != nullptr) options = *given;
+  expect(options.size == sizeof(npt_clip_options), "npt_clip_options: a size that isn't sizeof(npt_clip_options)");
+  if (options.fps == 0) options.fps = 30;
+  expect(options.fps >= 0.001 && options.fps <= 1000, "npt_clip_options: fps that isn't between 0.001 and 1000");
+  const int names = c_api::number_of(options.names);
+  expect(names >= NPT_VRM && names <= NPT_SMPL, "npt_clip_options: unknown names of joints");
+  return options;
+}
+static_assert(static_cast<int>(npt::JointNames::vrm) == NPT_VRM &&
+              static_cast<int>(npt::JointNames::mixamo) == NPT_MIXAMO &&
+              static_cast<int>(npt::JointNames::smpl) == NPT_SMPL);
+
+/// Of the work from one fraction to another.
+npt::Control part_of(const npt::Control& whole, double first, double last) {
+  npt::Control part{.progress = {}, .stop = whole.stop};
+  if (whole.progress)
+    part.progress = [&whole, first, last](double done) { whole.progress(first + (last - first) * done); };
+  return part;
+}
+
+void expect_finite(const npt::Mesh& identity, const npt::Animation& animation, const std::string& name) {
+  npt::Mesh mesh = identity;
+  for (const std::vector<float>& xyz : animation.positions) {
+    std::ranges::copy(xyz, mesh.coordinates().begin());
+    npt::validate(mesh, "result for " + name);
+  }
+}
+
+void animate(const npt::PoseTransfer& transfer, const fs::path& identity, const fs::path& pose, const fs::path& out,
+             const npt_clip_options& options, const npt::Control& control, npt_result* result) {
+  expect_files(identity, pose, out);
+  const npt::Mesh mesh = npt::read_mesh(identity);
+  npt::ClipFrames::Options clip{.clip = {}, .rate = options.fps, .time = {}};
+  if (options.clip != nullptr) clip.clip = options.clip;
+  npt::ClipFrames frames(npt::read_scene(pose), pose.string(), clip);
+  npt::FrameSource source = npt::frame_source(frames);
+  source.name = [&pose](std::size_t) { return pose.string(); };
+
+  const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
+  const std::string name = identity.string();
+  const npt::MeshView view{mesh.coordinates(), triangles, name};
+  const double share = 1 / (1 + static_cast<double>(frames.size()));  // estimating it takes about as long as a frame
+  const npt::Character character = transfer.character(view, part_of(control, 0, share));
+  npt::Animation made = npt::animate(transfer, character, source, options.in_place == 0,
+                                     static_cast<npt::JointNames>(options.names), part_of(control, share, 1));
+  expect_finite(mesh, made, name);
+  const double unit = npt::output_unit(transfer, view, is_scene(identity));
+  npt::write_scene(
+      out, npt::animation_scene(mesh, identity.stem().string(), made, frames.clip_name(), frames.times(), unit));
+
+  npt::Warnings& warnings = made.report.warnings;
+  if (unit != 1 && !transfer.options().import.unit && !warnings.contains(npt::WarningCode::unit_assumed))
+    warnings.push_back({npt::WarningCode::unit_assumed, npt::MeshRole::identity, unit, npt::Remedy::give_unit});
+  c_api::fill(result, made.report, character.confidence(), made.pose_confidence);
+}
+
+}  // namespace
+
+npt_status npt_animate_file(const npt_transfer* transfer, const char* identity, const char* pose, const char* out,
+                            const npt_clip_options* options, const npt_control* control, npt_result* result) {
+  return c_api::guarded([&] {
+    expect(transfer != nullptr && identity != nullptr && pose != nullptr && out != nullptr,
+           "npt_animate_file: a null pointer");
+    c_api::expect_result(result);
+    animate(transfer->transfer, c_api::path_of(identity), c_api::path_of(pose), c_api::path_of(out),
+            options_of(options), c_api::control_from(control), result);
+  });
+}
