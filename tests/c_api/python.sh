@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# transfer.py on two meshes, with each of the shipped weights: the program's bits, for a pair and for a sequence.
+# transfer.py on two meshes, with each of the shipped weights: the program's bits, for a pair, a sequence and a clip.
 # usage: python.sh PYTHON NPT LIBRARY PROJECT FOLDER
 set -euo pipefail
 python=$1 npt=$2 library=$3 project=$4
@@ -33,6 +33,10 @@ weights=$project/examples/weights/human.safetensors
 transfer "$library" "$weights" identity.obj frames/0.obj frames/1.obj found.obj
 same found_000.obj expected/0.obj
 same found_001.obj expected/1.obj
+"$npt" transfer --weights "$weights" --identity frames/0.obj --pose frames --out walk.glb
+"$npt" transfer --weights "$weights" --identity identity.obj --pose walk.glb --clip frames --out expected.glb
+transfer --clip frames "$library" "$weights" identity.obj walk.glb found.glb
+cmp found.glb expected.glb
 network=(--method network --pairings 2 --mirror --seed 4)
 "$npt" transfer "${network[@]}" --weights "$weights" --identity identity.obj --pose frames/0.obj --out expected.obj
 transfer "${network[@]}" "$library" "$weights" identity.obj frames/0.obj found.obj

@@ -79,6 +79,12 @@ class Figures(unittest.TestCase):
         )
         self.assertLessEqual(difference, 1e-5 * height)
 
+    def same(self, found, expected):
+        """The same bits where the library is that of the program's build; else 1e-5 of the height."""
+        self.close(found, expected)
+        if os.environ.get("NPT_SAME_BUILD"):
+            self.assertTrue(np.array_equal(found, expected))
+
     def fails(self, message, f, *arguments, **named):
         with self.assertRaises(npt.Error) as caught:
             f(*arguments, **named)
@@ -92,12 +98,15 @@ class Program(Figures):
         run("transfer", "--identity", "identity.obj", "--pose", pose, "--out", "out.obj", *arguments)
         return read_obj("out.obj")[0]
 
-    def test_through_bodies(self):
+    def test_by_body_estimation(self):
         transfer = npt.PoseTransfer("human")
-        report = transfer.explain(self.identity, self.pose)
-        self.assertEqual((report.method, report.notes), ("body", ()))
-        self.assertGreater(min(report.identity_confidence, report.pose_confidence), 0.85)
-        self.close(transfer(self.identity, self.pose), self.transferred())
+        result = transfer.apply(self.identity, self.pose)
+        self.assertEqual((result.method, result.warnings), ("body", ()))
+        self.assertEqual(result.confidence, min(result.character_confidence, result.pose_confidence))
+        self.assertGreater(result.confidence, 0.85)
+        self.assertIs(result.mesh.faces, self.identity[1])
+        self.same(result.vertices, self.transferred())
+        self.same(transfer(self.identity, self.pose), result.vertices)
 
     def test_by_the_network(self):
         for name in npt.shipped_weights():
@@ -111,26 +120,65 @@ class Program(Figures):
         self.close(found, expected)
         found = npt.PoseTransfer(refine=True, refine_radius=0.1)(self.identity, self.pose)
         self.close(found, self.transferred("--refine", "--refine-radius", 0.1))
-        in_feet = tuple((self.identity[0] / np.float32(0.3048), self.identity[1]))
-        found = npt.PoseTransfer(method="network", unit="foot")(
+        in_feet = (self.identity[0] / np.float32(0.3048), self.identity[1])
+        large = (self.identity[0] * np.float32(100), self.identity[1])
+        warned = npt.PoseTransfer(method="network").apply(large, self.paper).warnings
+        self.assertEqual([(w.code, w.mesh, w.value) for w in warned], [("unit_assumed", "identity", 0.01)])
+        self.assertIn("PoseTransfer(unit=...)", str(warned[0]))
+        result = npt.PoseTransfer(method="network", unit="foot").apply(
             in_feet, (self.paper[0] / np.float32(0.3048), self.paper[1])
         )
-        self.close(found * 0.3048, self.transferred("--method", "network", pose="paper.obj"))
+        self.assertEqual(result.warnings, ())
+        self.close(result.vertices * 0.3048, self.transferred("--method", "network", pose="paper.obj"))
 
-    def test_sequence(self):
+    def walk(self):
+        """Twenty frames as files and as meshes: the pose, swaying."""
         (FOLDER / "walk").mkdir(exist_ok=True)
         poses = []
-        for i in range(3):
-            moved = self.pose[0] + np.float32(0.001 * i) * np.float32([1, 0, 0])
+        for i in range(20):
+            moved = self.pose[0] + np.float32(0.01 * np.sin(i)) * self.pose[0][:, 1:2] * np.float32([1, 0, 0])
             text = "".join("v %.9g %.9g %.9g\n" % tuple(v) for v in moved) + "".join(
                 "f %d %d %d\n" % tuple(f + 1) for f in self.pose[1]
             )
-            (FOLDER / "walk" / f"{i}.obj").write_text(text)
+            (FOLDER / "walk" / f"{i:02}.obj").write_text(text)
             poses.append((moved, self.pose[1]))
+        return poses
+
+    def test_sequence(self):
+        poses = self.walk()
         run("transfer", "--identity", "identity.obj", "--pose", "walk", "--out", "walked")
         transfer = npt.PoseTransfer()
-        for i, found in enumerate(transfer.sequence(self.identity, poses)):
-            self.close(found, read_obj(f"walked/{i}.obj")[0])
+        results = list(transfer.sequence(self.identity, poses))
+        self.assertEqual(len(results), 20)
+        for i, found in enumerate(results):
+            self.same(found.vertices, read_obj(f"walked/{i:02}.obj")[0])
+        hero, tracker = transfer.character(self.identity), npt.PoseTracker(transfer)
+        for i, pose in enumerate(poses[:3]):
+            tracked = tracker.next(pose, len(hero))
+            self.same(transfer.apply(hero, tracked).vertices, results[i].vertices)
+        tracker.restart()
+        self.fails("a frame that the tracker has left behind", transfer, hero, tracked)
+
+    def test_clip(self):
+        self.walk()
+        run("transfer", "--identity", "pose.obj", "--pose", "walk", "--out", "walk.glb")
+        files = [FOLDER / name for name in ("identity.obj", "walk.glb", "found.glb")]
+        transfer, seen = npt.PoseTransfer(), []
+        for options, named in (([], {}), (["--in-place", "--names", "smpl"], {"in_place": True, "names": "smpl"})):
+            program = ["--identity", "identity.obj", "--pose", "walk.glb", "--clip", "walk", "--fps", 10, *options]
+            run("transfer", *program, "--out", "expected.glb")
+            result = npt.animate(transfer, *files, clip="walk", fps=10, progress=seen.append, **named)
+            self.assertEqual((FOLDER / "found.glb").read_bytes(), (FOLDER / "expected.glb").read_bytes())
+            self.assertEqual((result.method, result.vertices, result.warnings), ("body", None, ()))
+        self.assertEqual((max(seen), sorted(seen[: len(seen) // 2])), (1, seen[: len(seen) // 2]))
+        files[2].unlink()
+        with self.assertRaises(npt.Stopped):
+            npt.animate(transfer, *files, stop=lambda: True)
+        with self.assertRaises(KeyError):  # what a callback raises comes out
+            npt.animate(transfer, *files, progress=lambda done: {}[done])
+        self.assertFalse(files[2].exists())
+        self.fails("clip", npt.animate, transfer, *files, clip="run")
+        self.fails("names: found 'maya', expected one of vrm, mixamo, smpl", npt.animate, transfer, *files, names="maya")
 
     def test_protocol(self):
         """PMD on the paper's protocol as `npt evaluate`'s: some pairs of both sets; all with NPT_ALL_PAIRS."""
@@ -154,8 +202,8 @@ class Program(Figures):
             for lines, expected in zip(sets, report["sets"]):
                 errors = []
                 for line in lines:
-                    identity, pose, truth = map(read_ply, (f"protocol/{name}" for name in line.split()))
-                    errors.append(npt.pmd(transfer(identity, pose), truth[0]))
+                    identity, pose, ground_truth = map(read_ply, (f"protocol/{name}" for name in line.split()))
+                    errors.append(npt.pmd(transfer(identity, pose), ground_truth[0]))
                 found = float(np.mean(errors))
                 print(
                     f"  {method}, {expected['name']}, {len(errors)} pairs: PMD {found:.6e}, npt evaluate's {expected['pmd']:.6e}"
@@ -169,12 +217,13 @@ class Prepared(Figures):
         for method in "automatic", "network":
             transfer = npt.PoseTransfer(method=method)
             expected = transfer(self.identity, self.paper)
-            identity = transfer.prepare_identity(self.identity)
-            pose = transfer.prepare_pose(self.paper, len(identity))
+            identity = transfer.character(self.identity)
+            pose = transfer.pose(self.paper, len(identity))
             for pair in (
                 (identity, pose),
                 (identity, self.paper),
                 (self.identity, pose),
+                (identity, transfer.pose(self.paper)),
                 transfer.prepare(self.identity, self.paper),
             ):
                 self.assertTrue(np.array_equal(transfer(*pair), expected))
@@ -187,38 +236,72 @@ class Prepared(Figures):
 
     def test_what_is_prepared_keeps_the_weights(self):
         transfer = npt.PoseTransfer(method="network")
-        identity = transfer.prepare_identity(self.identity)
-        frames = transfer.open_sequence(identity)
-        expected = transfer(identity, self.paper)
+        hero = transfer.character(self.identity)
+        tracker, pose = npt.PoseTracker(transfer), transfer.pose(self.paper, len(hero))
+        expected = transfer(hero, pose)
         with transfer:
             self.assertIn("bottleneck 256", repr(transfer))
         self.assertEqual(repr(transfer), "npt.PoseTransfer(closed)")
         self.fails("found one that was closed", transfer, self.identity, self.paper)
-        del identity, transfer
+        del transfer
         gc.collect()
-        self.assertTrue(np.array_equal(frames(self.paper), expected))
+        self.assertEqual(len(hero), len(expected))
+        self.assertFalse(tracker.next(self.paper, len(hero)).recognised)
         other = npt.PoseTransfer(method="network")
-        self.fails("another transfer prepared", other, frames._identity, self.paper)
+        self.fails("another transfer prepared", other, hero, self.paper)
+        self.fails("another transfer prepared", other, self.identity, pose)
 
-    def test_rig(self):
-        """Vertices that go by the rig's motions and weights are the result."""
+    def test_what_was_estimated(self):
         transfer = npt.PoseTransfer()
-        identity, pose = transfer.prepare(self.identity, self.pose)
-        rig = transfer.rig(identity)
-        self.assertEqual((rig.names[0], len(rig.names), int(rig.parents[0])), ("hips", 40, -1))
-        weights = rig.weight_matrix()
+        hero, pose = transfer.prepare(self.identity, self.pose)
+        for one in hero, pose:
+            self.assertTrue(one.recognised)
+            self.assertGreater(one.confidence, 0.85)
+            self.assertEqual((one.domain, one.warnings), ("human", ()))
+            joints = one.joints()
+            self.assertEqual((joints.axis_angles.shape, joints.root.shape), ((24, 3), (3,)))
+            self.assertTrue(0.5 < joints.leg < 1.2)
+        self.assertTrue(np.array_equal(hero.vertices, self.identity[0]))
+        by_network = npt.PoseTransfer(method="network").character(self.identity)
+        self.assertEqual((by_network.recognised, by_network.confidence, by_network.joints()), (False, None, None))
+        self.fails("a character that isn't recognised", by_network.save, FOLDER / "none.npt")
+
+    def test_saved_character(self):
+        transfer = npt.PoseTransfer()
+        hero, pose = transfer.prepare(self.identity, self.pose)
+        hero.save(FOLDER / "hero.npt")
+        again = npt.PoseTransfer().load_character(FOLDER / "hero.npt")
+        self.fails("another transfer prepared", transfer, again, pose)
+        again = transfer.load_character(FOLDER / "hero.npt")
+        self.assertTrue(np.array_equal(transfer(again, pose), transfer(hero, pose)))
+        self.assertTrue(np.array_equal(again.faces, self.identity[1]))
+        self.fails("identity.obj", transfer.load_character, FOLDER / "identity.obj")
+
+    def test_skeleton(self):
+        """Vertices that move by the skeleton's motions and weights are the result."""
+        transfer = npt.PoseTransfer()
+        hero, pose = transfer.prepare(self.identity, self.pose)
+        skeleton = hero.skeleton()
+        self.assertEqual((skeleton.names[0], len(skeleton.names), int(skeleton.parents[0])), ("hips", 40, -1))
+        weights = skeleton.weight_matrix()
         self.assertTrue(np.allclose(weights.sum(axis=1), 1, atol=1e-5))
-        motions = transfer.motions(identity, pose)
+        motions = transfer.motions(hero, pose)
         points = np.c_[self.identity[0].astype(np.float64), np.ones(len(self.identity[0]))]
         moved = np.einsum("vj,jrc,vc->vr", weights.astype(np.float64), motions, points)
-        self.assertLess(np.abs(moved - transfer(identity, pose)).max(), 1e-5)
-        frames = transfer.open_sequence(identity)
-        self.fails("no frame was run yet", frames.explain)
-        frames(self.pose)
-        self.assertEqual(frames.explain().method, "body")
-        self.assertEqual(frames.motions().shape, (40, 3, 4))
-        self.fails("results are refined", npt.PoseTransfer(refine=True).rig, self.identity)
-        self.fails("knot.obj is not recognised as a person", transfer.rig, npt.Mesh(*self.knot, name="knot.obj"))
+        self.assertLess(np.abs(moved - transfer(hero, pose)).max(), 1e-5)
+        self.assertIsNone(npt.PoseTransfer(refine=True).character(self.identity).skeleton())
+        knot = transfer.character(npt.Mesh(*self.knot, name="knot.obj"))
+        self.assertIsNone(knot.skeleton())
+        self.assertIsNone(transfer.motions(knot, pose))
+
+    def test_progress_and_stop(self):
+        transfer, seen = npt.PoseTransfer(), []
+        transfer.character(self.identity, progress=seen.append)
+        self.assertGreater(len(seen), 3)
+        self.assertEqual(sorted(seen), seen)
+        with self.assertRaises(npt.Stopped) as caught:
+            transfer.pose(self.pose, stop=lambda: True)
+        self.assertEqual(caught.exception.code, "stopped")
 
 
 class Memory(Figures):
@@ -401,6 +484,9 @@ class BadInput(Figures):
         self.fails("seed: found -1", npt.PoseTransfer, seed=-1)
         self.fails("threads: found 1.5", npt.PoseTransfer, threads=1.5)
         self.fails("unit: found 'yard', expected one of metre", npt.PoseTransfer, unit="yard")
+        self.fails("quality: found 'good', expected one of fast, balanced, best", npt.PoseTransfer, quality="good")
+        self.fails("least_confidence: found 2", npt.PoseTransfer, least_confidence=2)
+        self.fails("pairing: found 'any'", npt.PoseTransfer, pairing="any")
         self.fails("refine_radius: found 0", npt.PoseTransfer, refine_radius=0)
         self.fails(
             "weights: found 'horse', expected one of human, human-pooled, quadruped",
@@ -415,6 +501,9 @@ class BadInput(Figures):
         self.fails("junk.safetensors", npt.PoseTransfer, FOLDER / "junk.safetensors")
         small = Path(__file__).resolve().parents[1] / "data/golden/paper_b16_v35.weights.safetensors"
         self.fails("found bottleneck 16, conv_relu, per-vertex, expected one of the networks", npt.PoseTransfer, small)
+        self.fails("weights without body estimation", npt.PoseTransfer, "quadruped", method="body")
+        several = npt.PoseTransfer(["human", "quadruped"])
+        self.assertTrue(several.character(self.identity).recognised)
 
     def test_no_person(self):
         transfer = npt.PoseTransfer()
@@ -424,19 +513,25 @@ class BadInput(Figures):
             transfer(self.identity, knot)
         self.assertEqual([w.category for w in caught], [npt.TransferWarning])
         self.assertEqual(caught[0].filename, __file__)
-        self.assertIn("knot.obj is not recognised as a person (confidence ", str(caught[0].message))
-        report = transfer.explain(self.identity, knot)
-        self.assertEqual(report.method, "network")
-        self.assertLess(report.pose_confidence, 0.6)
-        self.assertIn("knot.obj is not recognised as a person", report.notes[0])
+        warning = caught[0].message
+        self.assertEqual((warning.code, warning.mesh), ("not_recognised", "pose"))
+        self.assertIn("knot.obj is not recognised as a person (confidence ", warning.text)
+        self.assertEqual(str(warning), f"{warning.text}; {npt._library.ADVICE[warning.remedy]}")
+        result = transfer.report(self.identity, knot)
+        self.assertEqual((result.method, result.vertices), ("network", None))
+        self.assertLess(result.pose_confidence, 0.6)
+        self.assertEqual(result.warnings[0].value, result.pose_confidence)
+        self.assertEqual([w.code for w in transfer.pose(knot).warnings], ["not_recognised"])
         giant = (
             self.identity[0] * np.float32(5),
             self.identity[1],
         )  # of no person's size in metres, centimetres or millimetres
-        self.assertEqual(transfer.explain(giant, self.pose).method, "body")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", npt.TransferWarning)
-            self.fails("not recognised as a person", transfer, giant, knot)
+        self.assertEqual(transfer.report(giant, self.pose).method, "body")
+        with self.assertRaises(npt.Error) as refused:
+            transfer(giant, knot)
+        self.assertEqual((refused.exception.code, refused.exception.remedy), ("not_recognised", "choose_method"))
+        self.assertIn('knot.obj: found a mesh that is not recognised as a person', str(refused.exception))
+        self.assertIn('method="network"', str(refused.exception))
 
     def test_library(self):
         code = "import npt"

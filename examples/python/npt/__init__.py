@@ -4,25 +4,36 @@
     transfer = npt.PoseTransfer("human")
     posed = transfer((vertices, faces), (pose_vertices, pose_faces))   # [V, 3] float32, in the identity's order, unit and place
 
-People in any pose are posed by body estimation, the rest by a pose transfer network, as `npt transfer` does: the results are its results.
+    hero = transfer.character((vertices, faces))                       # estimated and bound once
+    pose = transfer.pose((pose_vertices, pose_faces))                  # estimated once
+    result = transfer.apply(hero, pose)                                # .vertices, .method, .confidence, .warnings
+
+People in any pose are transferred by body estimation, the rest by a pose transfer network, as `npt transfer` does: the results
+are its results.
 """
 
-from ._library import Error, library_file, version
+from ._library import Error, Stopped, library_file, version
 from ._meshes import Mesh, MeshLike, pmd
-from ._transfer import Identity, Pose, PoseTransfer, Report, Rig, Sequence, TransferWarning, shipped_weights
+from ._prepared import Character, JointPose, Pose, Skeleton
+from ._results import Result, TransferWarning
+from ._transfer import PoseTracker, PoseTransfer, animate, frames_to_try, shipped_weights
 
 __version__ = version()
 __all__ = [
+    "Character",
     "Error",
-    "Identity",
+    "JointPose",
     "Mesh",
     "MeshLike",
     "Pose",
+    "PoseTracker",
     "PoseTransfer",
-    "Report",
-    "Rig",
-    "Sequence",
+    "Result",
+    "Skeleton",
+    "Stopped",
     "TransferWarning",
+    "animate",
+    "frames_to_try",
     "library_file",
     "pmd",
     "shipped_weights",

@@ -5,20 +5,56 @@ from __future__ import annotations
 import ctypes
 import os
 from pathlib import Path
-from typing import Any, Optional
+from typing import Any, Callable, Optional
 
 Handle = ctypes.c_void_p
 HandleOut = ctypes.POINTER(ctypes.c_void_p)
 
+ERROR_CODES = {
+    1: "bad_input",
+    2: "not_recognised",
+    3: "distorted",
+    4: "unknown_unit",
+    5: "missing_weights",
+    6: "foreign",
+    7: "domains_differ",
+    8: "needs_recognition",
+    9: "stopped",
+    100: "argument",
+    102: "internal",
+}
+REMEDIES = ("none", "look_at_result", "choose_method", "give_unit", "give_weights")
+ADVICE = {
+    "none": "",
+    "look_at_result": "look at the result before using it",
+    "choose_method": 'method="network" gives the network\'s result all the same, method="body" that of body estimation',
+    "give_unit": "PoseTransfer(unit=...) says another one",
+    "give_weights": 'put them beside the others, or use method="network"',
+}
+
 
 class Error(ValueError):
-    """What can't be done right, in the library's words: which argument or file, what was found, what was expected."""
+    """Bad input, in the library's words: which argument or file, what was found, what was expected.
+
+    code    such as "bad_input", "not_recognised", "distorted", "unknown_unit", "missing_weights", "foreign",
+            "domains_differ", "needs_recognition"
+    remedy  what a user can do: "none", "look_at_result", "choose_method", "give_unit", "give_weights"
+    """
+
+    def __init__(self, text: str, code: str = "bad_input", remedy: str = "none"):
+        super().__init__(text + (f" ({ADVICE[remedy]})" if ADVICE[remedy] else ""))
+        self.code, self.remedy = code, remedy
+
+
+class Stopped(Error):
+    """`stop` asked to end the work."""
 
 
 class CMesh(ctypes.Structure):
     """npt_mesh"""
 
     _fields_ = [
+        ("size", ctypes.c_size_t),
         ("xyz", ctypes.c_void_p),
         ("vertices", ctypes.c_size_t),
         ("triangles", ctypes.c_void_p),
@@ -27,35 +63,97 @@ class CMesh(ctypes.Structure):
     ]
 
 
+class CBodyOptions(ctypes.Structure):
+    """npt_body_options"""
+
+    _fields_ = [("quality", ctypes.c_int), ("least_confidence", ctypes.c_double), ("high_confidence", ctypes.c_double)]
+
+
+class CNetworkOptions(ctypes.Structure):
+    """npt_network_options"""
+
+    _fields_ = [
+        ("pairing", ctypes.c_int),
+        ("pairings", ctypes.c_int),
+        ("mirror", ctypes.c_int),
+        ("invariant", ctypes.c_int),
+        ("resample", ctypes.c_int),
+        ("keep_distorted", ctypes.c_int),
+    ]
+
+
 class COptions(ctypes.Structure):
     """npt_options"""
 
     _fields_ = [
         ("size", ctypes.c_size_t),
+        ("version", ctypes.c_uint32),
         ("threads", ctypes.c_int),
-        ("pairings", ctypes.c_int),
-        ("mirror", ctypes.c_int),
+        ("method", ctypes.c_int),
+        ("body", CBodyOptions),
+        ("network", CNetworkOptions),
+        ("import_unit", ctypes.c_double),  # npt_import_options
         ("refine", ctypes.c_int),
         ("refine_radius", ctypes.c_double),
-        ("invariant", ctypes.c_int),
-        ("pair_as_given", ctypes.c_int),
-        ("resample", ctypes.c_int),
-        ("unit", ctypes.c_double),
         ("seed", ctypes.c_uint64),
-        ("method", ctypes.c_int),
     ]
 
 
-class CReport(ctypes.Structure):
-    """npt_report"""
+class CWarning(ctypes.Structure):
+    """npt_warning"""
 
-    _fields_ = [("method", ctypes.c_int), ("identity_confidence", ctypes.c_double), ("pose_confidence", ctypes.c_double)]
+    _fields_ = [
+        ("code", ctypes.c_int),
+        ("mesh", ctypes.c_int),
+        ("value", ctypes.c_double),
+        ("remedy", ctypes.c_int),
+    ]
+
+
+class CResult(ctypes.Structure):
+    """npt_result"""
+
+    _fields_ = [
+        ("size", ctypes.c_size_t),
+        ("method", ctypes.c_int),
+        ("confidence", ctypes.c_double),
+        ("character_confidence", ctypes.c_double),
+        ("pose_confidence", ctypes.c_double),
+        ("warning_count", ctypes.c_size_t),
+        ("warnings", CWarning * 16),
+    ]
+
+
+class CEstimate(ctypes.Structure):
+    """npt_estimate"""
+
+    _fields_ = [
+        ("size", ctypes.c_size_t),
+        ("recognised", ctypes.c_int),
+        ("confidence", ctypes.c_double),
+        ("unit", ctypes.c_double),
+        ("domain", ctypes.c_char_p),
+        ("warning_count", ctypes.c_size_t),
+        ("warnings", CWarning * 16),
+    ]
+
+
+class CJointPose(ctypes.Structure):
+    """npt_joint_pose"""
+
+    _fields_ = [
+        ("size", ctypes.c_size_t),
+        ("axis_angles", ctypes.c_float * 72),
+        ("root", ctypes.c_double * 3),
+        ("leg", ctypes.c_double),
+    ]
 
 
 class CSkeleton(ctypes.Structure):
     """npt_skeleton"""
 
     _fields_ = [
+        ("size", ctypes.c_size_t),
         ("joints", ctypes.c_size_t),
         ("names", ctypes.POINTER(ctypes.c_char_p)),
         ("parents", ctypes.POINTER(ctypes.c_int32)),
@@ -66,28 +164,80 @@ class CSkeleton(ctypes.Structure):
     ]
 
 
+class CClipOptions(ctypes.Structure):
+    """npt_clip_options"""
+
+    _fields_ = [
+        ("size", ctypes.c_size_t),
+        ("clip", ctypes.c_char_p),
+        ("fps", ctypes.c_double),
+        ("in_place", ctypes.c_int),
+        ("names", ctypes.c_int),
+    ]
+
+
+PROGRESS = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p)
+STOP = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p)
+
+
+class CControl(ctypes.Structure):
+    """npt_control"""
+
+    _fields_ = [("size", ctypes.c_size_t), ("progress", PROGRESS), ("stop", STOP), ("user", ctypes.c_void_p)]
+
+
+TEXT = ctypes.c_char_p
 MESH = ctypes.POINTER(CMesh)
+OPTIONS = ctypes.POINTER(COptions)
+CONTROL = ctypes.POINTER(CControl)
+RESULT = ctypes.POINTER(CResult)
+ESTIMATE = ctypes.POINTER(CEstimate)
+JOINT_POSE = ctypes.POINTER(CJointPose)
 FLOATS = ctypes.c_void_p
 DOUBLES = ctypes.c_void_p
-SKELETON_OUT = ctypes.POINTER(ctypes.POINTER(CSkeleton))
+SIZES = ctypes.POINTER(ctypes.c_size_t)
 
 # What each function takes; all of these return a status.
 ARGUMENTS: dict[str, list[Any]] = {
-    "npt_open": [ctypes.c_char_p, ctypes.POINTER(COptions), HandleOut],
-    "npt_run": [Handle, MESH, MESH, FLOATS],
+    "npt_default_options": [OPTIONS],
+    "npt_open_files": [ctypes.POINTER(TEXT), ctypes.c_size_t, OPTIONS, HandleOut],
+    "npt_run": [Handle, MESH, MESH, FLOATS, RESULT],
     "npt_prepare": [Handle, MESH, MESH, HandleOut, HandleOut],
-    "npt_prepare_identity": [Handle, MESH, HandleOut],
-    "npt_prepare_pose": [Handle, MESH, ctypes.c_size_t, HandleOut],
-    "npt_explain": [Handle, Handle, Handle, ctypes.POINTER(CReport)],
-    "npt_run_prepared": [Handle, Handle, Handle, FLOATS],
-    "npt_open_sequence": [Handle, Handle, HandleOut],
-    "npt_run_frame": [Handle, MESH, FLOATS],
-    "npt_explain_frame": [Handle, ctypes.POINTER(CReport)],
-    "npt_open_skeleton": [Handle, Handle, SKELETON_OUT],
+    "npt_prepare_character": [Handle, MESH, CONTROL, HandleOut],
+    "npt_prepare_pose": [Handle, MESH, ctypes.c_size_t, CONTROL, HandleOut],
+    "npt_character_save": [Handle, TEXT],
+    "npt_load_character": [Handle, TEXT, HandleOut],
+    "npt_character_mesh": [Handle, MESH],
+    "npt_character_estimate": [Handle, ESTIMATE],
+    "npt_pose_estimate": [Handle, ESTIMATE],
+    "npt_character_joints": [Handle, JOINT_POSE],
+    "npt_pose_joints": [Handle, JOINT_POSE],
+    "npt_apply": [Handle, Handle, Handle, FLOATS, RESULT],
+    "npt_report": [Handle, Handle, Handle, RESULT],
+    "npt_open_tracker": [Handle, HandleOut],
+    "npt_next_pose": [Handle, MESH, ctypes.c_size_t, HandleOut],
+    "npt_start_tracker": [Handle, MESH, MESH, ctypes.c_size_t, ctypes.c_size_t, HandleOut],
+    "npt_open_skeleton": [Handle, ctypes.POINTER(ctypes.POINTER(CSkeleton))],
     "npt_move_joints": [Handle, Handle, Handle, DOUBLES],
-    "npt_move_frame_joints": [Handle, DOUBLES],
+    "npt_animate_file": [Handle, TEXT, TEXT, TEXT, ctypes.POINTER(CClipOptions), CONTROL, RESULT],
 }
-STATUS_BAD_ARGUMENT, STATUS_NO_MEMORY = 1, 3
+# And what the others take and return.
+OTHERS: dict[str, "tuple[list[Any], Any]"] = {
+    "npt_version": ([], TEXT),
+    "npt_last_error": ([], TEXT),
+    "npt_last_error_code": ([], ctypes.c_int),
+    "npt_last_remedy": ([], ctypes.c_int),
+    "npt_warning_text": ([ctypes.POINTER(CWarning), TEXT, TEXT], TEXT),
+    "npt_describe": ([Handle], TEXT),
+    "npt_frames_to_try": ([ctypes.c_size_t, SIZES], ctypes.c_size_t),
+    "npt_restart_tracker": ([Handle], None),
+    "npt_close": ([Handle], None),
+    "npt_release_character": ([Handle], None),
+    "npt_release_pose": ([Handle], None),
+    "npt_close_tracker": ([Handle], None),
+    "npt_close_skeleton": ([ctypes.POINTER(CSkeleton)], None),
+}
+STATUS_NO_MEMORY, STATUS_STOPPED = 3, 5
 
 _library: Optional[ctypes.CDLL] = None
 
@@ -116,14 +266,9 @@ def library() -> ctypes.CDLL:
         for name, arguments in ARGUMENTS.items():
             function = getattr(opened, name)
             function.argtypes, function.restype = arguments, ctypes.c_int
-        for name in ("npt_version", "npt_last_error", "npt_last_notes"):
-            getattr(opened, name).restype = ctypes.c_char_p
-        opened.npt_describe.argtypes, opened.npt_describe.restype = [Handle], ctypes.c_char_p
-        opened.npt_default_options.argtypes, opened.npt_default_options.restype = [ctypes.POINTER(COptions)], None
-        for name in ("npt_close", "npt_release_identity", "npt_release_pose", "npt_close_sequence"):
-            getattr(opened, name).argtypes, getattr(opened, name).restype = [Handle], None
-        opened.npt_close_skeleton.argtypes = [ctypes.POINTER(CSkeleton)]
-        opened.npt_close_skeleton.restype = None
+        for name, (arguments, result) in OTHERS.items():
+            function = getattr(opened, name)
+            function.argtypes, function.restype = arguments, result
         _library = opened
     return _library
 
@@ -137,7 +282,50 @@ def call(name: str, *arguments: Any) -> None:
     message = npt.npt_last_error().decode("utf-8", "replace")
     if status == STATUS_NO_MEMORY:
         raise MemoryError(message)
-    raise Error(message)
+    code = ERROR_CODES.get(npt.npt_last_error_code(), "bad_input")
+    raise (Stopped if status == STATUS_STOPPED else Error)(message, code, REMEDIES[npt.npt_last_remedy()])
+
+
+def filled(structure: Any, name: str, handle: Any) -> Any:
+    """A struct that a function of the library fills."""
+    value = structure(size=ctypes.sizeof(structure))
+    call(name, handle, ctypes.byref(value))
+    return value
+
+
+class Control:
+    """Progress and stop as the library calls them. What they raise ends the work, and is raised again behind it."""
+
+    def __init__(self, progress: Optional[Callable[[float], object]], stop: Optional[Callable[[], object]]):
+        self._progress, self._stop = progress, stop
+        self._raised: Optional[BaseException] = None
+        self.c = CControl(ctypes.sizeof(CControl), PROGRESS(self._show), STOP(self._ask), None)
+
+    def _show(self, done: float, _: object) -> None:
+        try:
+            if self._progress is not None and self._raised is None:
+                self._progress(done)
+        except BaseException as error:
+            self._raised = error
+
+    def _ask(self, _: object) -> int:
+        try:
+            return int(self._raised is not None or (self._stop is not None and bool(self._stop())))
+        except BaseException as error:
+            self._raised = error
+            return 1
+
+    @property
+    def pointer(self) -> Any:
+        """NULL where nothing is to be called."""
+        return None if self._progress is None and self._stop is None else ctypes.byref(self.c)
+
+    def call(self, name: str, *arguments: Any) -> None:
+        try:
+            call(name, *arguments)
+        finally:
+            if self._raised is not None:
+                raise self._raised
 
 
 def version() -> str:

@@ -105,9 +105,11 @@ class Borrowed:
         elif isinstance(mesh, (str, bytes)) or mesh is None:
             raise Error(f"{name}: found {mesh!r}, expected a mesh: (vertices, faces), or what has .vertices and .faces")
         self.name = str(name)
+        self.faces = faces
         self.xyz = floats(vertices, self.name)
         self.triangles = triangles(faces, self.name) if faces is not None and len(faces) > 0 else None
         self.c = CMesh(
+            ctypes.sizeof(CMesh),
             self.xyz.ctypes.data,
             len(self.xyz),
             self.triangles.ctypes.data if self.triangles is not None else None,
@@ -137,12 +139,12 @@ def result_for(vertices: int, out: Optional[NDArray[np.float32]]) -> NDArray[np.
     return out
 
 
-def pmd(result: Any, truth: Any) -> float:
-    """How far a result is from the truth, as `npt evaluate` measures: the mean over the vertices of the squared distance,
+def pmd(result: Any, ground_truth: Any) -> float:
+    """How far a result is from the ground truth, as `npt evaluate` measures: the mean over the vertices of the squared distance,
     with both bounding boxes centred (Wang et al., CVPR 2020, eq. 7). In squares of the unit."""
-    a, b = (floats(values, name).astype(np.float64) for values, name in ((result, "result"), (truth, "truth")))
+    a, b = (floats(values, name).astype(np.float64) for values, name in ((result, "result"), (ground_truth, "ground truth")))
     if a.shape != b.shape:
-        raise Error(f"truth: found {len(b)} vertices, expected {len(a)}, as many as the result has")
+        raise Error(f"ground truth: found {len(b)} vertices, expected {len(a)}, as many as the result has")
     if len(a) == 0:
         raise Error("result: found no vertices, expected at least one")
     a, b = (x - (x.min(axis=0) + x.max(axis=0)) / 2 for x in (a, b))

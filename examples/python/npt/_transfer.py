@@ -1,4 +1,4 @@
-"""PoseTransfer and what it prepares."""
+"""PoseTransfer, which makes characters, poses and results, and the tracker of a sequence's poses."""
 
 from __future__ import annotations
 
@@ -7,87 +7,26 @@ import operator
 import os
 import threading
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Iterable, Iterator, Optional, Union
+from typing import Any, Callable, Iterable, Iterator, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._library import COptions, CReport, CSkeleton, Error, Handle, call, library, package_folder
+from ._library import CClipOptions, CMesh, Control, COptions, CResult, Error, Handle, call, library, package_folder
 from ._meshes import Borrowed, MeshLike, result_for
+from ._prepared import JOINTS, Character, Owned, Pose, TrackedFrame
+from ._results import Result, result_of
 
 METHODS = {"automatic": 0, "body": 1, "network": 2}
+QUALITIES = {"fast": 0, "balanced": 1, "best": 2}
+PAIRINGS = {"random": 0, "as_given": 1}
+JOINT_NAMES = {"vrm": 0, "mixamo": 1, "smpl": 2}
 UNITS = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254, "foot": 0.3048}
-JOINTS = 40  # SMPL's 24 and those of the fingers
-INFLUENCE = np.dtype({"names": ["joint", "weight"], "formats": ["u2", "f4"], "offsets": [0, 4], "itemsize": 8})
 
-
-class TransferWarning(UserWarning):
-    """What to know before using a result, such as a mesh that is not recognised as a person."""
-
-
-@dataclass(frozen=True)
-class Report:
-    """How a transfer is made, and how sure it is."""
-
-    method: str  #: "body" or "network"
-    identity_confidence: Optional[float]  #: 0 to 1: that it is a person, and was estimated rightly; None: no body was estimated
-    pose_confidence: Optional[float]
-    notes: "tuple[str, ...]"  #: what to know before using the result
-
-
-@dataclass(frozen=True)
-class Rig:
-    """A skeleton and skin weights for an identity, in its own unit, place and pose. Joints have no rotation of their own."""
-
-    names: "list[str]"  #: as VRM calls them: "hips", "leftUpperLeg" ...
-    parents: NDArray[np.int32]  #: [J] int32, -1: the root; parents stand before children
-    places: NDArray[np.float64]  #: [J, 3] float64
-    start: NDArray[np.uint64]  #: [V + 1] where a vertex's influences begin
-    joints: NDArray[np.uint16]  #: [N] uint16, of each influence
-    weights: NDArray[np.float32]  #: [N] float32; a vertex's sum to 1
-
-    def weight_matrix(self) -> NDArray[np.float32]:
-        """[V, J] float32"""
-        matrix = np.zeros((len(self.start) - 1, len(self.names)), np.float32)
-        vertex = np.repeat(np.arange(len(self.start) - 1), np.diff(self.start).astype(np.int64))
-        np.add.at(matrix, (vertex, self.joints), self.weights)
-        return matrix
-
-
-class _Owned:
-    """A handle of the library's, released with the last reference."""
-
-    def __init__(self, release: str):
-        self.handle = Handle()
-        self._release = getattr(library(), release)
-
-    @property
-    def out(self) -> Any:
-        return ctypes.byref(self.handle)
-
-    def __del__(self) -> None:
-        if getattr(self, "handle", None):
-            self._release(self.handle)
-
-
-class Identity:
-    """An identity that takes many poses: what depends on it alone, computed once. Any number of threads may use it."""
-
-    def __init__(self, open_: _Owned, owned: _Owned, vertices: int):
-        self._open, self._owned, self._vertices = open_, owned, vertices
-
-    def __len__(self) -> int:
-        """Vertices."""
-        return self._vertices
-
-
-class Pose:
-    """A pose that many identities take. Any number of threads may use it."""
-
-    def __init__(self, open_: _Owned, owned: _Owned):
-        self._open, self._owned = open_, owned
+PathLike = Union[str, "os.PathLike[str]"]
+Progress = Optional[Callable[[float], object]]
+Stop = Optional[Callable[[], object]]
 
 
 def weights_folders() -> "list[Path]":
@@ -136,6 +75,22 @@ def _positive(value: Any, name: str) -> float:
     return number
 
 
+def _confidence(value: Any, name: str) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = -1.0
+    if not 0 <= number <= 1:
+        raise Error(f"{name}: found {value!r}, expected a number from 0 to 1")
+    return number
+
+
+def _choice(value: Any, name: str, known: "dict[str, int]") -> int:
+    if value not in known:
+        raise Error(f"{name}: found {value!r}, expected one of {', '.join(known)}")
+    return known[value]
+
+
 class PoseTransfer:
     """Weights, ready to run: transfer(identity, pose) is the identity mesh in the pose mesh's pose.
 
@@ -145,58 +100,76 @@ class PoseTransfer:
 
     Any number of threads may use one at a time; Python's lock is let go during each call.
 
-    weights        "human" (the default), another name of npt.shipped_weights(), or the path of a .safetensors file
-    method         "automatic": by body estimation where both meshes are recognised, else by the network; "body", "network"
-    pairings       the mean over so many random pairings of vertices; costs as many runs of the network
-    mirror         also transfer the mirror images, and average; for symmetric subjects; twice the runs
-    refine         give results the identity's surface detail; needs its faces
-    refine_radius  detail below this share of the root of the mesh's area; None: as the weights say
-    invariant      permuting a mesh's vertices permutes the result bit for bit
-    pair_as_given  meet vertices by number instead of at random: to compare with other implementations
-    resample       False: refuse a pose mesh of another vertex count where the network pairs vertices
-    unit           of the meshes: "metre", "centimetre", "millimetre", "inch", "foot", or metres; None: inferred from their size
-    seed           of every random choice
-    threads        0: all that the process may use. Several transfers at a time: 1
+    weights           "human" (the default), another name of npt.shipped_weights(), or the path of a .safetensors file; or a
+                      list of several, each a domain
+    method            "automatic": by body estimation where both meshes are recognised, else by the network; "body", "network"
+    quality           of body estimation: "fast", "balanced", "best"
+    least_confidence  0 to 1: from this confidence on a mesh counts as recognised; None: 0.6
+    high_confidence   0 to 1: from this confidence on there is no warning of a low one; None: 0.85
+    pairing           how the network meets vertices: "random"; "as_given": by number, to compare with other implementations
+    pairings          the mean over so many random pairings of vertices; costs as many runs of the network
+    mirror            also transfer the mirror images, and average; for symmetric subjects; twice the runs
+    invariant         permuting a mesh's vertices permutes the result bit for bit
+    resample          False: refuse a pose mesh of another vertex count where the network pairs vertices
+    keep_distorted    keep the network's result where it is distorted, instead of npt.Error
+    unit              of the meshes: "metre", "centimetre", "millimetre", "inch", "foot", or metres; None: inferred from size
+    refine            give results the identity's surface detail; needs its faces
+    refine_radius     detail below this fraction of the root of the mesh's area; None: as the weights say
+    seed              of every random choice
+    threads           0: all that the process may use. Several transfers at a time: 1
 
-    Raises npt.Error for what can't be done right; warns with npt.TransferWarning of what may be wrong.
+    Raises npt.Error for bad input; warns with npt.TransferWarning of what may be wrong.
     """
 
     def __init__(
         self,
-        weights: Union[str, "os.PathLike[str]"] = "human",
+        weights: Union[PathLike, Sequence[PathLike]] = "human",
         *,
         method: str = "automatic",
+        quality: str = "balanced",
+        least_confidence: Optional[float] = None,
+        high_confidence: Optional[float] = None,
+        pairing: str = "random",
         pairings: int = 1,
         mirror: bool = False,
+        invariant: bool = False,
+        resample: bool = True,
+        keep_distorted: bool = False,
+        unit: Union[None, str, float] = None,
         refine: bool = False,
         refine_radius: Optional[float] = None,
-        invariant: bool = False,
-        pair_as_given: bool = False,
-        resample: bool = True,
-        unit: Union[None, str, float] = None,
         seed: int = 0,
         threads: int = 0,
     ):
-        options = COptions()
-        library().npt_default_options(ctypes.byref(options))
-        if method not in METHODS:
-            raise Error(f"method: found {method!r}, expected one of {', '.join(METHODS)}")
+        options = COptions(size=ctypes.sizeof(COptions))
+        call("npt_default_options", ctypes.byref(options))
+        options.method = _choice(method, "method", METHODS)
+        options.threads = _whole(threads, "threads", 0, 4096)
+        options.seed = _whole(seed, "seed", 0, 2**64 - 1)
+        options.body.quality = _choice(quality, "quality", QUALITIES)
+        if least_confidence is not None:
+            options.body.least_confidence = _confidence(least_confidence, "least_confidence")
+        if high_confidence is not None:
+            options.body.high_confidence = _confidence(high_confidence, "high_confidence")
+        network = options.network
+        network.pairing = _choice(pairing, "pairing", PAIRINGS)
+        network.pairings = _whole(pairings, "pairings", 1, 2**31 - 1)
+        network.mirror, network.invariant = bool(mirror), bool(invariant)
+        network.resample, network.keep_distorted = bool(resample), bool(keep_distorted)
         if isinstance(unit, str) and unit not in UNITS:
             raise Error(f"unit: found {unit!r}, expected one of {', '.join(UNITS)}, or metres")
-        options.threads = _whole(threads, "threads", 0, 4096)
-        options.pairings = _whole(pairings, "pairings", 1, 2**31 - 1)
-        options.seed = _whole(seed, "seed", 0, 2**64 - 1)
-        options.mirror, options.refine, options.invariant = bool(mirror), bool(refine), bool(invariant)
-        options.pair_as_given, options.resample = bool(pair_as_given), bool(resample)
+        options.import_unit = 0 if unit is None else UNITS[unit] if isinstance(unit, str) else _positive(unit, "unit")
+        options.refine = bool(refine)
         options.refine_radius = 0 if refine_radius is None else _positive(refine_radius, "refine_radius")
-        options.unit = 0 if unit is None else UNITS[unit] if isinstance(unit, str) else _positive(unit, "unit")
-        options.method = METHODS[method]
-        self._by_network = method == "network" or (pair_as_given and method == "automatic")
-        self._handle: Optional[_Owned] = _Owned("npt_close")
-        call("npt_open", str(_weights_file(weights)).encode(), ctypes.byref(options), self._handle.out)
+        several = list(weights) if isinstance(weights, (list, tuple)) else [weights]
+        files = [str(_weights_file(file)).encode() for file in several]
+        self._handle: Optional[Owned] = Owned("npt_close")
+        self._handle.refines = bool(refine)  # type: ignore[attr-defined]
+        paths = (ctypes.c_char_p * len(files))(*files)
+        call("npt_open_files", paths, len(files), ctypes.byref(options), self._handle.out)
 
     @property
-    def _open(self) -> _Owned:
+    def _open(self) -> Owned:
         if self._handle is None:
             raise Error("transfer: found one that was closed, expected an open one")
         return self._handle
@@ -213,7 +186,7 @@ class PoseTransfer:
 
     @property
     def description(self) -> str:
-        """Such as "bottleneck 256, conv_relu, per-vertex, 4 pairings"."""
+        """Such as "bottleneck 256, conv_relu, per-vertex, 4 pairings, people by body estimation"."""
         return str(library().npt_describe(self._open.handle).decode())
 
     def __repr__(self) -> str:
@@ -221,156 +194,209 @@ class PoseTransfer:
 
     def __call__(
         self,
-        identity: Union[MeshLike, Identity],
+        identity: Union[MeshLike, Character],
         pose: Union[MeshLike, Pose],
         *,
         out: Optional[NDArray[np.float32]] = None,
     ) -> NDArray[np.float32]:
         """The identity's vertices [V, 3], float32, in the pose mesh's pose: in its own order, unit and place.
 
-        identity, pose  meshes, or what prepare_identity and prepare_pose made of them
+        identity, pose  meshes, or what character() and pose() made of them
         out             where to write the result: contiguous float32 [V, 3]; may be the identity's own memory
         """
-        if self._by_network and not isinstance(identity, Identity) and not isinstance(pose, Pose):
-            own, posed = Borrowed(identity, "identity"), Borrowed(pose, "pose")
-            result = result_for(len(own), out)
-            call("npt_run", self._open.handle, own.pointer, posed.pointer, result.ctypes.data)
-            return result
-        prepared, taken = self._prepared(identity, pose)
-        result = result_for(len(prepared), out)
-        self._warn(self._explain(prepared, taken))
-        call("npt_run_prepared", self._open.handle, prepared._owned.handle, taken._owned.handle, result.ctypes.data)
-        return result
+        result = self.apply(identity, pose, out=out)
+        for warning in result.warnings:
+            warnings.warn(warning, stacklevel=2)
+        assert result.vertices is not None
+        return result.vertices
 
-    def prepare_identity(self, identity: MeshLike) -> Identity:
-        """An identity that takes many poses, read once."""
-        mesh = Borrowed(identity, "identity")
-        owned = _Owned("npt_release_identity")
-        call("npt_prepare_identity", self._open.handle, mesh.pointer, owned.out)
-        return Identity(self._open, owned, len(mesh))
+    def apply(
+        self,
+        character: Union[MeshLike, Character],
+        pose: Union[MeshLike, Pose],
+        *,
+        out: Optional[NDArray[np.float32]] = None,
+    ) -> Result:
+        """The character in the pose, how it was made, and what to know of it. out: as for a call"""
+        raw = CResult(size=ctypes.sizeof(CResult))
+        if not isinstance(character, Character) and not isinstance(pose, Pose):
+            own, posed = Borrowed(character, "identity"), Borrowed(pose, "pose")
+            vertices = result_for(len(own), out)
+            call("npt_run", self._open.handle, own.pointer, posed.pointer, vertices.ctypes.data, ctypes.byref(raw))
+            return result_of(raw, own.name, posed.name, vertices, own.faces)
+        hero, taken = self._prepared(character, pose)
+        vertices = result_for(len(hero), out)
+        call("npt_apply", self._open.handle, hero._handle, taken._handle, vertices.ctypes.data, ctypes.byref(raw))
+        return result_of(raw, hero._name, taken._name, vertices, hero.faces)
 
-    def prepare_pose(self, pose: MeshLike, vertices: int) -> Pose:
-        """A pose for identities of so many vertices; the number doesn't matter to weights with the pooled feature."""
-        mesh = Borrowed(pose, "pose")
-        owned = _Owned("npt_release_pose")
+    def report(self, character: Union[MeshLike, Character], pose: Union[MeshLike, Pose]) -> Result:
+        """How apply() will make its result: a Result without vertices."""
+        raw = CResult(size=ctypes.sizeof(CResult))
+        hero, taken = self._prepared(character, pose)
+        call("npt_report", self._open.handle, hero._handle, taken._handle, ctypes.byref(raw))
+        return result_of(raw, hero._name, taken._name)
+
+    def character(self, identity: MeshLike, *, progress: Progress = None, stop: Stop = None) -> Character:
+        """A character that takes many poses, estimated and bound once.
+
+        progress, stop  called with the fraction that is done; asked whether to end the work, which raises npt.Stopped
+        """
+        mesh, control = Borrowed(identity, "identity"), Control(progress, stop)
+        owned = Owned("npt_release_character")
+        control.call("npt_prepare_character", self._open.handle, mesh.pointer, control.pointer, owned.out)
+        return Character(self._open, owned, mesh.name, mesh.faces)
+
+    def load_character(self, file: PathLike) -> Character:
+        """A character that Character.save wrote, for the same weights."""
+        owned = Owned("npt_release_character")
+        call("npt_load_character", self._open.handle, os.fspath(file).encode(), owned.out)
+        return Character(self._open, owned, str(os.fspath(file)))
+
+    def pose(self, pose: MeshLike, vertices: int = 0, *, progress: Progress = None, stop: Stop = None) -> Pose:
+        """A pose for many characters, estimated once. vertices: of the characters, which the network wants to know; 0: any
+        number, but the network runs anew each time that it is asked"""
+        mesh, control = Borrowed(pose, "pose"), Control(progress, stop)
         count = _whole(vertices, "vertices", 0, 2**28)
-        call("npt_prepare_pose", self._open.handle, mesh.pointer, count, owned.out)
-        return Pose(self._open, owned)
+        owned = Owned("npt_release_pose")
+        control.call("npt_prepare_pose", self._open.handle, mesh.pointer, count, control.pointer, owned.out)
+        return Pose(self._open, owned, mesh.name)
 
-    def prepare(self, identity: MeshLike, pose: MeshLike) -> "tuple[Identity, Pose]":
-        """Both meshes of a pair, read side by side."""
+    def prepare(self, identity: MeshLike, pose: MeshLike) -> "tuple[Character, Pose]":
+        """Both meshes of a pair, estimated side by side."""
         own, posed = Borrowed(identity, "identity"), Borrowed(pose, "pose")
-        identity_owned, pose_owned = _Owned("npt_release_identity"), _Owned("npt_release_pose")
-        call("npt_prepare", self._open.handle, own.pointer, posed.pointer, identity_owned.out, pose_owned.out)
-        return Identity(self._open, identity_owned, len(own)), Pose(self._open, pose_owned)
+        character, taken = Owned("npt_release_character"), Owned("npt_release_pose")
+        call("npt_prepare", self._open.handle, own.pointer, posed.pointer, character.out, taken.out)
+        return Character(self._open, character, own.name, own.faces), Pose(self._open, taken, posed.name)
 
-    def open_sequence(self, identity: Union[MeshLike, Identity]) -> "Sequence":
-        """Frames one after another, whose random choices are made once, so that nothing flickers."""
-        return Sequence(self, self._identity(identity))
+    def sequence(self, character: Union[MeshLike, Character], frames: Iterable[MeshLike]) -> Iterator[Result]:
+        """The character in each frame's pose, one after another, as `npt transfer` takes a folder of poses. Of a list of
+        frames, the tracker may start from another one than the first; an iterator's are taken one by one."""
+        hero, tracker = self._character(character), PoseTracker(self)
+        tries = frames_to_try(len(frames)) if isinstance(frames, Sequence) else []
+        others = [frames[k] for k in tries]  # type: ignore[index]
 
-    def sequence(self, identity: Union[MeshLike, Identity], poses: Iterable[MeshLike]) -> Iterator[NDArray[np.float32]]:
-        """The identity in each frame's pose, one after another."""
-        frames = self.open_sequence(identity)
-        return (frames(pose) for pose in poses)
+        def results() -> Iterator[Result]:
+            for i, frame in enumerate(frames):
+                pose = tracker.next(frame, len(hero)) if i else tracker.start(frame, others, len(hero))
+                yield self.apply(hero, pose)
 
-    def explain(self, identity: Union[MeshLike, Identity], pose: Union[MeshLike, Pose]) -> Report:
-        """How a pair is transferred, and how sure that is."""
-        prepared, taken = self._prepared(identity, pose)
-        return self._explain(prepared, taken)
+        return results()
 
-    def rig(self, identity: Union[MeshLike, Identity]) -> Rig:
-        """A skeleton and skin weights for a person's mesh."""
-        prepared = self._identity(identity)
-        pointer = ctypes.POINTER(CSkeleton)()
-        call("npt_open_skeleton", self._open.handle, prepared._owned.handle, ctypes.byref(pointer))
-        try:
-            c = pointer.contents
-            start = np.ctypeslib.as_array(c.start, (c.vertices + 1,)).copy()
-            raw = ctypes.string_at(c.influences, int(start[-1]) * INFLUENCE.itemsize)
-            influences = np.frombuffer(raw, INFLUENCE)
-            return Rig(
-                [c.names[j].decode() for j in range(c.joints)],
-                np.ctypeslib.as_array(c.parents, (c.joints,)).copy(),
-                np.ctypeslib.as_array(c.places, (c.joints * 3,)).reshape(-1, 3).copy(),
-                start,
-                influences["joint"].copy(),
-                influences["weight"].copy(),
-            )
-        finally:
-            library().npt_close_skeleton(pointer)
-
-    def motions(self, identity: Union[MeshLike, Identity], pose: Union[MeshLike, Pose]) -> NDArray[np.float64]:
-        """How the rig's joints move to a pose: [J, 3, 4], a rotation and a shift each. Vertices that go by these and the skin
-        weights are the transfer's result."""
-        prepared, taken = self._prepared(identity, pose)
+    def motions(
+        self, character: Union[MeshLike, Character], pose: Union[MeshLike, Pose]
+    ) -> Optional[NDArray[np.float64]]:
+        """How the joints of the character's skeleton move to a pose: [J, 3, 4], a rotation and a shift each. Vertices that
+        move by these and the skin weights are the result. None: the network makes it."""
+        hero, taken = self._prepared(character, pose)
+        if self.report(hero, taken).method != "body":
+            return None
         motions = np.empty((JOINTS, 3, 4))
-        call("npt_move_joints", self._open.handle, prepared._owned.handle, taken._owned.handle, motions.ctypes.data)
+        call("npt_move_joints", self._open.handle, hero._handle, taken._handle, motions.ctypes.data)
         return motions
 
-    def _identity(self, identity: Union[MeshLike, Identity]) -> Identity:
-        if not isinstance(identity, Identity):
-            return self.prepare_identity(identity)
-        if identity._open is not self._open:
-            raise Error("identity: found one that another transfer prepared, expected this one's")
-        return identity
+    def _character(self, character: Union[MeshLike, Character]) -> Character:
+        if not isinstance(character, Character):
+            return self.character(character)
+        if character._open is not self._open:
+            raise Error("identity: found one that another transfer prepared, expected this one's", "foreign")
+        return character
 
-    def _prepared(self, identity: Union[MeshLike, Identity], pose: Union[MeshLike, Pose]) -> "tuple[Identity, Pose]":
-        if not isinstance(identity, Identity) and not isinstance(pose, Pose):
-            return self.prepare(identity, pose)
-        prepared = self._identity(identity)
+    def _prepared(
+        self, character: Union[MeshLike, Character], pose: Union[MeshLike, Pose]
+    ) -> "tuple[Character, Pose]":
+        if not isinstance(character, Character) and not isinstance(pose, Pose):
+            return self.prepare(character, pose)
+        hero = self._character(character)
         if not isinstance(pose, Pose):
-            return prepared, self.prepare_pose(pose, len(prepared))
+            return hero, self.pose(pose, len(hero))
         if pose._open is not self._open:
-            raise Error("pose: found one that another transfer prepared, expected this one's")
-        return prepared, pose
-
-    def _explain(self, identity: Identity, pose: Pose) -> Report:
-        report = CReport()
-        call("npt_explain", self._open.handle, identity._owned.handle, pose._owned.handle, ctypes.byref(report))
-        return _report(report)
-
-    @staticmethod
-    def _warn(report: Report) -> None:
-        for note in report.notes:
-            warnings.warn(note, TransferWarning, stacklevel=3)
+            raise Error("pose: found one that another transfer prepared, expected this one's", "foreign")
+        return hero, pose
 
 
-class Sequence:
-    """The frames of a sequence for one identity. Several threads take turns."""
+def frames_to_try(frames: int) -> "list[int]":
+    """Which frames of a sequence are worth a try for its start, beside the first."""
+    numbers = (ctypes.c_size_t * 3)()
+    return list(numbers[: library().npt_frames_to_try(frames, numbers)])
 
-    def __init__(self, transfer: PoseTransfer, identity: Identity):
-        self._identity, self._owned, self._lock = identity, _Owned("npt_close_sequence"), threading.Lock()
-        self._open = transfer._open  # the sequence goes before the transfer does
-        call("npt_open_sequence", self._open.handle, identity._owned.handle, self._owned.out)
 
-    def __call__(self, pose: MeshLike, *, out: Optional[NDArray[np.float32]] = None) -> NDArray[np.float32]:
-        """The identity's vertices in the next frame's pose."""
-        mesh = Borrowed(pose, "pose")
-        result = result_for(len(self._identity), out)
+class PoseTracker:
+    """The poses of a sequence, frame after frame: bodies are followed, and the network's random choices are made once, so that
+    nothing flickers. A mesh with other faces begins another sequence. One thread at a time.
+
+        tracker = npt.PoseTracker(transfer)
+        for frame in frames:
+            result = transfer.apply(hero, tracker.next(frame, len(hero)))
+    """
+
+    def __init__(self, transfer: PoseTransfer):
+        self._open = transfer._open  # the tracker goes before the transfer does
+        self._owned, self._lock, self._frames = Owned("npt_close_tracker"), threading.Lock(), [0]
+        call("npt_open_tracker", self._open.handle, self._owned.out)
+
+    def next(self, frame: MeshLike, vertices: int) -> Pose:
+        """The next frame's pose, for characters of so many vertices. Valid until the next call."""
+        mesh = Borrowed(frame, "pose")
+        count = _whole(vertices, "vertices", 0, 2**28)
+        return self._pose(mesh, "npt_next_pose", mesh.pointer, count)
+
+    def start(self, first: MeshLike, others: Iterable[MeshLike], vertices: int) -> Pose:
+        """The first frame of a sequence of which other meshes with the same faces are known, such as further frames
+        (npt.frames_to_try) or a rig at rest. Where the first isn't recognised with high confidence, the sequence is followed
+        from the best of them."""
+        mesh, known = Borrowed(first, "pose"), [Borrowed(other, "pose") for other in others]
+        count = _whole(vertices, "vertices", 0, 2**28)
+        array = (CMesh * len(known))(*(other.c for other in known))
+        return self._pose(mesh, "npt_start_tracker", mesh.pointer, array, len(known), count)
+
+    def restart(self) -> None:
+        """The next mesh is the first frame of another sequence."""
         with self._lock:
-            call("npt_run_frame", self._owned.handle, mesh.pointer, result.ctypes.data)
-        return result
+            self._frames[0] += 1
+            library().npt_restart_tracker(self._owned.handle)
 
-    def explain(self) -> Report:
-        """How the last frame was made."""
-        report = CReport()
+    def _pose(self, mesh: Borrowed, function: str, *arguments: Any) -> Pose:
+        pointer = Handle()
         with self._lock:
-            call("npt_explain_frame", self._owned.handle, ctypes.byref(report))
-        return _report(report)
-
-    def motions(self) -> NDArray[np.float64]:
-        """How the rig's joints moved to the last frame: [J, 3, 4]"""
-        motions = np.empty((JOINTS, 3, 4))
-        with self._lock:
-            call("npt_move_frame_joints", self._owned.handle, motions.ctypes.data)
-        return motions
+            self._frames[0] += 1
+            call(function, self._owned.handle, *arguments, ctypes.byref(pointer))
+            return Pose(self._open, TrackedFrame(self._owned, self._frames, pointer), mesh.name)
 
 
-def _report(report: CReport) -> Report:
-    notes = library().npt_last_notes().decode("utf-8", "replace")
-    return Report(
-        "body" if report.method == METHODS["body"] else "network",
-        report.identity_confidence if report.identity_confidence >= 0 else None,
-        report.pose_confidence if report.pose_confidence >= 0 else None,
-        tuple(notes.splitlines()),
+def animate(
+    transfer: PoseTransfer,
+    identity: PathLike,
+    pose: PathLike,
+    out: PathLike,
+    *,
+    clip: Optional[str] = None,
+    fps: float = 30,
+    in_place: bool = False,
+    names: str = "vrm",
+    progress: Progress = None,
+    stop: Stop = None,
+) -> Result:
+    """Puts a clip onto an identity, from files to a .glb that moves, as `npt transfer --clip` does: on a skeleton where every
+    frame is made by body estimation, else with morph targets. Returns the report of the frame with the lowest confidence.
+
+    identity        .obj, .ply, .glb or .gltf
+    pose            .glb or .gltf with a clip
+    clip            its name; None: the only one
+    fps             frames a second, 0.001 to 1000
+    in_place        the root joint stays in its place instead of following the pose's root trajectory
+    names           of the joints: "vrm", "mixamo", "smpl"
+    progress, stop  as PoseTransfer.character has them
+    """
+    options = CClipOptions(ctypes.sizeof(CClipOptions), None if clip is None else clip.encode(), _positive(fps, "fps"))
+    options.in_place, options.names = bool(in_place), _choice(names, "names", JOINT_NAMES)
+    files = [str(os.fspath(file)) for file in (identity, pose, out)]
+    control, raw = Control(progress, stop), CResult(size=ctypes.sizeof(CResult))
+    control.call(
+        "npt_animate_file",
+        transfer._open.handle,
+        *(file.encode() for file in files),
+        ctypes.byref(options),
+        control.pointer,
+        ctypes.byref(raw),
     )
+    return result_of(raw, files[0], files[1])
