@@ -33,9 +33,9 @@ def read_obj(file):
 def make_files():
     run("generate", "--out", "identity.obj", "--shape-seed", 3, "--pose", "rest")
     run("generate", "--out", "pose.obj", "--shape-seed", 8, "--pose", "natural", "--pose-seed", 9)
-    run("generate", "--out", "truth.obj", "--shape-seed", 3, "--pose", "natural", "--pose-seed", 9)
+    run("generate", "--out", "ground_truth.obj", "--shape-seed", 3, "--pose", "natural", "--pose-seed", 9)
     run("generate", "--out", "upright.obj", "--shape-seed", 8, "--pose", "random", "--pose-seed", 2)
-    (FOLDER / "list.txt").write_text("identity.obj pose.obj truth.obj\n")
+    (FOLDER / "list.txt").write_text("identity.obj pose.obj ground_truth.obj\n")
     (FOLDER / "walk").mkdir()
     for i in range(FRAMES):  # a swing of legs and arms: hips 1 and 2, knees 4 and 5, shoulders 16 and 17
         swing = 0.6 * np.sin(2 * np.pi * i / FRAMES)
@@ -117,7 +117,7 @@ class Transfers(Addon):
         )
         import npt_pose_transfer
 
-        found = npt_pose_transfer.npt.pmd(shown(made), read_obj("truth.obj"))
+        found = npt_pose_transfer.npt.pmd(shown(made), read_obj("ground_truth.obj"))
         expected = json.loads(run("evaluate", "--list", "list.txt", "--json"))["sets"][0]["pmd"]
         print(f"  PMD {found:.6e}, npt evaluate's {expected:.6e}")
         self.assertLess(abs(found - expected), 1e-7)
@@ -150,7 +150,7 @@ class Transfers(Addon):
         self.own.method = "network"
         plain = shown(self.transferred())
         self.own.method = "automatic"
-        plain_body = shown(self.transferred())
+        by_body = shown(self.transferred())
         self.own.method = "network"
         scene = bpy.context.scene
         scene.unit_settings.scale_length = 0.01
@@ -167,9 +167,9 @@ class Transfers(Addon):
         moved = self.transferred()
         self.close(shown(moved), plain)
         self.assertLess(np.abs(np.array(moved.matrix_world) - np.array(identity.matrix_world)).max(), 1e-5)
-        # Other roundings make a reading draw other points of the surface: millimetres.
+        # Other roundings make body estimation draw other points of the surface: millimetres.
         self.own.method = "automatic"
-        self.close(shown(self.transferred()), plain_body, 0.01)
+        self.close(shown(self.transferred()), by_body, 0.01)
         self.own.method = "network"
         # Some of the pose comes from a modifier.
         shift = pose.modifiers.new("shift", "DISPLACE")

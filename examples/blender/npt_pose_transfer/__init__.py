@@ -11,8 +11,6 @@ bl_info = {
     "category": "Mesh",
 }
 
-import warnings
-
 import bpy
 
 from . import npt  # noqa: F401  the vendored package: without its library the add-on says so when it is enabled
@@ -21,7 +19,6 @@ from . import operators, panel, settings
 
 def register():
     npt.version()  # opens the library
-    warnings.simplefilter("ignore", npt.TransferWarning)  # the operator reports them
     for part in (settings, operators, panel):
         for one in part.classes:
             bpy.utils.register_class(one)

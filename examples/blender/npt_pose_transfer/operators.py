@@ -73,7 +73,8 @@ class Job:
         self.total = len(self.frames) or 1
         self.shown = context.scene.frame_current, context.scene.frame_subframe
         self.done, self.notes, self.points, self.motions, self.rig = 0, [], [], [], None
-        self.who = self.sequence = self.prepared = None
+        self.who = self.tracker = self.character = None
+        self.others = []  # further frames, from which the sequence may start
 
     @staticmethod
     def expect_mesh(context, thing, what):
@@ -83,52 +84,50 @@ class Job:
             raise Mistake(f"{what} '{thing.name}' isn't in this view layer")
 
     def capture(self, context):
-        """The identity, the first time, and the next pose."""
+        """The identity and a sequence's frames to start from, the first time; and the next pose."""
         if self.who is None:
             self.who = meshes.captured(context, self.identity)
+            self.others = [self.pose_at(context, i) for i in npt.frames_to_try(len(self.frames))]
+        return self.pose_at(context, self.done)
+
+    def pose_at(self, context, i):
         if self.source == "FRAMES":
-            context.scene.frame_set(self.frames[self.done])
+            context.scene.frame_set(self.frames[i])
             return meshes.captured(context, self.poses[0])
-        return meshes.captured(context, self.poses[self.done])
+        return meshes.captured(context, self.poses[i])
 
     def restore(self, context):
         """The frame that was shown before the first capture."""
         if self.source == "FRAMES":
             context.scene.frame_set(self.shown[0], subframe=self.shown[1])
 
-    def compute(self, pose):
+    def compute(self, mesh):
         transfer = opened(self.weights, self.options)
         if not self.frames:
-            identity, posed = transfer.prepare(self.who, pose)
-            report = transfer.explain(identity, posed)
-            if self.rig_wanted:
-                self.expect_bodies(report)
-                self.rig, self.motions = transfer.rig(identity), [transfer.motions(identity, posed)]
-            else:
-                self.points = [transfer(identity, posed)]
+            self.character, pose = transfer.prepare(self.who, mesh)
         else:
-            if self.sequence is None:
-                self.prepared = transfer.prepare_identity(self.who)
-                self.sequence = transfer.open_sequence(self.prepared)
-            points = self.sequence(pose)
-            report = self.sequence.explain()
-            if self.rig_wanted:
-                self.expect_bodies(report)
-                self.rig = self.rig or transfer.rig(self.prepared)
-                self.motions.append(self.sequence.motions())
+            if self.tracker is None:
+                self.character, self.tracker = transfer.character(self.who), npt.PoseTracker(transfer)
+                pose = self.tracker.start(mesh, self.others, len(self.character))
             else:
-                self.points.append(points)
+                pose = self.tracker.next(mesh, len(self.character))
+        if self.rig_wanted:
+            result = transfer.report(self.character, pose)
+            self.expect_body(result)
+            self.rig = self.rig or self.character.skeleton()
+            self.motions.append(transfer.motions(self.character, pose))
+        else:
+            result = transfer.apply(self.character, pose)
+            self.points.append(result.vertices)
         name = self.names[self.done] + ": " if self.source == "FRAMES" else ""
-        self.notes += [name + note for note in report.notes]
+        self.notes += [name + str(warning) for warning in result.warnings]
         self.done += 1
 
     @staticmethod
-    def expect_bodies(report):
-        if report.method != "body":
-            raise npt.Error(
-                "No rig: "
-                + (report.notes[0].split(": left to")[0] if report.notes else "these weights estimate no bodies")
-            )
+    def expect_body(result):
+        if result.method != "body":
+            why = next((w.text.split(":")[0] for w in result.warnings if w.code in ("not_recognised", "no_surface")), None)
+            raise npt.Error("No rig: " + (why or "these weights and this method estimate no body"))
 
     def finish(self, context):
         """Makes the new object. Returns it."""

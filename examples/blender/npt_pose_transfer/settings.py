@@ -17,8 +17,15 @@ SOURCES = [
 ]
 METHODS = [
     ("automatic", "Automatic", "By body estimation where both meshes are recognised as people, else by the network"),
-    ("body", "Bodies", "By body estimation, whatever the meshes are"),
+    ("body", "Body estimation", "By body estimation, whatever the meshes are"),
     ("network", "Network", "By the pose transfer network: upright meshes that face the front view"),
+]
+
+
+QUALITIES = [
+    ("fast", "Fast", "Half of the views: about half of the time"),
+    ("balanced", "Balanced", "The default"),
+    ("best", "Best", "All views of every mesh"),
 ]
 
 
@@ -58,6 +65,9 @@ class NPT_Settings(bpy.types.PropertyGroup):
     weights: EnumProperty(name="Weights", items=weights_items, description="The network's weights")
     weights_file: StringProperty(name="File", subtype="FILE_PATH", description="Weights of your own (.safetensors)")
     method: EnumProperty(name="Method", items=METHODS, description="How poses are transferred")
+    quality: EnumProperty(
+        name="Quality", items=QUALITIES, default="balanced", description="Body estimation: how much time it may take"
+    )
     pairings: IntProperty(
         name="Pairings",
         default=1,
@@ -75,7 +85,7 @@ class NPT_Settings(bpy.types.PropertyGroup):
         min=0.001,
         max=10,
         precision=3,
-        description="Detail below this share of the root of the mesh's area comes from the identity",
+        description="Detail below this fraction of the root of the mesh's area comes from the identity",
     )
     seed: IntProperty(name="Seed", min=0, description="Of every random choice")
     threads: IntProperty(name="Threads", min=0, max=4096, description="0: all processors")
@@ -84,6 +94,7 @@ class NPT_Settings(bpy.types.PropertyGroup):
         """What npt.PoseTransfer is opened with."""
         return {
             "method": self.method,
+            "quality": self.quality,
             "pairings": self.pairings,
             "mirror": self.mirror,
             "refine": self.refine,

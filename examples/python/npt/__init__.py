@@ -2,14 +2,14 @@
 
     import npt
     transfer = npt.PoseTransfer("human")
-    posed = transfer((vertices, faces), (pose_vertices, pose_faces))   # [V, 3] float32, in the identity's order, unit and place
+    posed = transfer((vertices, faces), (pose_vertices, pose_faces))  # [V, 3] float32: its order, unit and place
 
-    hero = transfer.character((vertices, faces))                       # estimated and bound once
-    pose = transfer.pose((pose_vertices, pose_faces))                  # estimated once
-    result = transfer.apply(hero, pose)                                # .vertices, .method, .confidence, .warnings
+    hero = transfer.character((vertices, faces))                      # estimated and bound once
+    pose = transfer.pose((pose_vertices, pose_faces))                 # estimated once
+    result = transfer.apply(hero, pose)                               # .vertices, .method, .confidence, .warnings
 
-People in any pose are transferred by body estimation, the rest by a pose transfer network, as `npt transfer` does: the results
-are its results.
+People in any pose are transferred by body estimation, the rest by a pose transfer network, as `npt transfer` does: the
+results are its results.
 """
 
 from ._library import Error, Stopped, library_file, version

@@ -28,7 +28,7 @@ ADVICE = {
     "none": "",
     "look_at_result": "look at the result before using it",
     "choose_method": 'method="network" gives the network\'s result all the same, method="body" that of body estimation',
-    "give_unit": "PoseTransfer(unit=...) says another one",
+    "give_unit": "PoseTransfer(unit=...) sets the unit",
     "give_weights": 'put them beside the others, or use method="network"',
 }
 

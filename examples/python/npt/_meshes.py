@@ -140,9 +140,9 @@ def result_for(vertices: int, out: Optional[NDArray[np.float32]]) -> NDArray[np.
 
 
 def pmd(result: Any, ground_truth: Any) -> float:
-    """How far a result is from the ground truth, as `npt evaluate` measures: the mean over the vertices of the squared distance,
-    with both bounding boxes centred (Wang et al., CVPR 2020, eq. 7). In squares of the unit."""
-    a, b = (floats(values, name).astype(np.float64) for values, name in ((result, "result"), (ground_truth, "ground truth")))
+    """How far a result is from the ground truth, as `npt evaluate` measures: the mean over the vertices of the squared
+    distance, with both bounding boxes centred (Wang et al., CVPR 2020, eq. 7). In squares of the unit."""
+    a, b = floats(result, "result").astype(np.float64), floats(ground_truth, "ground truth").astype(np.float64)
     if a.shape != b.shape:
         raise Error(f"ground truth: found {len(b)} vertices, expected {len(a)}, as many as the result has")
     if len(a) == 0:

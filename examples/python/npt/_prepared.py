@@ -169,8 +169,8 @@ class Character(_Estimated):
 
 
 class Pose(_Estimated):
-    """A pose that many characters take: what depends on its mesh alone, computed once. Any number of threads may use it;
-    a PoseTracker's is valid until its next frame."""
+    """A pose that many characters take: what depends on its mesh alone, computed once. Any number of threads may use
+    it; a PoseTracker's is valid until its next frame."""
 
     _function, _joints_function = "npt_pose_estimate", "npt_pose_joints"
 

@@ -94,25 +94,28 @@ def _choice(value: Any, name: str, known: "dict[str, int]") -> int:
 class PoseTransfer:
     """Weights, ready to run: transfer(identity, pose) is the identity mesh in the pose mesh's pose.
 
-    Meshes are npt.Mesh, (vertices, faces), anything with .vertices and .faces such as trimesh.Trimesh, or vertices alone. In
-    any order, of any vertex count, in any place, in metres, centimetres or millimetres. Contiguous float32 vertices and 32-bit
-    faces are used where they lie; others are converted.
+    Meshes are npt.Mesh, (vertices, faces), anything with .vertices and .faces such as trimesh.Trimesh, or vertices
+    alone. In any order, of any vertex count, in any place, in metres, centimetres or millimetres. Contiguous float32
+    vertices and 32-bit faces are used where they lie; others are converted.
 
     Any number of threads may use one at a time; Python's lock is let go during each call.
 
-    weights           "human" (the default), another name of npt.shipped_weights(), or the path of a .safetensors file; or a
-                      list of several, each a domain
-    method            "automatic": by body estimation where both meshes are recognised, else by the network; "body", "network"
+    weights           "human" (the default), another name of npt.shipped_weights(), or the path of a .safetensors file; or
+                      a list of several, each a domain
+    method            "automatic": by body estimation where both meshes are recognised, else by the network; "body",
+                      "network"
     quality           of body estimation: "fast", "balanced", "best"
     least_confidence  0 to 1: from this confidence on a mesh counts as recognised; None: 0.6
     high_confidence   0 to 1: from this confidence on there is no warning of a low one; None: 0.85
-    pairing           how the network meets vertices: "random"; "as_given": by number, to compare with other implementations
+    pairing           how the network meets vertices: "random"; "as_given": by number, to compare with other
+                      implementations
     pairings          the mean over so many random pairings of vertices; costs as many runs of the network
     mirror            also transfer the mirror images, and average; for symmetric subjects; twice the runs
     invariant         permuting a mesh's vertices permutes the result bit for bit
     resample          False: refuse a pose mesh of another vertex count where the network pairs vertices
     keep_distorted    keep the network's result where it is distorted, instead of npt.Error
-    unit              of the meshes: "metre", "centimetre", "millimetre", "inch", "foot", or metres; None: inferred from size
+    unit              of the meshes: "metre", "centimetre", "millimetre", "inch", "foot", or metres; None: inferred from
+                      size
     refine            give results the identity's surface detail; needs its faces
     refine_radius     detail below this fraction of the root of the mesh's area; None: as the weights say
     seed              of every random choice
@@ -253,8 +256,11 @@ class PoseTransfer:
         return Character(self._open, owned, str(os.fspath(file)))
 
     def pose(self, pose: MeshLike, vertices: int = 0, *, progress: Progress = None, stop: Stop = None) -> Pose:
-        """A pose for many characters, estimated once. vertices: of the characters, which the network wants to know; 0: any
-        number, but the network runs anew each time that it is asked"""
+        """A pose for many characters, estimated once.
+
+        vertices        of the characters, which the network wants to know; 0: any number, but it runs anew each time
+        progress, stop  as character() has them
+        """
         mesh, control = Borrowed(pose, "pose"), Control(progress, stop)
         count = _whole(vertices, "vertices", 0, 2**28)
         owned = Owned("npt_release_pose")
@@ -269,8 +275,9 @@ class PoseTransfer:
         return Character(self._open, character, own.name, own.faces), Pose(self._open, taken, posed.name)
 
     def sequence(self, character: Union[MeshLike, Character], frames: Iterable[MeshLike]) -> Iterator[Result]:
-        """The character in each frame's pose, one after another, as `npt transfer` takes a folder of poses. Of a list of
-        frames, the tracker may start from another one than the first; an iterator's are taken one by one."""
+        """The character in each frame's pose, one after another, as `npt transfer` takes a folder of poses.
+        Of a list of frames, the tracker may start from another one than the first; an iterator's are taken one by
+        one."""
         hero, tracker = self._character(character), PoseTracker(self)
         tries = frames_to_try(len(frames)) if isinstance(frames, Sequence) else []
         others = [frames[k] for k in tries]  # type: ignore[index]
@@ -285,8 +292,8 @@ class PoseTransfer:
     def motions(
         self, character: Union[MeshLike, Character], pose: Union[MeshLike, Pose]
     ) -> Optional[NDArray[np.float64]]:
-        """How the joints of the character's skeleton move to a pose: [J, 3, 4], a rotation and a shift each. Vertices that
-        move by these and the skin weights are the result. None: the network makes it."""
+        """How the joints of the character's skeleton move to a pose: [J, 3, 4], a rotation and a shift each. Vertices
+        that move by these and the skin weights are the result. None: the network makes it."""
         hero, taken = self._prepared(character, pose)
         if self.report(hero, taken).method != "body":
             return None
@@ -321,8 +328,8 @@ def frames_to_try(frames: int) -> "list[int]":
 
 
 class PoseTracker:
-    """The poses of a sequence, frame after frame: bodies are followed, and the network's random choices are made once, so that
-    nothing flickers. A mesh with other faces begins another sequence. One thread at a time.
+    """The poses of a sequence, frame after frame: bodies are followed, and the network's random choices are made once, so
+    that nothing flickers. A mesh with other faces begins another sequence. One thread at a time.
 
         tracker = npt.PoseTracker(transfer)
         for frame in frames:
@@ -342,8 +349,8 @@ class PoseTracker:
 
     def start(self, first: MeshLike, others: Iterable[MeshLike], vertices: int) -> Pose:
         """The first frame of a sequence of which other meshes with the same faces are known, such as further frames
-        (npt.frames_to_try) or a rig at rest. Where the first isn't recognised with high confidence, the sequence is followed
-        from the best of them."""
+        (npt.frames_to_try) or a rig at rest. Where the first isn't recognised with high confidence, the sequence is
+        followed from the best of them."""
         mesh, known = Borrowed(first, "pose"), [Borrowed(other, "pose") for other in others]
         count = _whole(vertices, "vertices", 0, 2**28)
         array = (CMesh * len(known))(*(other.c for other in known))
@@ -376,8 +383,9 @@ def animate(
     progress: Progress = None,
     stop: Stop = None,
 ) -> Result:
-    """Puts a clip onto an identity, from files to a .glb that moves, as `npt transfer --clip` does: on a skeleton where every
-    frame is made by body estimation, else with morph targets. Returns the report of the frame with the lowest confidence.
+    """Puts a clip onto an identity, from files to a .glb that moves, as `npt transfer --clip` does: on a skeleton where
+    every frame is made by body estimation, else with morph targets. Returns the report of the frame with the lowest
+    confidence.
 
     identity        .obj, .ply, .glb or .gltf
     pose            .glb or .gltf with a clip
