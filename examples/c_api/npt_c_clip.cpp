@@ -22,8 +22,13 @@ bool is_scene(const fs::path& path) {
   return format == npt::MeshFormat::glb || format == npt::MeshFormat::gltf;
 }
 
+struct Files {
+  fs::path identity, pose, out;
+};
+
 /// Before long work.
-void expect_files(const fs::path& identity, const fs::path& pose, const fs::path& out) {
+void expect_usable(const Files& files) {
+  const auto& [identity, pose, out] = files;
   npt::mesh_format(identity);
   if (!is_scene(pose))
     throw npt::Error({.file = pose.string(), .found = "no moving scene", .expected = "a .glb or .gltf with a clip"});
@@ -69,9 +74,10 @@ void expect_finite(const npt::Mesh& identity, const npt::Animation& animation, c
   }
 }
 
-void animate(const npt::PoseTransfer& transfer, const fs::path& identity, const fs::path& pose, const fs::path& out,
-             const npt_clip_options& options, const npt::Control& control, npt_result* result) {
-  expect_files(identity, pose, out);
+void animate(const npt::PoseTransfer& transfer, const Files& files, const npt_clip_options& options,
+             const npt::Control& control, npt_result* result) {
+  expect_usable(files);
+  const fs::path &identity = files.identity, &pose = files.pose;
   const npt::Mesh mesh = npt::read_mesh(identity);
   npt::ClipFrames::Options clip{.clip = {}, .rate = options.fps, .time = {}};
   if (options.clip != nullptr) clip.clip = options.clip;
@@ -89,7 +95,7 @@ void animate(const npt::PoseTransfer& transfer, const fs::path& identity, const 
   expect_finite(mesh, made, name);
   const double unit = npt::output_unit(transfer, view, is_scene(identity));
   npt::write_scene(
-      out, npt::animation_scene(mesh, identity.stem().string(), made, frames.clip_name(), frames.times(), unit));
+      files.out, npt::animation_scene(mesh, identity.stem().string(), made, frames.clip_name(), frames.times(), unit));
 
   npt::Warnings& warnings = made.report.warnings;
   if (unit != 1 && !transfer.options().import.unit && !warnings.contains(npt::WarningCode::unit_assumed))
@@ -105,7 +111,7 @@ npt_status npt_animate_file(const npt_transfer* transfer, const char* identity, 
     expect(transfer != nullptr && identity != nullptr && pose != nullptr && out != nullptr,
            "npt_animate_file: a null pointer");
     c_api::expect_result(result);
-    animate(transfer->transfer, c_api::path_of(identity), c_api::path_of(pose), c_api::path_of(out),
+    animate(transfer->transfer, {c_api::path_of(identity), c_api::path_of(pose), c_api::path_of(out)},
             options_of(options), c_api::control_from(control), result);
   });
 }

@@ -114,7 +114,7 @@ static void by_network(const npt_transfer* transfer, const npt_character* own, c
   estimate.size = 0;
   CHECK(npt_pose_estimate(posed, &estimate) == NPT_BAD_ARGUMENT);
   CHECK(npt_character_mesh(own, &mesh) == NPT_OK);
-  CHECK(mesh.vertices == V && mesh.triangle_count == V - 2 && memcmp(mesh.xyz, identity_xyz, sizeof identity_xyz) == 0);
+  CHECK(mesh.vertices == V && mesh.triangle_count == V - 2 && same(mesh.xyz, identity_xyz));
   CHECK(memcmp(mesh.triangles, fan, sizeof fan) == 0 && strcmp(mesh.name, "identity") == 0);
   CHECK(npt_character_joints(own, &joints) == NPT_BAD_INPUT);
   CHECK(npt_last_error_code() == NPT_ERROR_NEEDS_RECOGNITION);

@@ -137,6 +137,7 @@ TEST_CASE("twenty frames") {
   std::vector<Both> others;
   for (std::size_t k = 0; k < tries; ++k) others.emplace_back(other(k), "walker");
   std::vector<npt_mesh> c_others;
+  c_others.reserve(others.size());
   for (const Both& one : others) c_others.push_back(one.c());
   for (std::size_t i = 0; i < frame_count; ++i) {
     CAPTURE(i);
