@@ -224,7 +224,7 @@ windows() {
   script -qec "/usr/lib/wine/wine64 build/windows/bin/test_host.exe -ts=needs" /dev/null < /dev/null > "$folder/windows-console.txt"
   echo "Ctrl-C: as expected"
   # The C library, called from a program in C.
-  cmake --build --preset windows --target npt_c test_c_api > /dev/null
+  cmake --build --preset windows --target npt_c test_c_api test_c_api_same > /dev/null
   ctest --test-dir build/windows -R '^c_api[.]' --output-on-failure | grep -E "c_api|tests passed"
   # The archive: its program finds the weights that came with it.
   rm -rf "$folder/windows-archive" && mkdir -p "$folder/windows-archive"

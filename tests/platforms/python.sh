@@ -7,7 +7,10 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 build=$(realpath "${1:-build/release}") folder=build/platforms/python
 library=(--build "$build")
-[ -z "${2:-}" ] || [ ! -e "$build/lib/libnpt_c.so" ] || library=(--library "$build/lib/libnpt_c.so")
+if [ -n "${2:-}" ] && [ -e "$build/lib/libnpt_c.so" ]; then
+  library=(--library "$build/lib/libnpt_c.so")
+  export NPT_SAME_BUILD=yes  # the program's bits are expected
+fi
 rm -rf "$folder" && mkdir -p "$folder"
 wheel=$(examples/python/build_wheel.sh "${library[@]}" "$folder")
 /usr/bin/python3 -m venv --system-site-packages "$folder/venv"
