@@ -1,6 +1,6 @@
 /// Tests that need what not every machine has say so, and are reported as skipped where it is missing:
 ///   TEST_CASE("the shared bodies load" * support::needs_shared("data/human_6890.safetensors"))
-/// They make up the suite "needs", which ctest runs apart as ROOM.needs (tests/CMakeLists.txt): "Skipped" there where
+/// They make up the suite "needs", which ctest runs apart as MODULE.needs (tests/CMakeLists.txt): "Skipped" there where
 /// one was skipped and none failed.
 #pragma once
 
