@@ -29,8 +29,8 @@ export NODE_PATH="/usr/share/nodejs${NODE_PATH:+:$NODE_PATH}"
 # The compiler's own vectors: 1.5 times as fast as xsimd on SSE intrinsics that emscripten translates.
 flags=(-std=c++20 -O3 -DNDEBUG -DNPT_NO_TBB -DNPT_PORTABLE_SIMD -msimd128 -fwasm-exceptions -Wall -Wextra
   -I"$root/include" -I"$root/examples/npt" -isystem "$include" -include "$here/source/standard_library.hpp")
-sources=("$here/source/npt_web.cpp" "$here/source/libraries.cpp"
-  "$root/examples/npt/formats/off.cpp" "$root/examples/npt/formats/read.cpp" "$root/examples/npt/formats/assimp_missing.cpp")
+# Its units stand in a list, which a test links with this machine's compiler, too.
+mapfile -t sources < <(sed "s|^|$root/|" "$here/source/units.txt")
 
 # build NAME LINKING FLAG...: OUT/objects/NAME/npt-NAME.js and .wasm, with these flags besides, and LINKING where it is linked. Only what is
 # older than a source or a header, or made with other flags, is compiled.
