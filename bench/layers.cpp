@@ -137,6 +137,7 @@ void max_pool_eigen(benchmark::State& state) {
 /// A block between convolutions from and to coordinates, which are under 1 % of its work.
 template <int C>
 struct BlockNet {
+  static constexpr npt::Input inputs[] = {{"points", 3}};
   npt::Conv1x1<3, C> in;
   npt::ResBlock<C> block;
   npt::Conv1x1<C, 3> out;
@@ -145,7 +146,7 @@ struct BlockNet {
     visitor("block", self.block);
     visitor("out", self.out);
   }
-  constexpr auto operator()(auto, auto identity) const { return block(identity | in, identity) | out; }
+  constexpr auto operator()(auto points) const { return block(points | in, points) | out; }
 };
 
 /// The block in double, and the points that it is given.
@@ -175,9 +176,9 @@ void res_block(benchmark::State& state) {
   const BlockCase<C>& c = BlockCase<C>::get();
   const npt::Engine engine(c.model, npt::SerialExecutor());
   std::vector<float> result(c.points.size());
-  engine(c.points, c.points, result);
+  engine({c.points}, result);
   if (!bench::verified(state, support::relative_error(result, c.expected))) return;
-  bench::time_flops(state, c.flops(), [&] { engine(c.points, c.points, result); });
+  bench::time_flops(state, c.flops(), [&] { engine({c.points}, result); });
 }
 
 template <int C>

@@ -38,10 +38,14 @@ void forward(benchmark::State& state) {
   const int threads = static_cast<int>(state.range(0));
   const npt::Engine engine(c.model, npt::TbbExecutor(threads));
   std::vector<float> result(c.identity.size());
-  engine(c.pose, c.identity, result);
+  engine({c.pose, c.identity}, result);
   if (!bench::verified(state, support::relative_error(result, c.expected))) return;
   bench::time_flops(
-      state, c.flops(), [&] { engine(c.pose, c.identity, result); }, threads);
+      state, c.flops(),
+      [&] {
+        engine({c.pose, c.identity}, result);
+      },
+      threads);
 }
 
 template <int B>

@@ -58,6 +58,7 @@ struct PRelu : npt::kernel::Pointwise {
 
 /// A network that uses it.
 struct PReluNet {
+  static constexpr npt::Input inputs[] = {{"points", 3}};
   npt::Conv1x1<3, 37> in;
   PRelu<37> prelu;
   npt::Conv1x1<37, 3> out;
@@ -67,7 +68,7 @@ struct PReluNet {
     visitor("prelu", self.prelu);
     visitor("out", self.out);
   }
-  constexpr auto operator()(auto, auto identity) const { return identity | in | prelu | out; }
+  constexpr auto operator()(auto points) const { return points | in | prelu | out; }
 };
 
 /// The same network by its definition.
@@ -103,7 +104,7 @@ void run(int vertices) {
   const npt::Engine engine(model);
   std::vector<double> result(points.size());
   const auto start = std::chrono::steady_clock::now();
-  engine(points, points, result);
+  engine({points}, result);
   const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 
   const std::vector<double> expected = plain_loops(model, points);

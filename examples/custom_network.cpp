@@ -23,6 +23,7 @@ namespace {
 /// A smaller relative of the paper's network: a pooled pose feature (any number of vertices), one residual block
 /// conditioned on the identity, and an output that moves the identity's vertices instead of replacing them.
 struct OffsetNet {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   npt::Conv1x1<3, 64> encode1;
   npt::Conv1x1<64, 125> encode2;
   npt::Conv1x1<128, 96> join;
@@ -72,9 +73,9 @@ void run(const std::filesystem::path& out, int vertices) {
   const npt::Engine engine(model);
   const std::vector<float> pose = random_points(2 * vertices, 2), identity = random_points(vertices, 3);
   std::vector<float> result(identity.size());
-  engine(pose, identity, result);
+  engine({pose, identity}, result);
   const auto start = std::chrono::steady_clock::now();
-  engine(pose, identity, result);
+  engine({pose, identity}, result);
   const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   std::printf("%d pose points onto %d identity points: %.2f ms.\n", 2 * vertices, vertices, ms);
 
@@ -82,7 +83,7 @@ void run(const std::filesystem::path& out, int vertices) {
   npt::Model<OffsetNet> loaded;
   npt::load(loaded, out);
   std::vector<float> again(result.size());
-  npt::Engine{loaded}(pose, identity, again);
+  npt::Engine{loaded}({pose, identity}, again);
   if (again != result) throw std::runtime_error("the loaded weights give another result");
   std::printf("Wrote %s; loaded again, it gives the same bits.\n", out.string().c_str());
 }

@@ -43,7 +43,10 @@ double unseen_pmd(const npt::Model<Net>& model, const std::shared_ptr<const npt:
   const npt::Engine engine(model, threads);
   const auto pairs = npt::body_pairs(body, npt::fresh_pairs(8, 1, body->shape_count()), "unseen");
   const auto transfer = npt::normalised_transfer(
-      [&engine](auto pose, auto identity, auto result) { engine(pose, identity, result); }, npt::Normalisation::centre);
+      [&engine](auto pose, auto identity, auto result) {
+        engine({pose, identity}, result);
+      },
+      npt::Normalisation::centre);
   return npt::evaluate(pairs, transfer).pmd();
 }
 

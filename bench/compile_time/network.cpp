@@ -9,5 +9,5 @@ void pose(const std::vector<float>& pose, const std::vector<float>& identity, st
     npt::load(model, "weights.safetensors");
     return npt::Engine(model);
   }();
-  engine(pose, identity, result);
+  engine({pose, identity}, result);
 }

@@ -39,8 +39,8 @@ void write(const Options& o) {
   npt::Model<Net, double> exact;
   std::ranges::copy(model.buffer(), exact.buffer().begin());
   std::vector<double> result(identity.size());
-  npt::Engine{exact}(std::vector<double>(pose.begin(), pose.end()),
-                     std::vector<double>(identity.begin(), identity.end()), result);
+  npt::Engine{exact}(
+      {std::vector<double>(pose.begin(), pose.end()), std::vector<double>(identity.begin(), identity.end())}, result);
   const std::vector<float> expected(result.begin(), result.end());
 
   std::vector<npt::FileTensor> tensors;

@@ -12,7 +12,7 @@ class NetworkRetarget final : public Retarget {
   explicit NetworkRetarget(const npt::Model<npt::PoseTransferNet<16>>& model) : engine_(model) {}
 
   void operator()(const float* pose, const float* identity, float* result, std::size_t vertices) const override {
-    engine_({pose, 3 * vertices}, {identity, 3 * vertices}, {result, 3 * vertices});
+    engine_({{pose, 3 * vertices}, {identity, 3 * vertices}}, {result, 3 * vertices});
   }
   const char* instruction_set() const override { return npt::compiled_isa(); }
 

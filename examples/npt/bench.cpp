@@ -125,7 +125,7 @@ void bench_forward(const program::NetworkType& network, const Options& o, std::u
   const host::Apart apart = host::run_apart([&]() -> std::vector<double> {
     const auto engine = program::random_engine(network, seed, o.threads, precision);
     std::vector<float> out(identity.size());
-    engine(pose, identity, out);
+    engine({pose, identity}, out);
     return {};
   });
   result.memory_mb = apart.done ? apart.memory_mb : 0;
@@ -134,16 +134,16 @@ void bench_forward(const program::NetworkType& network, const Options& o, std::u
   result.products = program::products_text(engine.precision());
   const auto batch = static_cast<std::size_t>(o.batch);
   std::vector<std::vector<float>> poses, identities, results(batch, std::vector<float>(identity.size()));
-  std::vector<npt::TransferPair<float>> pairs;
+  std::vector<npt::NetworkCall<float>> calls;
   for (std::size_t i = 0; i < batch; ++i) {
     poses.push_back(i == 0 ? pose : random_points<float>(o.vertices, seed, 2000 + i));
     identities.push_back(i == 0 ? identity : random_points<float>(o.vertices, seed, 3000 + i));
   }
-  for (std::size_t i = 0; i < batch; ++i) pairs.push_back({poses[i], identities[i], results[i]});
-  engine.run(pairs);
+  for (std::size_t i = 0; i < batch; ++i) calls.push_back({{poses[i], identities[i]}, results[i]});
+  engine.run(calls);
   std::vector<double> expected(identity.size());
-  program::random_double_engine(network, seed, o.threads)(random_points<double>(o.vertices, seed, 1001),
-                                                          random_points<double>(o.vertices, seed, 1002), expected);
+  program::random_double_engine(network, seed, o.threads)(
+      {random_points<double>(o.vertices, seed, 1001), random_points<double>(o.vertices, seed, 1002)}, expected);
   result.error = relative_difference(results[0], expected);
   const double bound = precision == npt::Precision::bf16 ? 5e-2 : precision == npt::Precision::bf16x2 ? 1e-3 : 1e-5;
   if (!(result.error < bound))
@@ -151,7 +151,7 @@ void bench_forward(const program::NetworkType& network, const Options& o, std::u
                       .found = "an error of " + std::to_string(result.error),
                       .expected = "less than " + std::to_string(bound) + " before timing"});
   result.operations = 2 * network.program->multiply_adds * o.vertices * o.batch;
-  time_beside_peak(o, result, [&] { engine.run(pairs); });
+  time_beside_peak(o, result, [&] { engine.run(calls); });
   result.print(o, seed);
 }
 

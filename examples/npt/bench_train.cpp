@@ -64,21 +64,21 @@ class Problem {
  public:
   Problem(Core gradients, std::span<const npt::Sample> samples) : gradients_(std::move(gradients)) {
     for (const npt::Sample& s : samples) {
-      poses_.emplace_back(s.pose.begin(), s.pose.end());
-      identities_.emplace_back(s.identity.begin(), s.identity.end());
+      poses_.emplace_back(npt::pose_of(s).begin(), npt::pose_of(s).end());
+      identities_.emplace_back(npt::identity_of(s).begin(), npt::identity_of(s).end());
       truths_.emplace_back(s.truth.begin(), s.truth.end());
-      results_.emplace_back(s.identity.size());
-      result_gradients_.emplace_back(s.identity.size());
+      results_.emplace_back(s.truth.size());
+      result_gradients_.emplace_back(s.truth.size());
     }
-    for (std::size_t i = 0; i < samples.size(); ++i) pairs_.push_back({poses_[i], identities_[i], results_[i]});
+    for (std::size_t i = 0; i < samples.size(); ++i) calls_.push_back({{poses_[i], identities_[i]}, results_[i]});
     for (const std::vector<T>& g : result_gradients_) result_gradient_spans_.push_back(g);
   }
 
   double loss(std::span<const T> parameters) {
     gradients_.load(parameters);
-    gradients_.forward(pairs_);
+    gradients_.forward(calls_);
     double sum = 0;
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    for (std::size_t i = 0; i < calls_.size(); ++i) {
       std::fill(result_gradients_[i].begin(), result_gradients_[i].end(), T(0));
       sum += npt::reconstruction_loss<T>(results_[i], truths_[i], npt::LossScaling::sum, 1, result_gradients_[i]);
     }
@@ -94,7 +94,7 @@ class Problem {
  private:
   Core gradients_;
   std::vector<std::vector<T>> poses_, identities_, truths_, results_, result_gradients_;
-  std::vector<npt::TransferPair<T>> pairs_;
+  std::vector<npt::NetworkCall<T>> calls_;
   std::vector<std::span<const T>> result_gradient_spans_;
 };
 
@@ -103,7 +103,7 @@ struct Errors {
   double finite_difference = 0;  ///< of double's slope along a random direction against central differences
 };
 
-/// On two small pairs: the same code runs for any number of vertices.
+/// On two small calls: the same code runs for any number of vertices.
 Errors check_gradients(const program::NetworkType& network, const Options& o, std::uint64_t seed) {
   const program::TrainableNetwork& trainable = *program::find_trainable(o.variant);
   const npt::BodySampler source = sampler(std::min<std::size_t>(o.vertices, 230), seed);

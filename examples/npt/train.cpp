@@ -257,7 +257,10 @@ class Training {
     const program::FloatEngine engine =
         network_.pack(trainer_->weights(), npt::DefaultExecutor(arguments_.threads), npt::Precision::automatic);
     const auto transfer = npt::normalised_transfer(
-        [&engine](auto pose, auto identity, auto result) { engine(pose, identity, result); }, course_.normalisation);
+        [&engine](auto pose, auto identity, auto result) {
+          engine({pose, identity}, result);
+        },
+        course_.normalisation);
     double sum = 0;
     std::size_t count = 0;
     for (const npt::EvaluationSet& set : sets) {

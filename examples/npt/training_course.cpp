@@ -260,8 +260,8 @@ void use_readings(TrainingCourse& course, const TrainingArguments& a, const std:
                                               npt::Sample s = unseen->draw(0, i);
                                               npt::EvaluationPair pair;
                                               pair.name = "reading " + std::to_string(i);
-                                              pair.pose = std::move(s.pose);
-                                              pair.identity = std::move(s.identity);
+                                              pair.pose = std::move(s.inputs[0]);
+                                              pair.identity = std::move(s.inputs[1]);
                                               pair.truth = std::move(s.truth);
                                               return pair;
                                             }}};

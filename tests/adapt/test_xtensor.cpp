@@ -31,7 +31,7 @@ TEST_CASE("xtensor expressions of every kind give what spans give") {
   const auto pose = support::random_points<float>(50, 1);
   const auto identity = support::random_points<float>(50, 2);
   std::vector<float> plain(150);
-  engine(pose, identity, plain);
+  engine({pose, identity}, plain);
   const auto equals_plain = [&](const xt::xtensor<float, 2>& result) {
     CHECK(result.shape()[0] == 50);
     CHECK(result.shape()[1] == 3);

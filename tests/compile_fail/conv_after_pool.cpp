@@ -4,6 +4,7 @@
 
 // A convolution over the vertices of what no longer has any.
 struct Net {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   npt::Conv1x1<3, 8> first;
   npt::Conv1x1<8, 8> second;
   npt::Conv1x1<11, 3> last;

@@ -4,6 +4,7 @@
 
 // A residual block of 32 channels on an expression of 16.
 struct Net {
+  static constexpr npt::Input inputs[] = {{"points", 3}};
   npt::Conv1x1<3, 16> first;
   npt::SPAdaIN<32> norm;
   npt::Conv1x1<16, 3> last;
@@ -12,7 +13,7 @@ struct Net {
     visitor("norm", self.norm);
     visitor("last", self.last);
   }
-  constexpr auto operator()(auto, auto identity) const { return norm(identity | first, identity) | last; }
+  constexpr auto operator()(auto points) const { return norm(points | first, points) | last; }
 };
 
 constexpr auto program = npt::graph::program_of<Net>;

@@ -4,6 +4,7 @@
 
 // 8 channels plus 9 channels.
 struct Net {
+  static constexpr npt::Input inputs[] = {{"points", 3}};
   npt::Conv1x1<3, 8> a;
   npt::Conv1x1<3, 9> b;
   npt::Conv1x1<8, 3> last;
@@ -12,7 +13,7 @@ struct Net {
     visitor("b", self.b);
     visitor("last", self.last);
   }
-  constexpr auto operator()(auto, auto identity) const { return ((identity | a) + (identity | b)) | last; }
+  constexpr auto operator()(auto points) const { return ((points | a) + (points | b)) | last; }
 };
 
 constexpr auto program = npt::graph::program_of<Net>;

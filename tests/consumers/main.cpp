@@ -21,8 +21,8 @@ int main() {
     identity.push_back(std::cos(static_cast<float>(i)));
   }
   std::vector<float> first(identity.size()), second(identity.size());
-  engine(pose, identity, first);
-  engine(pose, identity, second);
+  engine({pose, identity}, first);
+  engine({pose, identity}, second);
   for (std::size_t i = 0; i < first.size(); ++i)
     if (!std::isfinite(first[i]) || first[i] != second[i]) return 1;
   std::printf("npt %s, %s, threads: %d\n", NPT_VERSION, npt::compiled_isa(), engine.executor().slots());

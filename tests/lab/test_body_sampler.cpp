@@ -17,8 +17,8 @@
 namespace {
 
 bool same(const npt::Sample& a, const npt::Sample& b) {
-  return a.pose == b.pose && a.identity == b.identity && a.truth == b.truth && a.edges == b.edges &&
-         a.triangles == b.triangles && a.scale == b.scale;
+  return npt::pose_of(a) == npt::pose_of(b) && npt::identity_of(a) == npt::identity_of(b) && a.truth == b.truth &&
+         a.edges == b.edges && a.triangles == b.triangles && a.scale == b.scale;
 }
 
 std::vector<float> posed(const npt::BodyModel& body, const std::vector<float>& shape, const npt::PoseParameters& pose) {
@@ -70,8 +70,8 @@ TEST_CASE(
     const std::vector<float> truth = posed(body, pair.identity_shape, pair.pose);
     const npt::NormalisingTransform frame = npt::normalising_transform(identity, normalisation);
     CHECK(sample.scale == frame.scale);
-    CHECK(sample.identity == in_frame(frame, identity));
-    CHECK(sample.pose == in_frame(npt::normalising_transform(pose, normalisation), pose));
+    CHECK(npt::identity_of(sample) == in_frame(frame, identity));
+    CHECK(npt::pose_of(sample) == in_frame(npt::normalising_transform(pose, normalisation), pose));
     CHECK(sample.truth == in_frame(truth_frame(truth, frame, normalisation), truth));
     CHECK(npt::pmd(identity, truth) > 1e-3);  // otherwise the above says little
     CHECK(npt::pmd(pose, truth) > 1e-6);
@@ -86,12 +86,13 @@ TEST_CASE("shuffling reorders pose and identity independently, and truth, edges 
   options.shuffle = false;
   const npt::BodySampler plain(npt::borrowed(body), options);
   const npt::Sample a = plain.draw(2, 5), b = shuffled.draw(2, 5);
-  CHECK(a.identity != b.identity);
-  CHECK(sorted_points(a.pose) == sorted_points(b.pose));
-  CHECK(sorted_points(a.identity) == sorted_points(b.identity));
+  CHECK(npt::identity_of(a) != npt::identity_of(b));
+  CHECK(sorted_points(npt::pose_of(a)) == sorted_points(npt::pose_of(b)));
+  CHECK(sorted_points(npt::identity_of(a)) == sorted_points(npt::identity_of(b)));
   CHECK(sorted_points(a.truth) == sorted_points(b.truth));
   REQUIRE(a.triangles.size() == b.triangles.size());
-  const auto ap = points(a.identity), bp = points(b.identity), at = points(a.truth), bt = points(b.truth);
+  const auto ap = points(npt::identity_of(a)), bp = points(npt::identity_of(b)), at = points(a.truth),
+             bt = points(b.truth);
   for (std::size_t t = 0; t < a.triangles.size(); ++t)
     for (std::size_t k = 0; k < 3; ++k) {
       REQUIRE(ap[a.triangles[t][k]] == bp[b.triangles[t][k]]);
@@ -107,8 +108,8 @@ TEST_CASE("shuffling reorders pose and identity independently, and truth, edges 
     const bool turned = ap[a.edges[e][0]] == bp[b.edges[e][1]] && ap[a.edges[e][1]] == bp[b.edges[e][0]];
     REQUIRE((kept || turned));
   }
-  const auto order_a = points(b.pose);
-  const auto pose_plain = points(a.pose);
+  const auto order_a = points(npt::pose_of(b));
+  const auto pose_plain = points(npt::pose_of(a));
   for (std::size_t v = 0; v < 500; ++v) {
     const auto where_pose = std::ranges::find(pose_plain, order_a[v]) - pose_plain.begin();
     const auto where_identity = std::ranges::find(ap, bp[v]) - ap.begin();
@@ -128,7 +129,7 @@ TEST_CASE("a subset's vertices are the full mesh's, in nearly its frame") {
     const npt::Sample sample = sampler.draw(0, i);
     const npt::BodyPair pair = sampler.choose(0, i).pair;
     REQUIRE(sample.vertex_count() == 120);
-    REQUIRE(sample.pose_vertex_count() == 120);
+    REQUIRE(npt::pose_of(sample).size() / 3 == 120);
     REQUIRE(sample.truth.size() == 360);
     CHECK(sample.edges.empty());
     CHECK(sample.triangles.empty());
@@ -144,7 +145,7 @@ TEST_CASE("a subset's vertices are the full mesh's, in nearly its frame") {
     const npt::NormalisingTransform own = truth_frame(truth, frame, npt::Normalisation::sphere);
     double offset = 0;
     for (std::size_t r = 0; r < rows.size(); ++r) {
-      const npt::Vec3d a = npt::point_at(sample.identity, r), b = npt::point_at(sample.truth, r);
+      const npt::Vec3d a = npt::point_at(npt::identity_of(sample), r), b = npt::point_at(sample.truth, r);
       offset = std::max({offset, npt::length(a - frame.apply(npt::point_at(identity, rows[r]))) / frame.scale,
                          npt::length(b - own.apply(npt::point_at(truth, rows[r]))) / frame.scale});
     }
@@ -160,7 +161,7 @@ TEST_CASE("in its own frame a subset is centred by itself") {
   options.own_frame = true;
   const npt::BodySampler sampler(npt::borrowed(npt::mannequin()), options);
   const npt::Sample sample = sampler.draw(1, 1);
-  for (const std::vector<float>* xyz : {&sample.pose, &sample.identity, &sample.truth})
+  for (const std::vector<float>* xyz : {&npt::pose_of(sample), &npt::identity_of(sample), &sample.truth})
     CHECK(npt::length(npt::normalising_transform(*xyz, npt::Normalisation::centre).centre) < 1e-6);
   CHECK(sample.scale == 1);
 }
@@ -213,21 +214,22 @@ TEST_CASE(
   const std::size_t v = off_axis(before.truth);
   options.yaw = 30;
   const npt::Sample turned = npt::BodySampler(npt::borrowed(body), options).draw(0, 0);
-  CHECK(angle(before.truth, turned.truth, v) == doctest::Approx(angle(before.pose, turned.pose, v)).epsilon(1e-4));
+  CHECK(angle(before.truth, turned.truth, v) ==
+        doctest::Approx(angle(npt::pose_of(before), npt::pose_of(turned), v)).epsilon(1e-4));
   CHECK(angle(before.truth, turned.truth, v) !=
-        doctest::Approx(angle(before.identity, turned.identity, v)).epsilon(1e-3));
+        doctest::Approx(angle(npt::identity_of(before), npt::identity_of(turned), v)).epsilon(1e-3));
   CHECK(before.truth[3 * v + 1] == turned.truth[3 * v + 1]);
 
   options.yaw = 0;
   options.scale_low = 0.5;
   options.scale_high = 2;
   const npt::Sample grown = npt::BodySampler(npt::borrowed(body), options).draw(0, 0);
-  const double own = double{grown.identity[3 * v]} / double{before.identity[3 * v]};
+  const double own = double{npt::identity_of(grown)[3 * v]} / double{npt::identity_of(before)[3 * v]};
   CHECK(own != doctest::Approx(1));
   CHECK(own >= 0.5);
   CHECK(own <= 2);
   CHECK(double{grown.truth[3 * v]} / double{before.truth[3 * v]} == doctest::Approx(own).epsilon(1e-5));
-  CHECK(double{grown.pose[3 * v]} / double{before.pose[3 * v]} != doctest::Approx(own).epsilon(1e-3));
+  CHECK(double{npt::pose_of(grown)[3 * v]} / double{npt::pose_of(before)[3 * v]} != doctest::Approx(own).epsilon(1e-3));
 
   options.scale_low = options.scale_high = 1;
   options.noise = 0.02;
@@ -235,9 +237,9 @@ TEST_CASE(
   double most = 0, sum = 0;
   for (std::uint64_t i = 0; i < 40; ++i) {
     const npt::Sample clean = plain.draw(1, i), noisy = rough.draw(1, i);
-    REQUIRE(clean.identity == noisy.identity);
+    REQUIRE(npt::identity_of(clean) == npt::identity_of(noisy));
     REQUIRE(clean.truth == noisy.truth);
-    const double sigma = std::sqrt(npt::pmd(clean.pose, noisy.pose) / 3);
+    const double sigma = std::sqrt(npt::pmd(npt::pose_of(clean), npt::pose_of(noisy)) / 3);
     most = std::max(most, sigma);
     sum += sigma;
   }
@@ -340,7 +342,7 @@ TEST_CASE("a mixture draws bodies by weight, and pairs them across only when tol
     REQUIRE(choice.identity_body == choice.pose_body);
     const npt::Sample sample = apart.draw(0, i);
     REQUIRE(sample.vertex_count() == (choice.identity_body == 0 ? two : three)->vertex_count());
-    REQUIRE(sample.pose_vertex_count() == sample.vertex_count());
+    REQUIRE(npt::pose_of(sample).size() / 3 == sample.vertex_count());
     second += choice.identity_body;
   }
   CHECK(second > 260);
@@ -356,8 +358,8 @@ TEST_CASE("a mixture draws bodies by weight, and pairs them across only when tol
     const auto choice = mixed.choose(0, i);
     across += choice.identity_body != choice.pose_body ? 1 : 0;
     const npt::Sample sample = mixed.draw(0, i);
-    REQUIRE(sample.pose_vertex_count() == (choice.pose_body == 0 ? two : three)->vertex_count());
-    REQUIRE(sample.truth.size() == sample.identity.size());
+    REQUIRE(npt::pose_of(sample).size() / 3 == (choice.pose_body == 0 ? two : three)->vertex_count());
+    REQUIRE(sample.truth.size() == npt::identity_of(sample).size());
   }
   CHECK(across > 100);
   options.vertices = 10;

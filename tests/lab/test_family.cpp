@@ -108,22 +108,22 @@ TEST_CASE("a sample of a family: two species, the truth the identity's own mesh 
   std::set<std::pair<std::size_t, std::size_t>> species;
   for (std::uint64_t i = 0; i < 300; ++i) {
     const npt::Sample sample = sampler.draw(i / 10, i % 10);
-    const auto identity = whose(*family, sample.identity), pose = whose(*family, sample.pose),
+    const auto identity = whose(*family, npt::identity_of(sample)), pose = whose(*family, npt::pose_of(sample)),
                truth = whose(*family, sample.truth);
     REQUIRE(identity.first != pose.first);
     REQUIRE(truth.first == identity.first);
     REQUIRE(npt::data::lower_case(family->species[truth.first].labels[truth.second]) ==
             npt::data::lower_case(family->species[pose.first].labels[pose.second]));
     REQUIRE(sample.vertex_count() == family->species[identity.first].vertex_count());
-    REQUIRE(sample.pose_vertex_count() == family->species[pose.first].vertex_count());
-    REQUIRE(sample.truth.size() == sample.identity.size());
+    REQUIRE(npt::pose_of(sample).size() / 3 == family->species[pose.first].vertex_count());
+    REQUIRE(sample.truth.size() == npt::identity_of(sample).size());
     species.emplace(identity.first, pose.first);
     // Vertex v of the truth is vertex v of the identity, and faces moved along.
     const auto& from = family->species[identity.first];
     for (std::size_t t = 0; t < sample.triangles.size(); ++t)
       for (std::size_t k = 0; k < 3; ++k) {
         const std::size_t v = sample.triangles[t][k], u = from.triangles[t][k];
-        REQUIRE(sample.identity[3 * v] == from.meshes[identity.second][3 * u]);
+        REQUIRE(npt::identity_of(sample)[3 * v] == from.meshes[identity.second][3 * u]);
         REQUIRE(sample.truth[3 * v + 1] == from.meshes[truth.second][3 * u + 1]);
       }
     REQUIRE(sample.edges.size() == from.edges.size());
@@ -136,7 +136,7 @@ TEST_CASE("held-out labels are in no sample and in every pair of the evaluation"
   const npt::FamilySampler sampler(family, {"RUN"}, untouched());
   for (std::uint64_t i = 0; i < 200; ++i) {
     const npt::Sample sample = sampler.draw(0, i);
-    for (const std::vector<float>* xyz : {&sample.identity, &sample.pose, &sample.truth}) {
+    for (const std::vector<float>* xyz : {&npt::identity_of(sample), &npt::pose_of(sample), &sample.truth}) {
       const auto [s, l] = whose(*family, *xyz);
       REQUIRE(!npt::data::label_matches(family->species[s].labels[l], "run"));
     }
@@ -208,7 +208,7 @@ TEST_CASE("blended and mirrored samples: the same is done to both species") {
     const std::string second_pose = npt::data::lower_case(pose.labels[choice.second_pose_label]);
     one_movement += choice.second_share > 0 && first_pose.substr(0, 3) == second_pose.substr(0, 3) ? 1 : 0;
     REQUIRE(expect(identity, choice.meshes.identity_label, choice.second_identity_label, choice.identity_share,
-                   sample.identity) < 1e-6);
+                   npt::identity_of(sample)) < 1e-6);
     REQUIRE(expect(identity, choice.meshes.truth_label, choice.second_truth_label, choice.second_share, sample.truth) <
             1e-6);
   }
@@ -237,14 +237,14 @@ TEST_CASE("subsets of a family's vertices are in the whole mesh's frame, and the
       40, [&](int i, int) { part.fill(1, static_cast<std::uint64_t>(i), samples[static_cast<std::size_t>(i)]); });
   for (std::size_t i = 0; i < 40; ++i) {
     const npt::Sample again = part.draw(1, i), full = whole.draw(1, i);
-    REQUIRE(again.identity == samples[i].identity);
-    REQUIRE(again.pose == samples[i].pose);
+    REQUIRE(npt::identity_of(again) == npt::identity_of(samples[i]));
+    REQUIRE(npt::pose_of(again) == npt::pose_of(samples[i]));
     REQUIRE(again.scale == full.scale);
     REQUIRE(again.edges.empty());
     for (std::size_t r = 0; r < 5; ++r) {
       bool found = false;
       for (std::size_t v = 0; v < full.vertex_count(); ++v)
-        found = found || (npt::point_at(full.identity, v) == npt::point_at(again.identity, r) &&
+        found = found || (npt::point_at(npt::identity_of(full), v) == npt::point_at(npt::identity_of(again), r) &&
                           npt::point_at(full.truth, v) == npt::point_at(again.truth, r));
       REQUIRE(found);
     }

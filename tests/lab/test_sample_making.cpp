@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 #include <npt/lab/assembly.hpp>
 #include <npt/lab/augmentation.hpp>
-#include <npt/nn/train/sample.hpp>
+#include <npt/lab/transfer_sample.hpp>
 
 #include <cmath>
 #include <vector>
@@ -87,7 +87,7 @@ TEST_CASE("a sample is normalised by its whole meshes, the truth scaled as the i
   normalise_into(scratch, npt::Normalisation::sphere, sample);
   const auto r = static_cast<float>(npt::sphere_radius);
   CHECK(sample.scale == npt::sphere_radius);
-  CHECK(sample.identity == std::vector<float>{r, 0, 0, 0, 0, 0});
+  CHECK(npt::identity_of(sample) == std::vector<float>{r, 0, 0, 0, 0, 0});
   CHECK(sample.truth == std::vector<float>{2 * r, 0, 0, 0, 0, 0});
-  CHECK(sample.pose == std::vector<float>{0, r, 0});
+  CHECK(npt::pose_of(sample) == std::vector<float>{0, r, 0});
 }

@@ -64,7 +64,7 @@ double error_of(Decoder&& decoder) {
   const std::vector<double> pose = support::random_points<double>(37, 1),
                             identity = support::random_points<double>(37, 2);
   std::vector<double> result(identity.size());
-  npt::Engine(model, 1)(pose, identity, result);
+  npt::Engine(model, 1)({pose, identity}, result);
   Map f = points(pose);
   for (const char* name : {"encoder.conv1", "encoder.conv2", "encoder.conv3"}) f = rectify(norm(conv(model, name, f)));
   for (const auto& row : points(identity)) f.push_back(row);

@@ -18,14 +18,14 @@ TEST_CASE("a reading of shuffled points is the shuffled reading, and all of it i
   std::vector<double> points(3 * n), normals(3 * n), places(3 * n), p(3 * n), q(3 * n), again(3 * n);
   for (double& x : points) x = random.uniform(-1, 1);
   for (double& x : normals) x = random.uniform(-1, 1);
-  engine(points, normals, places);
+  engine({points, normals}, places);
   const auto order = npt::random_permutation(n, random);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = 0; k < 3; ++k) {
       p[3 * i + k] = points[3 * order[i] + k];
       q[3 * i + k] = normals[3 * order[i] + k];
     }
-  engine(p, q, again);
+  engine({p, q}, again);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = 0; k < 3; ++k) {
       CHECK(again[3 * i + k] == doctest::Approx(places[3 * order[i] + k]).epsilon(1e-9));
@@ -42,7 +42,7 @@ TEST_CASE("normals matter to a reading") {
   for (float& x : points) x = static_cast<float>(random.uniform(-1, 1));
   for (float& x : normals) x = static_cast<float>(random.uniform(-1, 1));
   for (float& x : other) x = static_cast<float>(random.uniform(-1, 1));
-  engine(points, normals, a);
-  engine(points, other, b);
+  engine({points, normals}, a);
+  engine({points, other}, b);
   CHECK(a != b);
 }

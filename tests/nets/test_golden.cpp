@@ -23,15 +23,15 @@ double golden_error(const std::string& name) {
   const npt::Engine engine(model, 2);
   double worst = 0;
   std::vector<std::vector<T>> poses, identities, results;
-  std::vector<npt::TransferPair<T>> pairs;
+  std::vector<npt::NetworkCall<T>> calls;
   const std::size_t meshes = golden.at("output").shape[0];
   for (std::size_t n = 0; n < meshes; ++n) {
     poses.push_back(support::mesh_of<T>(golden.at("pose"), n));
     identities.push_back(support::mesh_of<T>(golden.at("identity"), n));
     results.emplace_back(identities[n].size());
   }
-  for (std::size_t n = 0; n < meshes; ++n) pairs.push_back({poses[n], identities[n], results[n]});
-  engine.run(pairs);
+  for (std::size_t n = 0; n < meshes; ++n) calls.push_back({{poses[n], identities[n]}, results[n]});
+  engine.run(calls);
   for (std::size_t n = 0; n < meshes; ++n)
     worst = std::max(
         worst, support::relative_error(results[n], support::to_map(support::mesh_of<double>(golden.at("output"), n))));

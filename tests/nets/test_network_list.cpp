@@ -19,6 +19,7 @@ using Networks = npt::NetworkList<Small, SmallPooled, Other>;
 
 /// A host's own network, which no metadata names.
 struct Own {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   npt::Conv1x1<3, 8> a;
   npt::Conv1x1<11, 3> b;
   static constexpr void visit(auto& self, auto&& visitor) {

@@ -21,6 +21,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "composition.hpp"
 #include "network.hpp"
 #include "plain_loops.hpp"
 
@@ -61,6 +62,13 @@ Values random_numbers(std::size_t count, npt::Random& random) {
 template <class T>
 std::vector<T> cast(const Values& values) {
   return {values.begin(), values.end()};
+}
+
+template <class T>
+std::vector<std::vector<T>> cast(const std::vector<Values>& list) {
+  std::vector<std::vector<T>> all;
+  for (const Values& values : list) all.push_back(cast<T>(values));
+  return all;
 }
 
 double length(const auto& values) {
@@ -105,14 +113,16 @@ class Failures {
   int count_ = 0;
 };
 
-/// Two pairs of meshes, what plain loops make of them, and how far rounding alone takes them from it.
+/// Two calls, what plain loops make of them, and how far rounding alone takes them from it.
 struct Case {
-  struct Pair {
-    Values pose, identity, from;  ///< `from`: gradient of the result
-    Values result, to_pose, to_identity;
+  struct Call {
+    std::vector<Values> inputs;
+    Values from;  ///< gradient of the result
+    Values result;
+    std::vector<Values> to_inputs;
     double result_error_fp32 = 0, result_error_bf16 = 0;
   };
-  std::vector<Pair> pairs;
+  std::vector<Call> calls;
   Values to_parameters;
   double gradient_error_fp32 = 0;  ///< largest of any tensor
   double kink = std::numeric_limits<double>::infinity();
@@ -133,35 +143,38 @@ double floor_of_parameters(const Network& network, const Values& gradient) {
   return floor_of_gradients * largest;
 }
 
-Case case_of(const Network& network, const Values& parameters, std::span<const std::size_t> pose_vertices,
+/// `own_vertices`: of the encoded input.
+Case case_of(const Network& network, const Values& parameters, int encoded, std::span<const std::size_t> own_vertices,
              std::span<const std::size_t> vertices, npt::Random& random) {
   Case c;
   c.to_parameters.assign(parameters.size(), 0);
   Values to_parameters_fp32 = c.to_parameters;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    Case::Pair p;
-    p.pose = random_numbers(3 * pose_vertices[i], random);
-    p.identity = random_numbers(3 * vertices[i], random);
+    Case::Call p;
+    for (int k = 0; k < network.graph->inputs.count; ++k)
+      p.inputs.push_back(random_numbers(
+          static_cast<std::size_t>(network.graph->inputs[k].channels) * (k == encoded ? own_vertices[i] : vertices[i]),
+          random));
     p.from = random_numbers(3 * vertices[i], random);
     PlainLoops<double> plain(*network.graph, parameters);
     PlainLoops<double> bf16(*network.graph, parameters, true);
     PlainLoops<float> fp32(*network.graph, parameters);
-    p.result = plain.forward(p.pose, p.identity);
+    p.result = plain.forward(p.inputs);
     const auto gradients = plain.backward(p.from);
     c.kink = std::min(c.kink, plain.kink());
-    p.to_pose = gradients.pose;
-    p.to_identity = gradients.identity;
+    p.to_inputs = gradients.inputs;
     const double floor = floor_of_gradients * length(p.from);
-    p.result_error_bf16 = error_of(bf16.forward(p.pose, p.identity), p.result, 0);
-    p.result_error_fp32 = error_of(fp32.forward(p.pose, p.identity), p.result, 0);
+    p.result_error_bf16 = error_of(bf16.forward(p.inputs), p.result, 0);
+    p.result_error_fp32 = error_of(fp32.forward(p.inputs), p.result, 0);
     const auto gradients_fp32 = fp32.backward(p.from);
-    c.gradient_error_fp32 = std::max({c.gradient_error_fp32, error_of(gradients_fp32.pose, p.to_pose, floor),
-                                      error_of(gradients_fp32.identity, p.to_identity, floor)});
+    for (std::size_t k = 0; k < p.inputs.size(); ++k)
+      c.gradient_error_fp32 =
+          std::max(c.gradient_error_fp32, error_of(gradients_fp32.inputs[k], p.to_inputs[k], floor));
     for (std::size_t k = 0; k < parameters.size(); ++k) {
       c.to_parameters[k] += gradients.parameters[k];
       to_parameters_fp32[k] += static_cast<double>(gradients_fp32.parameters[k]);
     }
-    c.pairs.push_back(std::move(p));
+    c.calls.push_back(std::move(p));
   }
   const double floor = floor_of_parameters(network, c.to_parameters);
   for (const npt::NamedParameter& p : network.parameters)
@@ -184,6 +197,15 @@ double tolerance_bf16(double error_bf16) { return std::max(5e-2, 10 * error_bf16
 template <class T>
 constexpr double safe_distance = std::is_same_v<T, float> ? 1e-5 : 1e-11;
 
+/// All inputs of a call but one.
+template <class T>
+npt::Inputs<T> inputs_of(const std::vector<std::vector<T>>& given, int without = -1) {
+  npt::Inputs<T> inputs;
+  for (std::size_t k = 0; k < given.size(); ++k)
+    if (static_cast<int>(k) != without) inputs.push_back(given[k]);
+  return inputs;
+}
+
 template <class T>
 class EngineCheck {
  public:
@@ -201,35 +223,39 @@ class EngineCheck {
   }
 
   void operator()(const Case& c) {
-    std::vector<std::vector<T>> poses, identities, first;
-    for (const Case::Pair& p : c.pairs) {
-      poses.push_back(cast<T>(p.pose));
-      identities.push_back(cast<T>(p.identity));
-      first.emplace_back(p.identity.size(), nan<T>);
+    const int encoded = engines_[0]->inputs().encoded;
+    std::vector<std::vector<std::vector<T>>> given;
+    std::vector<std::vector<T>> first;
+    for (const Case::Call& p : c.calls) {
+      given.push_back(cast<T>(p.inputs));
+      first.emplace_back(p.result.size(), nan<T>);
     }
-    for (std::size_t i = 0; i < c.pairs.size(); ++i) {
-      const Case::Pair& p = c.pairs[i];
-      const std::string at = name_ + ", " + std::to_string(p.identity.size() / 3) + " vertices";
-      (*engines_[0])(poses[i], identities[i], first[i]);
+    for (std::size_t i = 0; i < c.calls.size(); ++i) {
+      const Case::Call& p = c.calls[i];
+      const std::string at = name_ + ", " + std::to_string(p.result.size() / 3) + " vertices";
+      const npt::Inputs<T> inputs = inputs_of(given[i]);
+      (*engines_[0])(inputs, first[i]);
       const double error = error_of(first[i], p.result, 0);
       failures_.expect_at_most(error, bf16_ ? tolerance_bf16(p.result_error_bf16) : tolerance<T>(p.result_error_fp32),
                                at + ", result");
       for (const auto& engine : engines_) {
-        std::vector<T> again(p.identity.size(), nan<T>), decoded = again;
-        (*engine)(poses[i], identities[i], again);
+        std::vector<T> again(p.result.size(), nan<T>), decoded = again;
+        (*engine)(inputs, again);
         failures_.expect(same_bits(again, first[i]), at + ": again, other bits");
-        const auto code = engine->encode(poses[i]);
-        engine->decode(code, identities[i], decoded);
+        if (encoded < 0) continue;
+        const auto code = engine->encode(inputs[encoded]);
+        const npt::Inputs<T> others = inputs_of(given[i], encoded);
+        engine->decode(code, others, decoded);
         failures_.expect(same_bits(decoded, first[i]), at + ": encoded and decoded, other bits");
-        engine->decode(code, identities[i], decoded);
+        engine->decode(code, others, decoded);
         failures_.expect(same_bits(decoded, first[i]), at + ": encoded and decoded, other bits");
       }
     }
     std::vector<std::vector<T>> batch;
     for (const auto& r : first) batch.emplace_back(r.size(), nan<T>);
-    std::vector<npt::TransferPair<T>> pairs;
-    for (std::size_t i = 0; i < first.size(); ++i) pairs.push_back({poses[i], identities[i], batch[i]});
-    engines_[1]->run(pairs);
+    std::vector<npt::NetworkCall<T>> calls;
+    for (std::size_t i = 0; i < first.size(); ++i) calls.push_back({inputs_of(given[i]), batch[i]});
+    engines_[1]->run(calls);
     for (std::size_t i = 0; i < first.size(); ++i)
       failures_.expect(same_bits(batch[i], first[i]), name_ + ": as a batch, other bits");
   }
@@ -259,26 +285,26 @@ class TapeCheck {
 
   void operator()(const Case& c) {
     const Run first = run(*tapes_[0], c);
-    for (std::size_t i = 0; i < c.pairs.size(); ++i) {
-      const Case::Pair& p = c.pairs[i];
-      const std::string at = name_ + ", " + std::to_string(p.identity.size() / 3) + " vertices";
+    for (std::size_t i = 0; i < c.calls.size(); ++i) {
+      const Case::Call& p = c.calls[i];
+      const std::string at = name_ + ", " + std::to_string(p.result.size() / 3) + " vertices";
       failures_.expect_at_most(error_of(first.results[i], p.result, 0), tolerance<T>(p.result_error_fp32),
                                at + ", result");
       if (c.kink < safe_distance<T>) continue;
       const double floor = floor_of_gradients * length(p.from);
-      failures_.expect_at_most(error_of(first.to_poses[i], p.to_pose, floor), tolerance<T>(c.gradient_error_fp32),
-                               at + ", gradient of the pose");
-      failures_.expect_at_most(error_of(first.to_identities[i], p.to_identity, floor),
-                               tolerance<T>(c.gradient_error_fp32), at + ", gradient of the identity");
+      for (std::size_t k = 0; k < p.inputs.size(); ++k)
+        failures_.expect_at_most(error_of(first.to_inputs[k][i], p.to_inputs[k], floor),
+                                 tolerance<T>(c.gradient_error_fp32), at + ", gradient of input " + input_names[k]);
     }
     if (c.kink >= safe_distance<T>) compare_parameters(first.to_parameters, c);
     for (const auto& tape : tapes_) {
       const Run again = run(*tape, c);
-      for (std::size_t i = 0; i < c.pairs.size(); ++i)
-        failures_.expect(same_bits(again.results[i], first.results[i]) &&
-                             same_bits(again.to_poses[i], first.to_poses[i]) &&
-                             same_bits(again.to_identities[i], first.to_identities[i]),
-                         name_ + ": again, other bits in the result or the gradients of the meshes");
+      for (std::size_t i = 0; i < c.calls.size(); ++i) {
+        bool same = same_bits(again.results[i], first.results[i]);
+        for (std::size_t k = 0; k < first.to_inputs.size(); ++k)
+          same = same && same_bits(again.to_inputs[k][i], first.to_inputs[k][i]);
+        failures_.expect(same, name_ + ": again, other bits in the result or the gradients of the inputs");
+      }
       failures_.expect(same_bits(again.to_parameters, first.to_parameters),
                        name_ + ": again, other bits in the gradients of the parameters");
     }
@@ -288,29 +314,32 @@ class TapeCheck {
   using Tape = npt::tape::GradientCore<T, npt::ThreadExecutor>;
 
   struct Run {
-    std::vector<std::vector<T>> results, to_poses, to_identities;
+    std::vector<std::vector<T>> results;
+    std::vector<std::vector<std::vector<T>>> to_inputs;  ///< by input and call
     std::vector<T> to_parameters;
   };
   Run run(Tape& tape, const Case& c) {
     Run r;
-    std::vector<std::vector<T>> poses, identities, from;
-    for (const Case::Pair& p : c.pairs) {
-      poses.push_back(cast<T>(p.pose));
-      identities.push_back(cast<T>(p.identity));
+    const std::size_t count = c.calls.front().inputs.size();
+    std::vector<std::vector<std::vector<T>>> given;
+    std::vector<std::vector<T>> from;
+    r.to_inputs.resize(count);
+    for (const Case::Call& p : c.calls) {
+      given.push_back(cast<T>(p.inputs));
       from.push_back(cast<T>(p.from));
-      r.results.emplace_back(p.identity.size(), nan<T>);
-      r.to_poses.emplace_back(p.pose.size(), nan<T>);
-      r.to_identities.emplace_back(p.identity.size(), nan<T>);
+      r.results.emplace_back(p.result.size(), nan<T>);
+      for (std::size_t k = 0; k < count; ++k) r.to_inputs[k].emplace_back(p.inputs[k].size(), nan<T>);
     }
     r.to_parameters.assign(parameters_.size(), nan<T>);
-    std::vector<npt::TransferPair<T>> pairs;
-    std::vector<std::span<const T>> from_spans(from.begin(), from.end());
-    std::vector<std::span<T>> pose_spans(r.to_poses.begin(), r.to_poses.end());
-    std::vector<std::span<T>> identity_spans(r.to_identities.begin(), r.to_identities.end());
-    for (std::size_t i = 0; i < poses.size(); ++i) pairs.push_back({poses[i], identities[i], r.results[i]});
-    tape.forward(pairs);
-    tape.backward(
-        {.result = from_spans, .parameters = r.to_parameters, .pose = pose_spans, .identity = identity_spans});
+    std::vector<npt::NetworkCall<T>> calls;
+    for (std::size_t i = 0; i < given.size(); ++i) calls.push_back({inputs_of(given[i]), r.results[i]});
+    const std::vector<std::span<const T>> from_spans(from.begin(), from.end());
+    npt::tape::BatchGradients<T> gradients{.result = from_spans, .parameters = r.to_parameters};
+    std::vector<std::vector<std::span<T>>> input_spans;
+    for (auto& of_calls : r.to_inputs) input_spans.emplace_back(of_calls.begin(), of_calls.end());
+    for (std::size_t k = 0; k < count; ++k) gradients.inputs[k] = input_spans[k];
+    tape.forward(calls);
+    tape.backward(gradients);
     return r;
   }
 
@@ -328,23 +357,20 @@ class TapeCheck {
   std::vector<std::unique_ptr<Tape>> tapes_;
 };
 
-/// Whether somewhere a pose's vertex meets an identity's.
+/// Whether somewhere a vertex of the encoded input meets one of another.
 bool pairs_vertices(const npt::graph::Graph& graph) {
   using npt::graph::NodeKind;
-  std::vector<bool> pooled, of_pose;
+  std::vector<bool> pooled;
   for (int n = 0; n < graph.count; ++n) {
     const npt::graph::Node& node = graph[n];
     bool all_pooled = node.kind != NodeKind::input;
-    bool pose = n == 0, identity = n == 1;
     for (const int operand : {node.first, node.second})
       if (operand >= 0 && !pooled[static_cast<std::size_t>(operand)]) {
         all_pooled = false;
-        (of_pose[static_cast<std::size_t>(operand)] ? pose : identity) = true;
+        // Behind a feature of another input, too, values are computed beside that one's.
+        if (graph.is_encoded(operand) && !graph.is_encoded(n)) return true;
       }
-    // Behind a feature of the identity, a pose's values are computed beside the identity's.
-    if ((pose && identity) || (pose && node.depends != npt::graph::depends_on_pose)) return true;
     pooled.push_back(all_pooled || node.kind == NodeKind::max_pool);
-    of_pose.push_back(pose);
   }
   return false;
 }
@@ -365,9 +391,9 @@ void check(const Network& network, std::uint64_t seed) {
   const auto draw = [&] { return counts[random.below(std::size(counts))]; };
   std::vector<Case> cases;
   for (int k = 0; k < 2; ++k) {
-    std::size_t vertices[2] = {draw(), draw()}, pose_vertices[2] = {draw(), draw()};
-    if (paired) std::ranges::copy(vertices, pose_vertices);
-    cases.push_back(case_of(network, parameters, pose_vertices, vertices, random));
+    std::size_t vertices[2] = {draw(), draw()}, own_vertices[2] = {draw(), draw()};
+    if (paired) std::ranges::copy(vertices, own_vertices);
+    cases.push_back(case_of(network, parameters, network.graph->inputs.encoded, own_vertices, vertices, random));
   }
   cases.push_back(cases.front());  // again, in memory that held other sizes
 

@@ -14,7 +14,7 @@ namespace random_networks {
 
 enum class Kind { conv, activation, norm, modulate, sum, cat, max_pool };
 
-/// A value that is made of earlier ones. Value 0 is the pose, 1 the identity, k + 2 what step k makes.
+/// A value that is made of earlier ones. The inputs come first, then what each step makes.
 struct Step {
   Kind kind = Kind::conv;
   int first = -1;
@@ -25,14 +25,22 @@ struct Step {
 };
 
 inline constexpr int max_steps = 40;
+inline constexpr int max_inputs = 3;
+inline constexpr const char* input_names[max_inputs] = {"a", "b", "c"};
 
 /// Channels of the hidden tensors that a typed network's SPAdaIN is conditioned on.
 inline constexpr int hidden_condition = 5;
 
 struct Composition {
+  std::array<int, max_inputs> input_channels{};
+  int inputs = 0;
   std::array<Step, max_steps> steps{};
   int count = 0;
   constexpr const Step& operator[](int i) const { return steps[static_cast<std::size_t>(i)]; }
+  /// Channels of a value.
+  constexpr int channels_of(int value) const {
+    return value < inputs ? input_channels[static_cast<std::size_t>(value)] : (*this)[value - inputs].channels;
+  }
 };
 
 /// Draws a composition. What the engine can't lower (nn/graph/lower.hpp says what) is drawn rarely, not never.
@@ -43,9 +51,11 @@ class Composer {
       : random_(seed, 4711), condition_channels_(condition_channels) {}
 
   constexpr Composition compose() {
-    values_[0] = values_[1] = {.channels = 3, .stored = true};
-    values_[0].depends = 1;
-    values_[1].depends = 2;
+    constexpr int counts[] = {1, 2, 2, 2, 2, 3, 3}, widths[] = {3, 3, 3, 3, 1, 2, 4, 7};
+    inputs_ = composition_.inputs = counts[draw(7)];
+    for (int i = 0; i < inputs_; ++i)
+      value(i) = {.channels = composition_.input_channels[static_cast<std::size_t>(i)] = widths[draw(8)],
+                  .stored = true};
     const int wanted = 3 + draw(10);
     for (int i = 0; i < wanted && composition_.count < max_steps - 12; ++i) add_part();
     finish();
@@ -59,19 +69,20 @@ class Composer {
     bool stored =
         false;           ///< the engine stores it: an input, a convolution, or layers behind one that nothing else uses
     bool taken = false;  ///< a stored value is this one with layers behind it: another use would undo that
-    unsigned depends = 0;
   };
 
   constexpr int draw(int n) { return static_cast<int>(random_.below(static_cast<std::uint32_t>(n))); }
   constexpr bool chance(int percent) { return draw(100) < percent; }
   constexpr Value& value(int v) { return values_[static_cast<std::size_t>(v)]; }
-  constexpr int value_count() const { return composition_.count + 2; }
+  constexpr int value_count() const { return composition_.count + inputs_; }
+  constexpr bool is_input(int v) const { return v < inputs_; }
+  /// The input that most networks end over.
+  constexpr int last_input() const { return inputs_ - 1; }
 
   constexpr int push(const Step& step, bool stored) {
     composition_.steps[static_cast<std::size_t>(composition_.count)] = step;
     Value& made = value(value_count());
     made = {.channels = step.channels, .pooled = step.pooled, .stored = stored};
-    made.depends = value(step.first).depends | (step.second >= 0 ? value(step.second).depends : 0U);
     ++composition_.count;
     return value_count() - 1;
   }
@@ -89,7 +100,7 @@ class Composer {
   }
   constexpr int pick_vertices(int widest = 40) {
     const int v = pick([widest](const Value& x) { return !x.pooled && x.channels <= widest; });
-    return v < 0 ? 1 : v;
+    return v < 0 ? last_input() : v;
   }
 
   constexpr int conv(int from, int channels) {
@@ -97,7 +108,7 @@ class Composer {
   }
   constexpr int activation(int from) {
     // Behind a convolution it becomes part of the stage, as long as nothing else reads the convolution.
-    const bool absorbed = value(from).stored && from > 1;
+    const bool absorbed = value(from).stored && !is_input(from);
     if (absorbed) value(from).taken = true;
     return push({.kind = Kind::activation,
                  .first = from,
@@ -129,12 +140,11 @@ class Composer {
 
   /// What a modulation may be conditioned on: an input, or a hidden tensor of the right width.
   constexpr int condition() {
-    const int kind = draw(10);
-    if (kind < 4) return 1;
-    if (kind < 5) return 0;
-    const int wanted = condition_channels_;
+    const int kind = draw(10), wanted = condition_channels_;
+    const int input = kind < 4 ? last_input() : 0;
+    if (kind < 5 && (value(input).channels == 3 || value(input).channels == wanted)) return input;
     if (const int v = pick([wanted](const Value& x) { return x.stored && !x.pooled && x.channels == wanted; });
-        v > 1 && chance(70))
+        v >= inputs_ && chance(70))
       return v;
     const int hidden = conv(pick_vertices(), wanted);
     return chance(50) ? activation(hidden) : hidden;
@@ -147,22 +157,22 @@ class Composer {
       if (chance(30)) activation(made);
     } else if (kind < 38) {
       const int v = pick([](const Value&) { return true; });
-      if (v > 1 || chance(50)) activation(v < 0 ? 1 : v);
+      if (v >= inputs_ || chance(50)) activation(v < 0 ? last_input() : v);
     } else if (kind < 50) {
       const int v = pick([](const Value& x) { return !x.pooled && x.stored && x.channels <= 40; });
-      const int normed = norm(v > 1 ? v : any_conv());
+      const int normed = norm(v >= inputs_ ? v : any_conv());
       if (chance(60)) activation(normed);
     } else if (kind < 64) {
       const int c = condition();
       int v = pick([](const Value& x) { return !x.pooled && x.stored && x.channels <= 24; });
-      if (v < 2) v = any_conv();
+      if (v < inputs_) v = any_conv();
       const int modulated = modulate(chance(60) ? norm(v) : v, c);
       if (chance(40)) activation(modulated);
     } else if (kind < 80) {  // a residual connection around one or two layers
       const int v = pick([](const Value& x) { return !x.pooled && x.stored && x.channels <= 24; });
-      const int inner = chance(70) ? (v < 0 ? 1 : v) : pick_vertices();
-      const int base = v < 0 ? 1 : v;
-      int branch = chance(50) && inner > 1 ? activation_of_copy(inner) : inner;
+      const int base = v < 0 ? last_input() : v;
+      const int inner = chance(70) ? base : pick_vertices();
+      int branch = chance(50) && !is_input(inner) ? activation_of_copy(inner) : inner;
       branch = conv(branch, value(base).channels);
       if (chance(40)) branch = activation(branch);
       value(branch).taken = true;
@@ -170,7 +180,6 @@ class Composer {
            true);
       Step& made = composition_.steps[static_cast<std::size_t>(composition_.count - 1)];
       made.second = made.first == base ? branch : base;
-      value(value_count() - 1).depends = value(base).depends | value(branch).depends;
     } else if (kind < 88) {
       const int a = pick([](const Value& x) { return x.channels <= 20; });
       const int b = pick([](const Value& x) { return x.channels <= 20; });
@@ -180,7 +189,7 @@ class Composer {
       }
     } else if (kind < 97) {  // a pooled feature, of layers that increase
       int v = pick([](const Value& x) { return !x.pooled && x.stored && x.channels <= 20; });
-      if (v < 2) v = any_conv();
+      if (v < inputs_) v = any_conv();
       if (chance(40)) v = norm(v);
       if (chance(40)) v = activation_of_copy(v);
       int pooled = push({.kind = Kind::max_pool, .first = v, .channels = value(v).channels, .pooled = true}, false);
@@ -209,36 +218,42 @@ class Composer {
 
   constexpr void finish() {
     int last = pick([](const Value& x) { return !x.pooled && x.channels <= 40; });
-    if (last < 2) last = value_count() - 1;
-    if (value(last).pooled || value(last).depends == 1) last = cat(last, 1);
+    if (last < inputs_) last = value_count() - 1;
+    if (value(last).pooled || chance(40)) last = cat(last, last_input());
     int result = conv(last, 3);
     if (chance(30)) result = activation(result);
-    if (chance(25))
-      push({.kind = Kind::sum, .first = chance(50) ? 1 : result, .second = -1, .channels = 3}, true);
-    else
-      return;
-    Step& made = composition_.steps[static_cast<std::size_t>(composition_.count - 1)];
-    made.second = made.first == 1 ? result : 1;
+    if (!chance(25) || value(last_input()).channels != 3) return;
+    const bool input_first = chance(50);
+    push({.kind = Kind::sum,
+          .first = input_first ? last_input() : result,
+          .second = input_first ? result : last_input(),
+          .channels = 3},
+         true);
   }
 
   npt::Random random_;
   int condition_channels_;
+  int inputs_ = 0;
   Composition composition_{};
-  std::array<Value, max_steps + 3> values_{};
+  std::array<Value, max_steps + max_inputs> values_{};
 };
 
 constexpr Composition composition_of(std::uint64_t seed, int condition_channels) {
   return Composer(seed, condition_channels).compose();
 }
 
-/// One line a step, such as "v5 = v2 + v4 [8]".
+/// The inputs, and one line a step, such as "v3 = v0 + v2 [8]".
 inline std::string text_of(const Composition& composition) {
   std::string text;
-  const auto name = [](int v) { return v == 0 ? "pose" : v == 1 ? "identity" : "v" + std::to_string(v); };
+  const auto name = [&composition](int v) {
+    return v < composition.inputs ? input_names[v] : "v" + std::to_string(v - composition.inputs);
+  };
+  for (int i = 0; i < composition.inputs; ++i)
+    text += name(i) + " [" + std::to_string(composition.channels_of(i)) + "]\n";
   for (int i = 0; i < composition.count; ++i) {
     const Step& step = composition[i];
     const std::string first = name(step.first), second = step.second < 0 ? "" : name(step.second);
-    text += "v" + std::to_string(i + 2) + " = ";
+    text += "v" + std::to_string(i) + " = ";
     switch (step.kind) {
       case Kind::conv:
         text += first + " | conv";

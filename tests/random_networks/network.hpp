@@ -28,8 +28,8 @@ struct Network {
 
   std::string text;  ///< for messages
   std::vector<npt::NamedParameter> parameters;
-  int buffer_size = 0;  ///< elements of the parameter buffer
-  const npt::graph::Graph* graph = nullptr;
+  int buffer_size = 0;                                ///< elements of the parameter buffer
+  const npt::graph::Graph* graph = nullptr;           ///< of what reaches the output
   const npt::graph::Program* program = nullptr;       ///< null: the engine can't run it
   const npt::graph::Program* bf16_program = nullptr;  ///< for products of bfloat16 pairs
   const npt::tape::Tape* tape = nullptr;              ///< null: it can't be trained

@@ -36,16 +36,15 @@ class PlainLoops {
   PlainLoops(const npt::graph::Graph& graph, std::span<const double> parameters, bool bf16 = false)
       : graph_(graph), parameters_(parameters.begin(), parameters.end()), bf16_(bf16) {}
 
-  /// pose [Vp, 3], identity [V, 3] -> [V, 3]
-  std::vector<S> forward(std::span<const double> pose, std::span<const double> identity) {
+  /// The inputs, [V, channels] each -> [V, 3]
+  std::vector<S> forward(std::span<const std::vector<double>> inputs) {
     const auto nodes = static_cast<std::size_t>(graph_.count);
     values_.assign(nodes, {});
     vertices_.assign(nodes, 0);
     pooled_.assign(nodes, false);
     kink_ = std::numeric_limits<double>::infinity();
-    read(0, pose);
-    read(1, identity);
-    for (int n = 2; n < graph_.count; ++n) compute(n);
+    for (int i = 0; i < graph_.inputs.count; ++i) read(i, inputs[index(i)]);
+    for (int n = graph_.inputs.count; n < graph_.count; ++n) compute(n);
     const auto out = static_cast<std::size_t>(graph_.output);
     std::vector<S> result(3 * vertices_[out]);
     for (std::size_t v = 0; v < vertices_[out]; ++v)
@@ -57,7 +56,8 @@ class PlainLoops {
   double kink() const { return kink_; }
 
   struct Gradients {
-    std::vector<S> parameters, pose, identity;
+    std::vector<S> parameters;
+    std::vector<std::vector<S>> inputs;
   };
   /// From the gradient of the last forward's result, [V, 3].
   Gradients backward(std::span<const double> result_gradient) {
@@ -70,10 +70,9 @@ class PlainLoops {
     for (std::size_t v = 0; v < vertices_[out]; ++v)
       for (std::size_t c = 0; c < 3; ++c)
         gradients_[out][c * vertices_[out] + v] = static_cast<S>(result_gradient[3 * v + c]);
-    for (int n = graph_.count - 1; n >= 2; --n) differentiate(n);
+    for (int n = graph_.count - 1; n >= graph_.inputs.count; --n) differentiate(n);
     found.parameters = parameter_gradients_;
-    found.pose = written(0);
-    found.identity = written(1);
+    for (int i = 0; i < graph_.inputs.count; ++i) found.inputs.push_back(written(i));
     return found;
   }
 
@@ -89,15 +88,16 @@ class PlainLoops {
   std::size_t channels(int n) const { return index(graph_[n].channels); }
 
   void read(int n, std::span<const double> points) {
-    const std::size_t count = vertices_[index(n)] = points.size() / 3;
+    const std::size_t width = channels(n), count = vertices_[index(n)] = points.size() / width;
     values_[index(n)].resize(points.size());
     for (std::size_t v = 0; v < count; ++v)
-      for (std::size_t c = 0; c < 3; ++c) at(n, c, v) = static_cast<S>(points[3 * v + c]);
+      for (std::size_t c = 0; c < width; ++c) at(n, c, v) = static_cast<S>(points[width * v + c]);
   }
   std::vector<S> written(int n) {
     std::vector<S> points(gradients_[index(n)].size());
+    const std::size_t width = channels(n);
     for (std::size_t v = 0; v < vertices_[index(n)]; ++v)
-      for (std::size_t c = 0; c < 3; ++c) points[3 * v + c] = gradient_at(n, c, v);
+      for (std::size_t c = 0; c < width; ++c) points[width * v + c] = gradient_at(n, c, v);
     return points;
   }
 

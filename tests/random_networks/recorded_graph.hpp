@@ -29,10 +29,9 @@ enum class Operations { of_the_library, one_activation };
 class Recorder {
  public:
   Recorder(const Composition& composition, Operations operations) : operations_(operations) {
-    namespace graph = npt::graph;
-    made_.graph.add({.channels = 3, .depends = graph::depends_on_pose});
-    made_.graph.add({.channels = 3, .depends = graph::depends_on_identity});
-    for (int i = 0; i < composition.count; ++i) add(composition[i], "v" + std::to_string(i + 2));
+    for (int i = 0; i < composition.inputs; ++i)
+      made_.graph.add_input({.name = input_names[i], .channels = composition.channels_of(i)});
+    for (int i = 0; i < composition.count; ++i) add(composition[i], "v" + std::to_string(i));
     made_.graph.output = made_.graph.count - 1;
   }
   RecordedGraph take() { return std::move(made_); }

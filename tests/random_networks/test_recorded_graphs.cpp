@@ -82,9 +82,9 @@ const CompiledChain* find(const graph::Signature& signature) {
 class RecordedNetwork {
  public:
   explicit RecordedNetwork(const Composition& composition)
-      : recorded_(record(composition, Operations::one_activation)) {
+      : recorded_(record(composition, Operations::one_activation)), used_(graph::reaching_output(recorded_.graph)) {
     network_.text = text_of(composition);
-    network_.graph = &recorded_.graph;
+    network_.graph = &used_;
     network_.parameters = recorded_.parameters;
     network_.buffer_size = recorded_.buffer_size;
     lower();
@@ -96,10 +96,9 @@ class RecordedNetwork {
 
  private:
   void lower() {
-    const graph::Graph used = graph::reaching_output(recorded_.graph);
     try {
-      program_ = graph::lower(used);
-      bf16_program_ = graph::lower(used, {.pack_every_operand = true});
+      program_ = graph::lower(used_);
+      bf16_program_ = graph::lower(used_, {.pack_every_operand = true});
       if (find_rows(*program_)) network_.program = &*program_;
       if (npt::simd::has_bf16 && network_.program != nullptr) network_.bf16_program = &*bf16_program_;
     } catch (const char*) {  // lower() says what it can't express
@@ -107,7 +106,7 @@ class RecordedNetwork {
     network_.fp32.rows = rows_fp32_;
     network_.bf16_rows = rows_bf16_;
     try {
-      tape_ = npt::tape::lower_to_tape(used);
+      tape_ = npt::tape::lower_to_tape(used_);
       if (find_loops(*tape_)) network_.tape = &*tape_;
     } catch (const char*) {
     }
@@ -133,6 +132,7 @@ class RecordedNetwork {
   }
 
   RecordedGraph recorded_;
+  graph::Graph used_;  ///< what reaches the output
   Network network_;
   std::optional<graph::Program> program_, bf16_program_;
   std::optional<npt::tape::Tape> tape_;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <npt/nn/graph/expression.hpp>
+#include <npt/nn/graph/graph.hpp>
 #include <npt/nn/layer/conv1x1.hpp>
 #include <npt/nn/layer/instance_norm.hpp>
 #include <npt/nn/layer/max_pool.hpp>
@@ -10,6 +11,7 @@
 #include <npt/nn/layer/spadain.hpp>
 #include <npt/nn/layer/tanh.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <tuple>
@@ -26,6 +28,8 @@ struct Values {
   Before before;
   Last last;
 };
+template <class Before, class Last>
+Values(Before, Last) -> Values<Before, Last>;
 struct NoValues {};
 
 /// The value that stands `Back` before the last one.
@@ -40,7 +44,7 @@ constexpr const auto& value_before(const Values<Before, Last>& values) {
 template <std::uint64_t Seed>
 class TypedNetwork {
   static constexpr Composition composition = composition_of(Seed, hidden_condition);
-  static constexpr int channels_of(int value) { return value < 2 ? 3 : composition[value - 2].channels; }
+  static constexpr int channels_of(int value) { return composition.channels_of(value); }
 
   template <int I>
   static constexpr auto layer() {
@@ -66,14 +70,21 @@ class TypedNetwork {
   }
 
  public:
+  static constexpr auto inputs = [] {
+    std::array<npt::Input, static_cast<std::size_t>(composition.inputs)> list{};
+    for (std::size_t i = 0; i < list.size(); ++i)
+      list[i] = {.name = input_names[i], .channels = channels_of(static_cast<int>(i))};
+    return list;
+  }();
+
   decltype(layers(std::make_integer_sequence<int, composition.count>{})) layers_ =
       layers(std::make_integer_sequence<int, composition.count>{});
 
   static constexpr void visit(auto& self, auto&& visitor) {
-    constexpr const char* names[max_steps] = {"v2",  "v3",  "v4",  "v5",  "v6",  "v7",  "v8",  "v9",  "v10", "v11",
-                                              "v12", "v13", "v14", "v15", "v16", "v17", "v18", "v19", "v20", "v21",
-                                              "v22", "v23", "v24", "v25", "v26", "v27", "v28", "v29", "v30", "v31",
-                                              "v32", "v33", "v34", "v35", "v36", "v37", "v38", "v39", "v40", "v41"};
+    constexpr const char* names[max_steps] = {"v0",  "v1",  "v2",  "v3",  "v4",  "v5",  "v6",  "v7",  "v8",  "v9",
+                                              "v10", "v11", "v12", "v13", "v14", "v15", "v16", "v17", "v18", "v19",
+                                              "v20", "v21", "v22", "v23", "v24", "v25", "v26", "v27", "v28", "v29",
+                                              "v30", "v31", "v32", "v33", "v34", "v35", "v36", "v37", "v38", "v39"};
     [&]<std::size_t... I>(std::index_sequence<I...>) {
       const auto one = [&](const char* name, auto& layer) {
         if constexpr (requires { layer.visit(layer, visitor); }) visitor(name, layer);
@@ -83,26 +94,27 @@ class TypedNetwork {
     (std::make_index_sequence<static_cast<std::size_t>(composition.count)>{});
   }
 
-  constexpr auto operator()(auto pose, auto identity) const {
-    return grow<0>(Values{Values{NoValues{}, pose}, identity});
-  }
+  constexpr auto operator()(auto... given) const { return take(NoValues{}, given...); }
 
  private:
+  constexpr auto take(auto values) const { return grow<0>(values); }
+  constexpr auto take(auto values, auto next, auto... rest) const { return take(Values{values, next}, rest...); }
+
   template <int I>
   constexpr auto grow(auto values) const {
     if constexpr (I == composition.count) {
       return values.last;
     } else {
       constexpr Step step = composition[I];
-      const auto& first = value_before<I + 1 - step.first>(values);
+      const auto& first = value_before<I + composition.inputs - 1 - step.first>(values);
       const auto& layer = std::get<static_cast<std::size_t>(I)>(layers_);
       const auto with = [&](auto value) { return grow<I + 1>(Values{values, value}); };
       if constexpr (step.kind == Kind::modulate)
-        return with(layer(first, value_before<I + 1 - step.second>(values)));
+        return with(layer(first, value_before<I + composition.inputs - 1 - step.second>(values)));
       else if constexpr (step.kind == Kind::sum)
-        return with(first + value_before<I + 1 - step.second>(values));
+        return with(first + value_before<I + composition.inputs - 1 - step.second>(values));
       else if constexpr (step.kind == Kind::cat)
-        return with(cat(first, value_before<I + 1 - step.second>(values)));
+        return with(cat(first, value_before<I + composition.inputs - 1 - step.second>(values)));
       else
         return with(first | layer);
     }

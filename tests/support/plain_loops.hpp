@@ -86,12 +86,11 @@ Value conditioned(Value x, const npt::SPAdaIN<C, Cond, Normalise>& layer, const 
   return x;
 }
 
-/// pose [3, Vp], identity [3, V] -> [3, V].
-template <class Net>
-reference::Map forward(const npt::Model<Net, double>& model, const reference::Map& pose,
-                       const reference::Map& identity) {
+/// The inputs, [channels, V] each -> [3, V].
+template <class Net, class... Maps>
+reference::Map forward(const npt::Model<Net, double>& model, const Maps&... inputs) {
   const double* parameters = model.buffer().data();
-  return npt::Model<Net, double>::network()(Value{pose, parameters}, Value{identity, parameters}).map;
+  return npt::Model<Net, double>::network()(Value{inputs, parameters}...).map;
 }
 
 }  // namespace plain

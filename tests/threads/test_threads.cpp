@@ -37,7 +37,7 @@ template <class Engine>
 std::vector<float> apply(const Engine& engine, std::uint64_t seed) {
   const std::vector<float> pose = points(seed), identity = points(seed + 100);
   std::vector<float> result(identity.size());
-  engine(pose, identity, result);
+  engine({pose, identity}, result);
   return result;
 }
 

@@ -33,12 +33,12 @@ TEST_CASE("a reading's points are centred and of one size, normals are unit, pla
   const npt::CorrespondenceSampler sampler = reading_sampler({.seed = 3, .points = 300});
   for (std::uint64_t index = 0; index < 20; ++index) {
     const npt::Sample s = sampler.draw(1, index);
-    REQUIRE(s.pose.size() == 900);
+    REQUIRE(s.inputs[0].size() == 900);
     double square = 0, mean = 0;
     for (std::size_t i = 0; i < 300; ++i) {
-      square += static_cast<double>(norm(s.pose, i) * norm(s.pose, i)) / 300;
-      mean += static_cast<double>(s.pose[3 * i + 1]) / 300;
-      const float n = norm(s.identity, i);
+      square += static_cast<double>(norm(s.inputs[0], i) * norm(s.inputs[0], i)) / 300;
+      mean += static_cast<double>(s.inputs[0][3 * i + 1]) / 300;
+      const float n = norm(s.inputs[1], i);
       CHECK((n == 0 || std::abs(n - 1) < 1e-4F));
       CHECK(norm(s.truth, i) < 0.75F);  // half the mannequin's reach
     }
@@ -58,7 +58,7 @@ TEST_CASE("a plain body in no pose is the mannequin itself, turned") {
   for (std::size_t i = 0; i < 199; ++i) {
     double d = 0, t = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      d += std::pow(static_cast<double>(s.pose[3 * i + k] - s.pose[3 * i + 3 + k]), 2);
+      d += std::pow(static_cast<double>(s.inputs[0][3 * i + k] - s.inputs[0][3 * i + 3 + k]), 2);
       t += std::pow(static_cast<double>(s.truth[3 * i + k] - s.truth[3 * i + 3 + k]), 2);
     }
     if (t < 0.02) continue;
@@ -71,10 +71,10 @@ TEST_CASE("a plain body in no pose is the mannequin itself, turned") {
 
 TEST_CASE("samples depend on seed, step and index only, and differ in each of them") {
   const npt::CorrespondenceSampler sampler = reading_sampler({.seed = 3, .points = 64});
-  CHECK(sampler.draw(1, 2).pose == sampler.draw(1, 2).pose);
-  CHECK(sampler.draw(1, 2).pose != sampler.draw(1, 3).pose);
-  CHECK(sampler.draw(1, 2).pose != sampler.draw(2, 2).pose);
-  CHECK(sampler.draw(1, 2).pose != reading_sampler({.seed = 4, .points = 64}).draw(1, 2).pose);
+  CHECK(sampler.draw(1, 2).inputs[0] == sampler.draw(1, 2).inputs[0]);
+  CHECK(sampler.draw(1, 2).inputs[0] != sampler.draw(1, 3).inputs[0]);
+  CHECK(sampler.draw(1, 2).inputs[0] != sampler.draw(2, 2).inputs[0]);
+  CHECK(sampler.draw(1, 2).inputs[0] != reading_sampler({.seed = 4, .points = 64}).draw(1, 2).inputs[0]);
   CHECK(sampler.equal_counts());
   CHECK(sampler.max_vertices() == 64);
 }
@@ -117,10 +117,10 @@ TEST_CASE("a part of the samples is of strangers, all of whose points belong to 
         CHECK(npt::Vec3f{s.truth[3 * i], s.truth[3 * i + 1], s.truth[3 * i + 2]} == first);
       else
         CHECK(s.truth[3 * i + 2] < 0.25F);  // half a metre in front of the resting body at most
-      square += static_cast<double>(norm(s.pose, i) * norm(s.pose, i)) / 64;
+      square += static_cast<double>(norm(s.inputs[0], i) * norm(s.inputs[0], i)) / 64;
     }
     CHECK(std::sqrt(square) == doctest::Approx(npt::reading_radius).epsilon(1e-4));
-    CHECK(s.pose == sampler.draw(0, index).pose);
+    CHECK(s.inputs[0] == sampler.draw(0, index).inputs[0]);
   }
   CHECK(strange > 10);
   CHECK(strange < 30);

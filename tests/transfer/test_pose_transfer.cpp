@@ -111,7 +111,7 @@ TEST_CASE("paired as given, a transfer is the network on vertices as they come, 
     std::vector<float> a(3 * pose.vertex_count()), b(a.size()), c(a.size());
     of_pose.apply(pose.coordinates(), a);
     of_identity.apply(identity.coordinates(), b);
-    transfer.engine()(a, b, c);
+    transfer.engine()({a, b}, c);
     of_identity.apply_inverse(c, c);
     CHECK(same_bits(c, transfer(identity, pose).coordinates()));
     CHECK_FALSE(same_bits(
@@ -240,7 +240,7 @@ TEST_CASE("an average over pairings is the mean of its runs, each a pairing of i
       npt::place_points(view, pairing, points);
       of_pose.apply(points, points);
       runs.emplace_back(own.size());
-      transfer.engine()(points, own, runs.back());
+      transfer.engine()({points, own}, runs.back());
     }
     CHECK(runs[1] != runs[0]);
     CHECK(runs[2] != runs[1]);

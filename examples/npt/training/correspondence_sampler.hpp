@@ -90,7 +90,6 @@ class CorrespondenceSampler final : public SampleSource {
       : CorrespondenceSampler(equally(bodies), std::move(natural_pose), options, purpose) {}
 
   std::size_t max_vertices() const override { return options_.points; }
-  std::size_t max_pose_vertices() const override { return options_.points; }
   bool equal_counts() const override { return true; }
 
   void fill(std::uint64_t step, std::uint64_t index, Sample& s) const override {
@@ -99,7 +98,9 @@ class CorrespondenceSampler final : public SampleSource {
            angles = random(data::Part::pose), order = random(data::Part::identity_order),
            more = random(data::Part::augmentation), noise = random(data::Part::noise);
     const std::size_t n = options_.points;
-    s.pose.resize(3 * n), s.identity.resize(3 * n), s.truth.resize(3 * n);
+    s.inputs.resize(2);
+    std::vector<float>&points = s.inputs[0], &normals = s.inputs[1];
+    points.resize(3 * n), normals.resize(3 * n), s.truth.resize(3 * n);
     thread_local Scratch scratch;
     const bool strange = options_.strangers > 0 && choice.uniform() < options_.strangers;
     if (strange)
@@ -115,15 +116,16 @@ class CorrespondenceSampler final : public SampleSource {
       Vec3d at = turn * p.at.as<double>();
       if (sigma > 0) at += Vec3d{noise.normal(), noise.normal(), noise.normal()} * sigma;
       const Vec3f normal = blind ? Vec3f{} : (turn * p.normal.as<double>()).as<float>() * side;
-      put(s.pose, i, at.as<float>()), put(s.identity, i, normal);
+      put(points, i, at.as<float>()), put(normals, i, normal);
       put(s.truth, i, p.canonical * 0.5F);
     }
-    const auto point = [&s](std::size_t i) {
-      return Vec3f{s.pose[3 * i], s.pose[3 * i + 1], s.pose[3 * i + 2]}.as<double>();
+    const auto point = [&points](std::size_t i) {
+      return Vec3f{points[3 * i], points[3 * i + 1], points[3 * i + 2]}.as<double>();
     };
     const CanonicalFrame frame = canonical_frame(n, point);
-    for (std::size_t i = 0; i < n; ++i) put(s.pose, i, frame(point(i)).as<float>());
+    for (std::size_t i = 0; i < n; ++i) put(points, i, frame(point(i)).as<float>());
     s.edges.clear(), s.triangles.clear();
+    s.reference = -1;
     s.scale = 0.5;
   }
 

@@ -43,14 +43,15 @@ requires xt::is_xexpression<E>::value struct TensorAdapter<E> {
   };
 
   template <class T>
-  static Coordinates<T> read(const E& e) {
-    if (e.dimension() != 2 || e.shape()[1] != 3)
-      throw Error({.file = "tensor", .found = "shape " + shape_of(e), .expected = "[V, 3]"});
+  static Coordinates<T> read(const E& e, std::size_t channels = 3) {
+    if (e.dimension() != 2 || e.shape()[1] != channels)
+      throw Error(
+          {.file = "tensor", .found = "shape " + shape_of(e), .expected = "[V, " + std::to_string(channels) + "]"});
     if constexpr (std::same_as<std::remove_cv_t<typename E::value_type>, T> &&
                   requires { e.data() + e.data_offset(); }) {
       const auto& strides = e.strides();
       const bool one_vertex = e.shape()[0] == 1;
-      if (strides[1] == 1 && (strides[0] == 3 || one_vertex))
+      if (strides[1] == 1 && (strides[0] == static_cast<std::ptrdiff_t>(channels) || one_vertex))
         return Coordinates<T>(std::span<const T>(e.data() + e.data_offset(), e.size()));
     }
     return Coordinates<T>(xt::xtensor<T, 2>(xt::cast<T>(e)));

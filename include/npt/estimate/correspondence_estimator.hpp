@@ -25,6 +25,7 @@
 #include <npt/nets/correspondence_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
+#include <npt/nn/engine/network_call.hpp>
 #include <npt/nn/weights/weights_file.hpp>
 
 #include <algorithm>
@@ -111,7 +112,7 @@ class BasicCorrespondenceEstimator {
     const double outward = volume < 0 ? -1 : 1;
     const auto turns = static_cast<std::size_t>(options.turns);
     std::vector<std::vector<float>> points(turns), normals(turns), results(turns);
-    std::vector<TransferPair<float>> pairs;
+    std::vector<NetworkCall<float>> calls;
     for (std::size_t t = 0; t < turns; ++t) {
       const double angle = 2 * std::numbers::pi * static_cast<double>(t) / static_cast<double>(turns);
       const Matrix3 turn = rotation_matrix({0, angle, 0}) * options.upright;
@@ -122,9 +123,9 @@ class BasicCorrespondenceEstimator {
         normals[t].insert(normals[t].end(), {q.x, q.y, q.z});
       }
       results[t].resize(points[t].size());
-      pairs.push_back({.pose = points[t], .identity = normals[t], .result = results[t]});
+      calls.push_back({.inputs = {points[t], normals[t]}, .result = results[t]});
     }
-    engine_.run(pairs);
+    engine_.run(calls);
     std::vector<std::vector<Vec3f>> places(turns);
     for (std::size_t t = 0; t < turns; ++t)
       for (std::size_t i = 0; i < results[t].size(); i += 3)

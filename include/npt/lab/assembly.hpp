@@ -4,6 +4,7 @@
 #include <npt/base/random.hpp>
 #include <npt/config.hpp>
 #include <npt/lab/draws.hpp>
+#include <npt/lab/transfer_sample.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/nn/train/sample.hpp>
@@ -85,10 +86,12 @@ inline void normalise_into(const Scratch& scratch, Normalisation normalisation, 
       scratch.truth, normalisation == Normalisation::none ? Normalisation::none : Normalisation::centre,
       "truth of a sample");
   truth.scale = identity.scale;
+  sample.inputs.resize(2);
   gather(normalising_transform(scratch.pose, normalisation, "pose mesh of a sample"), scratch.pose, scratch.pose_rows,
-         sample.pose);
-  gather(identity, scratch.identity, scratch.identity_rows, sample.identity);
+         pose_of(sample));
+  gather(identity, scratch.identity, scratch.identity_rows, identity_of(sample));
   gather(truth, scratch.truth, scratch.identity_rows, sample.truth);
+  sample.reference = 1;
   sample.scale = identity.scale;
 }
 

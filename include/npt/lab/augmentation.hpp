@@ -4,7 +4,7 @@
 
 #include <npt/base/random.hpp>
 #include <npt/config.hpp>
-#include <npt/nn/train/sample.hpp>
+#include <npt/lab/transfer_sample.hpp>
 
 #include <cmath>
 #include <cstddef>

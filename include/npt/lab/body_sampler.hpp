@@ -16,6 +16,7 @@
 #include <npt/lab/extreme_vertices.hpp>
 #include <npt/lab/prepared_body.hpp>
 #include <npt/lab/protocol.hpp>
+#include <npt/lab/transfer_sample.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/nn/train/sample.hpp>
 
@@ -89,7 +90,7 @@ class BodySampler : public SampleSource {
   std::size_t max_vertices() const override {
     return data::most_vertices(options_.vertices, members_, &Member::vertex_count);
   }
-  std::size_t max_pose_vertices() const override {
+  std::size_t max_pose_vertices() const {
     return data::most_vertices(pose_vertices(), members_, &Member::vertex_count);
   }
   bool equal_counts() const override {

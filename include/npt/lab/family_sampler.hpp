@@ -11,6 +11,7 @@
 #include <npt/lab/augmentation.hpp>
 #include <npt/lab/draws.hpp>
 #include <npt/lab/family.hpp>
+#include <npt/lab/transfer_sample.hpp>
 #include <npt/nn/train/sample.hpp>
 
 #include <algorithm>
@@ -64,7 +65,7 @@ class FamilySampler : public SampleSource {
   std::size_t max_vertices() const override {
     return data::most_vertices(options_.vertices, index_.species(), &Species::vertex_count);
   }
-  std::size_t max_pose_vertices() const override {
+  std::size_t max_pose_vertices() const {
     return data::most_vertices(pose_vertices(), index_.species(), &Species::vertex_count);
   }
   bool equal_counts() const override {

@@ -6,6 +6,7 @@
 #include <npt/config.hpp>
 #include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/graph/expression.hpp>
+#include <npt/nn/graph/graph.hpp>
 #include <npt/nn/layer/conv1x1.hpp>
 #include <npt/nn/layer/instance_norm.hpp>
 #include <npt/nn/layer/relu.hpp>
@@ -41,6 +42,7 @@ struct PlainNet {
   static constexpr int bottleneck = Bottleneck;
   using Order = ConvRelu;
   using Feature = PerVertex;
+  static constexpr Input inputs[] = {{"pose", 3}, {"identity", 3}};
   static constexpr int W = Bottleneck + 3;
 
   static std::map<std::string, std::string> variant() {
@@ -86,6 +88,7 @@ struct ConcatNet {
   static constexpr int bottleneck = Bottleneck;
   using Order = ConvRelu;
   using Feature = PerVertex;
+  static constexpr Input inputs[] = {{"pose", 3}, {"identity", 3}};
   static constexpr int W = Bottleneck + 3;
 
   static std::map<std::string, std::string> variant() {

@@ -9,6 +9,7 @@
 
 #include <npt/config.hpp>
 #include <npt/nn/graph/expression.hpp>
+#include <npt/nn/graph/graph.hpp>
 #include <npt/nn/layer/conv1x1.hpp>
 #include <npt/nn/layer/instance_norm.hpp>
 #include <npt/nn/layer/max_pool.hpp>
@@ -24,6 +25,7 @@ namespace npt::inline NPT_ABI {
 template <int C = 256>
 struct CorrespondenceNet {
   static constexpr int width = C;
+  static constexpr Input inputs[] = {{"points", 3}, {"normals", 3}};
 
   /// Entries of its weights' metadata.
   static std::map<std::string, std::string> variant() {

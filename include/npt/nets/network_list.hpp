@@ -8,6 +8,7 @@
 #include <npt/nn/engine/core.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
+#include <npt/nn/graph/graph.hpp>
 #include <npt/nn/graph/program.hpp>
 #include <npt/nn/layer/parameter.hpp>
 #include <npt/nn/weights/weights_file.hpp>
@@ -92,6 +93,14 @@ const std::vector<NetworkType<Exec>>& network_types() {
     return types;
   }();
   return list;
+}
+
+/// "pose and identity".
+NPT_INLINE std::string input_names(const graph::InputList& inputs) {
+  std::string text;
+  for (int i = 0; i < inputs.count; ++i)
+    text += (i == 0 ? "" : i + 1 == inputs.count ? " and " : ", ") + std::string(inputs[i].name);
+  return text;
 }
 
 /// The variant in words: "bottleneck 256, conv_relu, per-vertex".

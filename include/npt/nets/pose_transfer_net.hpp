@@ -10,6 +10,7 @@
 
 #include <npt/config.hpp>
 #include <npt/nn/graph/expression.hpp>
+#include <npt/nn/graph/graph.hpp>
 #include <npt/nn/layer/conv1x1.hpp>
 #include <npt/nn/layer/instance_norm.hpp>
 #include <npt/nn/layer/max_pool.hpp>
@@ -56,6 +57,7 @@ struct PoseTransferNet {
   static constexpr int bottleneck = Bottleneck;
   using Order = UnitOrder;
   using Feature = PoseFeature;
+  static constexpr Input inputs[] = {{"pose", 3}, {"identity", 3}};
   static constexpr int W = Bottleneck + 3;
 
   /// Entries of its weights' metadata.

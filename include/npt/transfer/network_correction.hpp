@@ -31,8 +31,10 @@
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/nets/pose_transfer_net.hpp>
+#include <npt/nets/transfer_pair.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
+#include <npt/nn/engine/network_call.hpp>
 #include <npt/nn/weights/weights_file.hpp>
 #include <npt/skin/bound_character.hpp>
 #include <npt/skin/skeleton_pose.hpp>
@@ -146,15 +148,15 @@ class BasicNetworkCorrection {
     for (const std::size_t v : points) add(of_identity[0], turn_identity * identity.points[v]);
     const auto samples = pose.surface->samples();
     for (const auto& s : samples.first(std::min(samples.size(), point_count))) add(of_pose[0], turn_pose * s.point);
-    std::array<TransferPair<float>, 2> pairs;
+    std::array<NetworkCall<float>, 2> calls;
     for (std::vector<float>* mesh : {&of_identity[0], &of_pose[0]})
       normalising_transform(*mesh, Normalisation::centre, "points").apply(*mesh, *mesh);
     for (std::size_t side = 0; side < 2; ++side) {
       if (side == 1) of_identity[1] = mirrored(of_identity[0]), of_pose[1] = mirrored(of_pose[0]);
       results[side].resize(of_identity[0].size());
-      pairs[side] = {.pose = of_pose[side], .identity = of_identity[side], .result = results[side]};
+      calls[side] = TransferPair<float>{.pose = of_pose[side], .identity = of_identity[side], .result = results[side]};
     }
-    engine_.run(pairs);
+    engine_.run(calls);
     const Matrix3 back = turn_pose.transposed();
     std::vector<Vec3d> result;
     for (std::size_t i = 0; i < results[0].size(); i += 3) {

@@ -48,8 +48,8 @@ class PoseChoice {
 
 /// An encoded pose mesh.
 struct NetworkPose {
-  std::size_t count = 0;               ///< vertices of the identities that it is for; 0: any
-  std::vector<PoseCode<float>> codes;  ///< by pairing; then those of the mirror images; empty: not encoded
+  std::size_t count = 0;                   ///< vertices of the identities that it is for; 0: any
+  std::vector<EncodedInput<float>> codes;  ///< by pairing; then those of the mirror images; empty: not encoded
 };
 
 namespace internal {

@@ -17,8 +17,9 @@
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/vertex_order.hpp>
 #include <npt/nets/network_list.hpp>
+#include <npt/nets/transfer_pair.hpp>
 #include <npt/nn/engine/core.hpp>
-#include <npt/nn/engine/transfer_pair.hpp>
+#include <npt/nn/engine/network_call.hpp>
 #include <npt/nn/weights/weights_file.hpp>
 #include <npt/transfer/mesh_checks.hpp>
 #include <npt/transfer/network_state.hpp>
@@ -49,7 +50,7 @@ class NetworkTransfer {
  public:
   NetworkTransfer(const NetworkType<Exec>& type, std::span<const float> values, const Metadata& metadata,
                   const std::string& name, const TransferOptions& options, Exec executor)
-      : engine_(type.pack(values, std::move(executor), options.network.precision)),
+      : engine_(expect_pose_transfer(type, name).pack(values, std::move(executor), options.network.precision)),
         options_(complete_options(options, metadata, name)),
         variant_(type.variant),
         paired_(type.program->paired),
@@ -66,6 +67,15 @@ class NetworkTransfer {
     return paired_ ? static_cast<std::size_t>(options_.network.pairings) : 1;
   }
   std::size_t run_count() const noexcept { return pairing_count() * (options_.network.mirror ? 2 : 1); }
+
+  /// Errors    npt::Error for a network with other inputs than a pose and an identity
+  static const NetworkType<Exec>& expect_pose_transfer(const NetworkType<Exec>& type, const std::string& name) {
+    if (!transfers_poses(type.program->inputs))
+      throw Error({.file = name,
+                   .found = variant_name(type.variant) + ", a network of " + input_names(type.program->inputs),
+                   .expected = "a pose transfer network, of pose and identity"});
+    return type;
+  }
 
   /// Metres in one unit of a mesh: as given in the options, or inferred from its extent; 1 where the weights ask for no
   /// unit.
@@ -117,7 +127,7 @@ class NetworkTransfer {
     lease->results.resize(result.size());
     for (std::size_t r = 0; r < run_count(); ++r) {
       const std::span<float> own = as_span(lease->results);
-      engine_.decode(pose.codes[r], input_of(identity, r), own);
+      engine_.decode(pose.codes[r], {input_of(identity, r)}, own);
       add(own, mirrors(r), lease->sum);
     }
     finish(identity, lease->sum, result);
@@ -144,7 +154,7 @@ class NetworkTransfer {
     std::vector<std::vector<float>> inputs;   ///< by run of a batch: pose points
     std::vector<std::vector<float>> outputs;  ///< by run of a batch
     std::vector<NetworkIdentity> identities;  ///< by job of a batch
-    std::vector<TransferPair<float>> pairs;
+    std::vector<NetworkCall<float>> calls;
     std::vector<std::size_t> identity_of;  ///< by job of a batch: place in identities
     std::vector<std::size_t> first_input;  ///< by job of a batch: place in inputs
     std::vector<float> results;
@@ -262,16 +272,17 @@ class NetworkTransfer {
   /// Fills scratch.outputs.
   void run_network(Scratch& scratch, std::span<const TransferJob> jobs) const {
     if (scratch.outputs.size() < jobs.size() * run_count()) scratch.outputs.resize(jobs.size() * run_count());
-    scratch.pairs.clear();
+    scratch.calls.clear();
     for (std::size_t j = 0; j < jobs.size(); ++j)
       for (std::size_t r = 0; r < run_count(); ++r) {
         std::vector<float>& output = scratch.outputs[j * run_count() + r];
         output.resize(jobs[j].result.size());
-        scratch.pairs.push_back({.pose = as_span(std::as_const(scratch.inputs[scratch.first_input[j] + r])),
-                                 .identity = input_of(scratch.identities[scratch.identity_of[j]], r),
-                                 .result = as_span(output)});
+        scratch.calls.push_back(
+            TransferPair<float>{.pose = as_span(std::as_const(scratch.inputs[scratch.first_input[j] + r])),
+                                .identity = input_of(scratch.identities[scratch.identity_of[j]], r),
+                                .result = as_span(output)});
       }
-    engine_.run(as_span(std::as_const(scratch.pairs)));
+    engine_.run(as_span(std::as_const(scratch.calls)));
   }
 
   /// Adds the result of a run to the sum of all.

@@ -126,7 +126,7 @@ TEST_CASE("samples of rigs depend on seed, step and index only; the truth is the
   CHECK(mixture->partners(0).size() == 2);
   const npt::RigSampler sampler(mixture, {.seed = 3, .vertices = 50});
   const npt::Sample s = sampler.draw(1, 2);
-  CHECK(s.identity.size() == 150);
+  CHECK(npt::identity_of(s).size() == 150);
   CHECK(s.truth == sampler.draw(1, 2).truth);
   CHECK(s.truth != sampler.draw(1, 3).truth);
   CHECK(s.truth != npt::RigSampler(mixture, {.seed = 4, .vertices = 50}).draw(1, 2).truth);
@@ -175,14 +175,15 @@ TEST_CASE("samples are of vertices or of points by area") {
   bool by_area = false, by_vertex = false;
   for (std::uint64_t i = 0; i < 12; ++i) {
     const npt::Sample s = sampler.draw(0, i);
-    CHECK(s.identity.size() == 192);
+    CHECK(npt::identity_of(s).size() == 192);
     CHECK(s.truth.size() == 192);
     CHECK(s.truth == sampler.draw(0, i).truth);
     const npt::Sample whole = npt::RigSampler(mixture, {.seed = 8}).draw(0, i);
     bool found = false;  // whether the first point is a vertex
-    for (std::size_t v = 0; v < whole.identity.size(); v += 3)
-      found = found || (whole.identity[v] == s.identity[0] && whole.identity[v + 1] == s.identity[1] &&
-                        whole.identity[v + 2] == s.identity[2]);
+    for (std::size_t v = 0; v < npt::identity_of(whole).size(); v += 3)
+      found = found || (npt::identity_of(whole)[v] == npt::identity_of(s)[0] &&
+                        npt::identity_of(whole)[v + 1] == npt::identity_of(s)[1] &&
+                        npt::identity_of(whole)[v + 2] == npt::identity_of(s)[2]);
     (found ? by_vertex : by_area) = true;
   }
   CHECK(by_area);

@@ -27,7 +27,7 @@ npt::Model<Net> random_model(std::uint64_t seed = 11) {
 template <class Engine>
 std::vector<float> apply(const Engine& engine, const std::vector<float>& pose, const std::vector<float>& identity) {
   std::vector<float> result(identity.size());
-  engine(pose, identity, result);
+  engine({pose, identity}, result);
   return result;
 }
 
@@ -99,32 +99,32 @@ TEST_CASE("an engine can be called from inside the host's own parallel loop on t
 template <class Net>
 void check_sharing() {
   const npt::Engine engine(random_model<Net>(), 2);
-  // Three poses and four identities of different sizes (equal where the network pairs vertices).
+  // Three poses and four identities of different sizes (equal where the network calls vertices).
   std::vector<std::vector<float>> poses, identities;
   for (std::size_t i = 0; i < 3; ++i)
     poses.push_back(random_points<float>(engine.pairs_vertices() ? 150 : 90 + 31 * i, i));
   for (std::size_t i = 0; i < 4; ++i)
     identities.push_back(random_points<float>(engine.pairs_vertices() ? 150 : 40 + 77 * i, 50 + i));
-  std::vector<npt::TransferPair<float>> pairs;
+  std::vector<npt::NetworkCall<float>> calls;
   std::vector<std::vector<float>> results, expected;
   results.reserve(12);
   for (const auto& pose : poses)
     for (const auto& identity : identities) {
       expected.push_back(apply(engine, pose, identity));
       results.emplace_back(identity.size());
-      pairs.push_back({pose, identity, results.back()});
+      calls.push_back({{pose, identity}, results.back()});
     }
-  engine.run(pairs);
+  engine.run(calls);
   for (std::size_t i = 0; i < 12; ++i) CHECK(same_bits(expected[i], results[i]));
 
   for (std::size_t p = 0; p < poses.size(); ++p) {
-    const npt::PoseCode<float> code = engine.encode(poses[p]);
+    const npt::EncodedInput<float> code = engine.encode(poses[p]);
     CHECK(code.vertices() == static_cast<int>(poses[p].size() / 3));
     for (std::size_t i = 0; i < identities.size(); ++i) {
       std::vector<float> result(identities[i].size());
-      engine.decode(code, identities[i], result);
+      engine.decode(code, {identities[i]}, result);
       CHECK(same_bits(expected[4 * p + i], result));
-      engine.decode(code, identities[i], result);  // the code is not consumed
+      engine.decode(code, {identities[i]}, result);  // the code is not consumed
       CHECK(same_bits(expected[4 * p + i], result));
     }
   }
@@ -142,9 +142,9 @@ TEST_CASE("a large batch is carried in chunks") {
   std::vector<std::vector<float>> points, results;
   for (std::size_t i = 0; i < 10; ++i) points.push_back(random_points<float>(4000, i));
   results.assign(10, std::vector<float>(12000));
-  std::vector<npt::TransferPair<float>> pairs;
-  for (std::size_t i = 0; i < 10; ++i) pairs.push_back({points[i], points[(i + 1) % 10], results[i]});
-  engine.run(pairs);
+  std::vector<npt::NetworkCall<float>> calls;
+  for (std::size_t i = 0; i < 10; ++i) calls.push_back({{points[i], points[(i + 1) % 10]}, results[i]});
+  engine.run(calls);
   for (std::size_t i = 0; i < 10; ++i) CHECK(same_bits(apply(engine, points[i], points[(i + 1) % 10]), results[i]));
 }
 
@@ -154,19 +154,19 @@ TEST_CASE("a warm call allocates nothing" *
   const auto pose = random_points<float>(700, 1), identity = random_points<float>(700, 2);
   std::vector<float> result(identity.size());
   npt::Workspace<float> workspace;
-  npt::PoseCode<float> code;
+  npt::EncodedInput<float> code;
   const auto all = [&] {
-    engine(pose, identity, result);
-    engine(workspace, pose, identity, result);
+    engine({pose, identity}, result);
+    engine(workspace, {pose, identity}, result);
     engine.encode(pose, code);
-    engine.decode(code, identity, result);
+    engine.decode(code, {identity}, result);
   };
   // oneTBB makes worker threads and their task pools lazily, so that a first parallel call may not have met them all.
   for (int i = 0; i < 20; ++i) all();
   const npt::Engine serial(random_model<npt::PoseTransferNet<61>>(), npt::SerialExecutor{});
-  serial(pose, identity, result);
+  serial({pose, identity}, result);
   long before = support::allocations.load();
-  serial(pose, identity, result);  // the second call
+  serial({pose, identity}, result);  // the second call
   CHECK(support::allocations.load() == before);
   before = support::allocations.load();
   for (int i = 0; i < 5; ++i) all();
@@ -179,7 +179,7 @@ TEST_CASE("a call holds two feature maps of the paper's network, not three") {
   const auto pose = random_points<float>(960, 1), identity = random_points<float>(960, 2);
   std::vector<float> result(identity.size());
   npt::Workspace<float> workspace;
-  engine(workspace, pose, identity, result);
+  engine(workspace, {pose, identity}, result);
   constexpr std::size_t map = 131 * 960 * sizeof(float);  // bottleneck and coordinates, ten whole groups of vertices
   CHECK(workspace.bytes() > 2 * map);
   CHECK(workspace.bytes() < 5 * map / 2);
@@ -229,7 +229,7 @@ TEST_CASE("wrong sizes are errors that say which argument, found and expected") 
   const auto message = [&](std::size_t pose, std::size_t identity, std::size_t result) -> std::string {
     std::vector<float> a(pose), b(identity), c(result);
     try {
-      engine(a, b, c);
+      engine({a, b}, c);
     } catch (const npt::Error& e) {
       return e.what();
     }
@@ -237,13 +237,13 @@ TEST_CASE("wrong sizes are errors that say which argument, found and expected") 
   };
   CHECK(message(0, 9, 9) == "pose: found no vertices, expected at least one");
   CHECK(message(9, 0, 0) == "identity: found no vertices, expected at least one");
-  CHECK(message(10, 9, 9) == "pose: found 10 numbers, expected three for each vertex");
-  CHECK(message(9, 9, 6) == "result: found 6 numbers, expected 9, as many as the identity has");
-  CHECK(message(12, 9, 9).find("pose: found 4 vertices, expected 3") == 0);
+  CHECK(message(10, 9, 9) == "pose: found 10 numbers, expected 3 for each vertex");
+  CHECK(message(9, 9, 6) == "result: found 6 numbers, expected 9, three for each vertex of identity");
+  CHECK(message(12, 9, 9).find("pose: found 4 vertices, expected 3, as many as identity has") == 0);
   const npt::Engine pooled(random_model<npt::PoseTransferNet<16, npt::ConvRelu, npt::Pooled>>(), 1);
   std::vector<float> a(12), b(9), c(9);
-  CHECK_NOTHROW(pooled(a, b, c));
-  CHECK_THROWS_AS(engine.decode(npt::PoseCode<float>{}, b, c), npt::Error);
+  CHECK_NOTHROW(pooled({a, b}, c));
+  CHECK_THROWS_AS(engine.decode(npt::EncodedInput<float>{}, {b}, c), npt::Error);
 }
 
 TEST_CASE("an engine refuses the code of another") {
@@ -251,9 +251,9 @@ TEST_CASE("an engine refuses the code of another") {
   const auto pose = random_points<float>(100, 1), identity = random_points<float>(100, 2);
   std::vector<float> result(identity.size());
   npt::Engine engine(random_model<Net>(), 1);
-  npt::PoseCode<float> code = engine.encode(pose);
+  npt::EncodedInput<float> code = engine.encode(pose);
   const auto refuses = [&](const auto& other) {
-    CHECK_THROWS_WITH_AS(other.decode(code, identity, result),
+    CHECK_THROWS_WITH_AS(other.decode(code, {identity}, result),
                          "pose: found a code that another engine made, expected one made by this engine", npt::Error);
   };
   refuses(npt::Engine(random_model<Net>(), 1));  // the same weights, and memory of the same shape, but who could tell
@@ -264,7 +264,7 @@ TEST_CASE("an engine refuses the code of another") {
     refuses(npt::Engine(random_model<Net>(), 1, npt::Precision::bf16));
   const auto expected = apply(engine, pose, identity);
   const auto same = [&](const auto& e) {
-    e.decode(code, identity, result);
+    e.decode(code, {identity}, result);
     return same_bits(expected, result);
   };
   CHECK(same(engine));
@@ -273,5 +273,5 @@ TEST_CASE("an engine refuses the code of another") {
   const npt::Engine other(random_model<Net>(), 1);
   other.encode(pose, code);  // now it is that one's
   CHECK(same(other));
-  CHECK_THROWS_AS(moved.decode(code, identity, result), npt::Error);
+  CHECK_THROWS_AS(moved.decode(code, {identity}, result), npt::Error);
 }

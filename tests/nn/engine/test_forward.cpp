@@ -17,7 +17,7 @@ double error_of(const npt::Model<Net, T>& model, std::size_t pose_vertices, std:
   const std::vector<T> pose = support::random_points<T>(pose_vertices, seed + 1);
   const std::vector<T> identity = support::random_points<T>(vertices, seed + 2);
   std::vector<T> result(identity.size());
-  engine(pose, identity, result);
+  engine({pose, identity}, result);
   const reference::Map expected = reference::forward(support::weights_of(model), support::to_map(pose),
                                                      support::to_map(identity), support::variant_of<Net>(output_scale));
   return support::relative_error(result, expected);
@@ -95,7 +95,7 @@ TEST_CASE("bottleneck 1024 at two vertices is as exact as its conditioning allow
     moved = std::max(moved, support::relative_error(points, expected));
   }
   std::vector<double> result(6);
-  npt::Engine(model, 1)(pose, identity, result);
+  npt::Engine(model, 1)({pose, identity}, result);
   CHECK(moved > 1e-12);  // else the plain bound holds and this test isn't needed
   CHECK(support::relative_error(result, expected) < 100 * moved);
 }
@@ -129,7 +129,7 @@ double precision_error(npt::Precision precision, std::size_t pose_vertices, std:
   const std::vector<float> pose = support::random_points<float>(pose_vertices, seed + 1);
   const std::vector<float> identity = support::random_points<float>(vertices, seed + 2);
   std::vector<float> result(identity.size());
-  engine(pose, identity, result);
+  engine({pose, identity}, result);
   const reference::Map expected = reference::forward(support::weights_of(model), support::to_map(pose),
                                                      support::to_map(identity), support::variant_of<Net>(1));
   return support::relative_error(result, expected);

@@ -95,6 +95,7 @@ namespace {
 
 /// An expression used three times.
 struct SharedNet {
+  static constexpr npt::Input inputs[] = {{"points", 3}};
   npt::Conv1x1<3, 8> a;
   npt::Conv1x1<8, 8> b, c;
   npt::Conv1x1<8, 3> last;
@@ -104,14 +105,15 @@ struct SharedNet {
     visitor("c", self.c);
     visitor("last", self.last);
   }
-  constexpr auto operator()(auto, auto identity) const {
-    const auto x = identity | a | npt::relu;
+  constexpr auto operator()(auto points) const {
+    const auto x = points | a | npt::relu;
     return (x + (x | b | npt::relu) + (x | c)) | last;
   }
 };
 
 /// A layer that is conditioned on a hidden tensor, in an epilogue.
 struct ConditionedNet {
+  static constexpr npt::Input inputs[] = {{"points", 3}};
   npt::Conv1x1<3, 5> b;
   npt::Conv1x1<3, 16> a;
   npt::SPAdaIN<16, 5, npt::Norm::none> s;
@@ -122,9 +124,9 @@ struct ConditionedNet {
     visitor("s", self.s);
     visitor("last", self.last);
   }
-  constexpr auto operator()(auto, auto identity) const {
-    const auto condition = identity | b | npt::tanh;
-    return s(identity | a, condition) | last;
+  constexpr auto operator()(auto points) const {
+    const auto condition = points | b | npt::tanh;
+    return s(points | a, condition) | last;
   }
 };
 

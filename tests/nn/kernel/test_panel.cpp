@@ -7,19 +7,21 @@
 
 namespace kernel = npt::kernel;
 
-TEST_CASE_TEMPLATE("coordinates survive the way into tiles and back; padding is zero", T, float, double) {
-  for (const int valid : {1, 31, 32, 33, 96}) {
-    std::vector<T> in, out(static_cast<std::size_t>(3 * valid));
-    for (int i = 0; i < 3 * valid; ++i) in.push_back(static_cast<T>(i + 1));
-    npt::AlignedBuffer<T> tile(kernel::tile_size(3));
-    for (T& x : tile.span()) x = T(-1);
-    kernel::split_coordinates(in.data(), valid, tile.data());
-    kernel::join_coordinates(tile.data(), valid, out.data());
-    CHECK(in == out);
-    std::size_t zeros = 0;
-    for (const T x : tile.span()) zeros += x == T(0) ? 1U : 0U;
-    CHECK(zeros == static_cast<std::size_t>(3 * (kernel::group_width - valid)));
-  }
+TEST_CASE_TEMPLATE("vertices survive the way into tiles and back; padding is zero", T, float, double) {
+  for (const int channels : {1, 3, 7})
+    for (const int valid : {1, 31, 32, 33, 96}) {
+      std::vector<T> in, out(static_cast<std::size_t>(channels * valid));
+      for (int i = 0; i < channels * valid; ++i) in.push_back(static_cast<T>(i + 1));
+      npt::AlignedBuffer<T> tile(kernel::tile_size(channels));
+      for (T& x : tile.span()) x = T(-1);
+      kernel::split_vertices(in.data(), channels, valid, tile.data());
+      CHECK(tile[static_cast<std::size_t>((channels - 1) * kernel::panel_width<T>)] == static_cast<T>(channels));
+      kernel::join_vertices(tile.data(), channels, valid, out.data());
+      CHECK(in == out);
+      std::size_t zeros = 0;
+      for (const T x : tile.span()) zeros += x == T(0) ? 1U : 0U;
+      CHECK(zeros == static_cast<std::size_t>(channels * (kernel::group_width - valid)));
+    }
 }
 
 TEST_CASE("groups and panels are counted with the rest") {

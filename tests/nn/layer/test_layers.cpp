@@ -25,7 +25,7 @@ double error_of(Expected&& expected, std::size_t pose_vertices = 150, std::size_
   const auto pose = support::random_points<double>(pose_vertices, 1);
   const auto identity = support::random_points<double>(vertices, 2);
   std::vector<double> result(identity.size());
-  npt::Engine(model, 2)(pose, identity, result);
+  npt::Engine(model, 2)({pose, identity}, result);
   const Map map = expected(support::weights_of(model), support::to_map(pose), support::to_map(identity));
   return support::relative_error(result, map);
 }
@@ -69,6 +69,7 @@ struct PRelu : npt::kernel::Pointwise {
 };
 
 struct PReluNet {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   npt::Conv1x1<3, 37> a;
   PRelu<37> p;
   npt::Conv1x1<40, 3> b;
@@ -84,6 +85,7 @@ struct PReluNet {
 
 /// Residuals of several kinds: the input itself, a normalised branch behind a sum, a sum of three.
 struct ResidualNet {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   npt::Conv1x1<3, 20> a;
   npt::Conv1x1<20, 20> b, c, d;
   npt::Conv1x1<20, 3> e;
@@ -104,6 +106,7 @@ struct ResidualNet {
 
 /// Two pooled features, one of each mesh, and the pose's coordinates used again by the decoder.
 struct GlobalNet {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   npt::Conv1x1<3, 24> a;
   npt::Conv1x1<3, 10> b;
   npt::Conv1x1<40, 17> c;
@@ -124,6 +127,7 @@ struct GlobalNet {
 /// Layers behind max_pool: directly, with a parameter a channel, and behind a concatenation with per-vertex channels;
 /// the plain maxima are used as well.
 struct BehindPoolNet {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   npt::Conv1x1<3, 21> a;
   PRelu<21> p;
   PRelu<24> q;
@@ -203,7 +207,7 @@ TEST_CASE("the pose's coordinates in the decoder also come out of an encoded pos
   const npt::Engine engine(model, 1);
   const auto pose = support::random_points<float>(150, 1), identity = support::random_points<float>(150, 2);
   std::vector<float> direct(450), decoded(450);
-  engine(pose, identity, direct);
-  engine.decode(engine.encode(pose), identity, decoded);
+  engine({pose, identity}, direct);
+  engine.decode(engine.encode(pose), {identity}, decoded);
   CHECK(direct == decoded);
 }

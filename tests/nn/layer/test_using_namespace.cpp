@@ -16,6 +16,7 @@ using namespace npt;  // NOLINT(google-build-using-namespace): what is tested
 using namespace std;  // NOLINT(google-build-using-namespace)
 
 struct PlainVocabulary {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   Conv1x1<3, 8> a;
   SPAdaIN<8> s;
   ResBlock<8> block;
@@ -45,7 +46,7 @@ TEST_CASE("a network compiles under using namespace npt and std, and computes wh
   const Engine<PlainVocabulary, double> engine(model, 1);
   const auto pose = support::random_points<double>(70, 1), identity = support::random_points<double>(50, 2);
   vector<double> result(identity.size());
-  engine(pose, identity, result);
+  engine({pose, identity}, result);
   CHECK(support::relative_error(result, plain::forward(model, support::to_map(pose), support::to_map(identity))) <
         1e-10);
   CHECK(tanh(0.0) == 0.0);  // the C library's is still there

@@ -20,7 +20,7 @@ void check_adjoints(const tape::Tape& t) {
   std::array<std::array<int, tape::max_adjoints>, 2> buffers{};
   for (auto& side : buffers) side.fill(-1);
   const auto holder = [&](int a) -> int& {
-    return buffers[t.activation(t.adjoint(a).activation).from_pose ? 0 : 1][index(t.adjoint(a).buffer)];
+    return buffers[t.activation(t.adjoint(a).activation).encoded ? 0 : 1][index(t.adjoint(a).buffer)];
   };
   for (int a = 0; a < t.adjoint_count; ++a)
     if (t.adjoint(a).starts_at_zero) holder(a) = a;

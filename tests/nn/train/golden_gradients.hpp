@@ -75,11 +75,11 @@ void check_golden(const std::string& name, const Measure& measure, npt::Precisio
     pose_gradients.emplace_back(poses[n].size());
     identity_gradients.emplace_back(identities[n].size());
   }
-  std::vector<npt::TransferPair<T>> pairs;
+  std::vector<npt::NetworkCall<T>> calls;
   std::vector<std::span<const T>> result_gradients;
   std::vector<std::span<T>> to_pose, to_identity;
   for (std::size_t n = 0; n < meshes; ++n) {
-    pairs.push_back({poses[n], identities[n], results[n]});
+    calls.push_back({{poses[n], identities[n]}, results[n]});
     result_gradients.emplace_back(from[n]);
     to_pose.emplace_back(pose_gradients[n]);
     to_identity.emplace_back(identity_gradients[n]);
@@ -89,9 +89,8 @@ void check_golden(const std::string& name, const Measure& measure, npt::Precisio
   gradients.load(model.buffer());
   npt::Model<Net, T> gradient;
   for (int repeat = 0; repeat < 2; ++repeat) {  // the second time in memory that holds something
-    gradients.forward(pairs);
-    gradients.backward(
-        {.result = result_gradients, .parameters = gradient.buffer(), .pose = to_pose, .identity = to_identity});
+    gradients.forward(calls);
+    gradients.backward({.result = result_gradients, .parameters = gradient.buffer(), .inputs = {to_pose, to_identity}});
   }
   // Gradients that are exactly zero come out of PyTorch as rounding: they are compared with a part of the largest of
   // all.

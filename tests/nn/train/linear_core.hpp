@@ -39,16 +39,16 @@ class LinearCore {
   const npt::DefaultExecutor& executor() const { return executor_; }
   void load(std::span<const float> parameters) { values_.assign(parameters.begin(), parameters.end()); }
 
-  void forward(std::span<const npt::TransferPair<float>> pairs) {
-    pairs_.assign(pairs.begin(), pairs.end());
-    for (const auto& pair : pairs_) {
-      const auto mean = mean_of(pair.pose);
-      for (std::size_t i = 0; i < pair.identity.size(); ++i) {
+  void forward(std::span<const npt::NetworkCall<float>> calls) {
+    calls_.assign(calls.begin(), calls.end());
+    for (const auto& call : calls_) {
+      const auto mean = mean_of(call.inputs[0]);
+      for (std::size_t i = 0; i < call.inputs[1].size(); ++i) {
         const std::size_t row = i % 3;
         float sum = values_[32 + row];
         for (std::size_t k = 0; k < 3; ++k)
-          sum += values_[3 * row + k] * pair.identity[i - row + k] + values_[16 + 3 * row + k] * mean[k];
-        pair.result[i] = sum;
+          sum += values_[3 * row + k] * call.inputs[1][i - row + k] + values_[16 + 3 * row + k] * mean[k];
+        call.result[i] = sum;
       }
     }
   }
@@ -56,14 +56,14 @@ class LinearCore {
   void backward(std::span<const std::span<const float>> result_gradients, std::span<float> gradient) {
     std::fill(gradient.begin(), gradient.end(), 0.0F);
     gradient[48] = gradient[63] = 123;  // places that hold nothing learned: nobody may look at them
-    for (std::size_t n = 0; n < pairs_.size(); ++n) {
-      const auto mean = mean_of(pairs_[n].pose);
+    for (std::size_t n = 0; n < calls_.size(); ++n) {
+      const auto mean = mean_of(calls_[n].inputs[0]);
       for (std::size_t i = 0; i < result_gradients[n].size(); ++i) {
         const std::size_t row = i % 3;
         const float d = result_gradients[n][i];
         gradient[32 + row] += d;
         for (std::size_t k = 0; k < 3; ++k) {
-          gradient[3 * row + k] += d * pairs_[n].identity[i - row + k];
+          gradient[3 * row + k] += d * calls_[n].inputs[1][i - row + k];
           gradient[16 + 3 * row + k] += d * mean[k];
         }
       }
@@ -79,7 +79,7 @@ class LinearCore {
 
   npt::DefaultExecutor executor_;
   std::vector<float> values_;
-  std::vector<npt::TransferPair<float>> pairs_;
+  std::vector<npt::NetworkCall<float>> calls_;
 };
 
 /// Random points; the truth is what LinearCore can learn exactly.
@@ -89,24 +89,24 @@ class LinearSource final : public npt::SampleSource {
 
   void fill(std::uint64_t step, std::uint64_t index, npt::Sample& sample) const override {
     npt::Random random(seed_, step << 20 | index);
-    sample.pose.resize(3 * vertices_);
-    sample.identity.resize(3 * vertices_);
-    for (float& x : sample.pose) x = static_cast<float>(random.uniform(-1, 1));
-    for (float& x : sample.identity) x = static_cast<float>(random.uniform(-1, 1));
-    sample.truth.resize(sample.identity.size());
+    sample.inputs.assign(2, std::vector<float>(3 * vertices_));
+    for (std::vector<float>& input : sample.inputs)
+      for (float& x : input) x = static_cast<float>(random.uniform(-1, 1));
+    const std::vector<float>&pose = sample.inputs[0], &identity = sample.inputs[1];
+    sample.truth.resize(identity.size());
     float shift = 0;
-    for (std::size_t i = 0; i < sample.pose.size(); i += 3) shift += sample.pose[i] / static_cast<float>(vertices_);
+    for (std::size_t i = 0; i < pose.size(); i += 3) shift += pose[i] / static_cast<float>(vertices_);
     for (std::size_t i = 0; i < sample.truth.size(); i += 3) {
-      sample.truth[i] = 0.5F * sample.identity[i + 1] + shift;
-      sample.truth[i + 1] = -sample.identity[i] + 0.25F;
-      sample.truth[i + 2] = sample.identity[i + 2];
+      sample.truth[i] = 0.5F * identity[i + 1] + shift;
+      sample.truth[i + 1] = -identity[i] + 0.25F;
+      sample.truth[i + 2] = identity[i + 2];
     }
     sample.edges = {{0, 1}, {1, 2}};
     sample.triangles = {{0, 1, 2}};
+    sample.reference = 1;
     sample.scale = 2;
   }
   std::size_t max_vertices() const override { return vertices_; }
-  std::size_t max_pose_vertices() const override { return vertices_; }
   bool equal_counts() const override { return true; }
 
  private:

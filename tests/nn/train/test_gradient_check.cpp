@@ -49,6 +49,7 @@ struct PRelu : npt::kernel::Pointwise {
 /// Two convolutions of the identity and one behind them, for compositions in between.
 template <class Compose>
 struct Composed {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   npt::Conv1x1<3, 6> a, b;
   npt::SPAdaIN<6> s;
   npt::Conv1x1<6, 6> c;
@@ -95,6 +96,7 @@ struct OneLayerTwice {  // weights that two places share
   }
 };
 struct ConditionedOnHidden {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   npt::Conv1x1<3, 5> a, b;
   npt::SPAdaIN<5, 5> s;
   npt::Conv1x1<5, 3> d;
@@ -109,6 +111,7 @@ struct ConditionedOnHidden {
   }
 };
 struct ConditionedInFrontOfNorm {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   npt::Conv1x1<3, 5> a, b;
   npt::SPAdaIN<5, 5, npt::Norm::none> s;
   npt::SPAdaIN<5> t;
@@ -126,6 +129,7 @@ struct ConditionedInFrontOfNorm {
 };
 template <class Compose>
 struct PooledNet {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   npt::Conv1x1<3, 7> a;
   npt::Conv1x1<10, 8> c;
   npt::Conv1x1<8, 3> d;
@@ -159,6 +163,7 @@ struct ParameterPool {
 
 /// A layer over maxima and per-vertex channels together, beside the plain maxima.
 struct LayerBehindCat {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   npt::Conv1x1<3, 7> a;
   PRelu<10> p;
   npt::Conv1x1<10, 8> c;
@@ -218,6 +223,46 @@ TEST_CASE("gradients are right for any vertex count") {
     expect_right(npt::check_gradients<Composed<NormOfSum>>({.vertices = vertices}));
     expect_right(npt::check_gradients<PooledNet<NormPool>>({.vertices = vertices}));
   }
+}
+
+namespace {
+
+/// Three inputs of several channels: one read through a maximum, one that a layer is conditioned on, one both ways.
+struct ThreeInputs {
+  static constexpr npt::Input inputs[] = {{"points", 3}, {"cloud", 4}, {"condition", 2}};
+  npt::Conv1x1<4, 9> encode;
+  npt::Conv1x1<14, 6> join;
+  npt::SPAdaIN<6, 2, npt::Norm::none> modulate;
+  npt::Conv1x1<6, 3> out;
+  static constexpr void visit(auto& self, auto&& visitor) {
+    visitor("encode", self.encode);
+    visitor("join", self.join);
+    visitor("modulate", self.modulate);
+    visitor("out", self.out);
+  }
+  constexpr auto operator()(auto points, auto cloud, auto condition) const {
+    const auto x = cat(cat(points, condition), cloud | encode | npt::instance_norm | npt::max_pool) | join;
+    return modulate(x, condition) | out;
+  }
+};
+
+/// One input, of five channels.
+struct OneInput {
+  static constexpr npt::Input inputs[] = {{"features", 5}};
+  npt::Conv1x1<5, 4> in;
+  npt::Conv1x1<4, 3> out;
+  static constexpr void visit(auto& self, auto&& visitor) {
+    visitor("in", self.in);
+    visitor("out", self.out);
+  }
+  constexpr auto operator()(auto features) const { return features | in | npt::instance_norm | npt::tanh | out; }
+};
+
+}  // namespace
+
+TEST_CASE("networks of one and of three inputs have right gradients, the inputs' too") {
+  expect_right(npt::check_gradients<OneInput>());
+  expect_right(npt::check_gradients<ThreeInputs>({.vertices = 130}));
 }
 
 TEST_CASE("the pose transfer network has right gradients") {

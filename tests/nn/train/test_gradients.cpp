@@ -34,33 +34,32 @@ TEST_CASE("gradients of a batch with more than 16 chunks are the same bits for a
   npt::randomise(model, 3);
   const auto pose = support::random_points<float>(50000, 1), identity = support::random_points<float>(50000, 2);
   std::vector<float> first(identity.size()), second(identity.size());
-  const std::vector<npt::TransferPair<float>> pairs{{pose, identity, first}, {identity, pose, second}};
+  const std::vector<npt::NetworkCall<float>> calls{{{pose, identity}, first}, {{identity, pose}, second}};
   const std::vector<std::span<const float>> from{pose, identity};
   std::vector<npt::Model<Net>> found(3);
   for (int run = 0; run < 3; ++run) {
     npt::Gradients<Net> gradients(run == 0 ? 1 : 7 * run);
     gradients.load(model.buffer());
-    gradients.forward(pairs);
+    gradients.forward(calls);
     gradients.backward(from, found[static_cast<std::size_t>(run)].buffer());
   }
   CHECK(std::ranges::equal(found[0].buffer(), found[1].buffer()));
   CHECK(std::ranges::equal(found[0].buffer(), found[2].buffer()));
 }
 
-TEST_CASE("wrong sizes are errors that name the pair") {
+TEST_CASE("wrong sizes are errors that name the call") {
   using Net = npt::PoseTransferNet<2>;
   npt::Gradients<Net> gradients(1);
   gradients.load(npt::Model<Net>().buffer());
   std::vector<float> points(9), others(12), result(9);
-  const std::vector<npt::TransferPair<float>> pairs{{points, points, result}, {others, points, result}};
+  const std::vector<npt::NetworkCall<float>> calls{{{points, points}, result}, {{others, points}, result}};
   CHECK_THROWS_WITH_AS(
-      gradients.forward(pairs),
-      "pose of pair 1: found 4 vertices, expected 3, as many as the identity has: this network pairs vertices "
-      "(resample the pose mesh, or use a network with the pooled feature)",
+      gradients.forward(calls),
+      "pose of call 1: found 4 vertices, expected 3, as many as identity has: this network reads both vertex by vertex",
       npt::Error);
   // Never read: only its size is.
   const std::span<const float> many(points.data(), 3 * (npt::engine::max_vertices + 1));
-  const std::vector<npt::TransferPair<float>> huge{{many, many, {result.data(), many.size()}}};
+  const std::vector<npt::NetworkCall<float>> huge{{{many, many}, {result.data(), many.size()}}};
   CHECK_THROWS_WITH_AS(gradients.forward(huge), "pose: found 268435457 vertices, expected at most 268435456",
                        npt::Error);
 }

@@ -21,6 +21,7 @@ using npt::Conv1x1;
 
 /// A layer that is conditioned on a narrower tensor of the same task, in an epilogue.
 struct ConditionedEpilogue {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   Conv1x1<3, 5> b;
   Conv1x1<3, 16> a;
   npt::SPAdaIN<16, 5, npt::Norm::none> s;
@@ -47,6 +48,7 @@ struct LateCondition : ConditionedEpilogue {
 
 /// A wider condition, and a sum behind the modulation.
 struct ConditionedSum {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   Conv1x1<3, 16> b;
   Conv1x1<16, 16> a, c;
   npt::SPAdaIN<16, 16, npt::Norm::none> s;
@@ -67,6 +69,7 @@ struct ConditionedSum {
 
 /// Convolutions and a pooled feature that nobody uses, between others.
 struct Unused {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   Conv1x1<3, 8> a;
   Conv1x1<8, 8> b, c;
   Conv1x1<8, 3> d;
@@ -88,6 +91,7 @@ struct Unused {
 
 /// A convolution's output that is normalised by one reader and conditions a layer of another: its bias counts.
 struct NormalisedCondition {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   Conv1x1<3, 4> b;
   Conv1x1<4, 16> a;
   npt::SPAdaIN<16, 4> s;
@@ -106,6 +110,7 @@ struct NormalisedCondition {
 
 /// Layers with learned parameters, and with a hidden condition, on inputs whose own gradients nobody asks for.
 struct LearnedOnInputs {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   npt::SPAdaIN<3, 3, npt::Norm::none> s;
   npt::SPAdaIN<3, 5, npt::Norm::none> t;
   Conv1x1<3, 5> b;
@@ -161,6 +166,7 @@ struct Polynomial : npt::kernel::Pointwise {
 /// Shared parameters, as many as there are channels, and a multiple: behind a concatenation, where a chain is applied
 /// to some of the channels, and behind a convolution.
 struct SharedParameters {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   Conv1x1<3, 5> b;
   Polynomial<8> p;
   Conv1x1<8, 4> c;
@@ -184,7 +190,7 @@ double engine_error(std::size_t vertices, npt::Precision precision) {
   std::ranges::copy(model.buffer(), single.buffer().begin());
   const auto pose = support::random_points<float>(vertices, 1), identity = support::random_points<float>(vertices, 2);
   std::vector<float> result(identity.size());
-  npt::Engine<Net>(single, 1, precision)(pose, identity, result);
+  npt::Engine<Net>(single, 1, precision)({pose, identity}, result);
   return support::relative_error(result, plain::forward(model, support::to_map(pose), support::to_map(identity)));
 }
 
@@ -198,28 +204,27 @@ void check() {
     const auto pose = support::random_points<double>(v, 1), identity = support::random_points<double>(v, 2);
     const auto expected = plain::forward(model, support::to_map(pose), support::to_map(identity));
     std::vector<double> result(identity.size());
-    npt::Engine<Net, double>(model, 2)(pose, identity, result);
+    npt::Engine<Net, double>(model, 2)({pose, identity}, result);
     CHECK(support::relative_error(result, expected) < 1e-10);
 
     std::ranges::fill(result, 0);
     npt::Gradients<Net, double> gradients(2);
     gradients.load(model.buffer());
-    const npt::TransferPair<double> pair{pose, identity, result};
+    const npt::NetworkCall<double> call{{pose, identity}, result};
     npt::Model<Net, double> first, second;
     const auto direction = support::random_points<double>(v, 3);
     const std::span<const double> from(direction);
-    gradients.forward({&pair, 1});
+    gradients.forward({&call, 1});
     CHECK(support::relative_error(result, expected) < 1e-10);
     gradients.backward({&from, 1}, first.buffer());
-    gradients.forward({&pair, 1});
+    gradients.forward({&call, 1});
     gradients.backward({&from, 1}, second.buffer());
     CHECK(std::ranges::equal(first.buffer(), second.buffer()));
     std::vector<double> to_pose(pose.size()), to_identity(identity.size());
     const std::span<double> pose_span(to_pose), identity_span(to_identity);
     gradients.backward({.result = {&from, 1},
                         .parameters = second.buffer(),
-                        .pose = {&pose_span, 1},
-                        .identity = {&identity_span, 1}});
+                        .inputs = {std::span(&pose_span, 1), std::span(&identity_span, 1)}});
     CHECK(std::ranges::equal(first.buffer(), second.buffer()));
 
     CHECK(engine_error<Net>(v, npt::Precision::native) < 1e-5);
@@ -270,7 +275,7 @@ TEST_CASE("parameters that all channels share are no channel's own, whatever the
   const std::size_t vertices = 33;
   const auto pose = support::random_points<double>(vertices, 1), identity = support::random_points<double>(vertices, 2);
   std::vector<double> result(identity.size()), expected;
-  npt::Engine<SharedParameters, double>(model, 1)(pose, identity, result);
+  npt::Engine<SharedParameters, double>(model, 1)({pose, identity}, result);
   for (std::size_t v = 0; v < vertices; ++v) {
     const auto point = [v](const std::vector<double>& xyz) {
       return std::vector<double>(xyz.begin() + static_cast<std::ptrdiff_t>(3 * v),
@@ -296,6 +301,7 @@ namespace {
 
 /// A sum of two concatenations of the same tensors: rows of one come before and behind those of the other.
 struct CrossedSum {
+  static constexpr npt::Input inputs[] = {{"pose", 3}, {"identity", 3}};
   Conv1x1<3, 17> a;
   Conv1x1<3, 4> b;
   Conv1x1<21, 16> c;
@@ -327,8 +333,8 @@ TEST_CASE("a tensor that a stage reads twice collects both gradients, whichever 
   std::vector<double> result(points.size());
   npt::Gradients<CrossedSum, double> gradients(1);
   gradients.load(model.buffer());
-  const npt::TransferPair<double> pair{points, points, result};
-  gradients.forward({&pair, 1});
+  const npt::NetworkCall<double> call{{points, points}, result};
+  gradients.forward({&call, 1});
   CHECK(support::relative_error(result, plain::forward(model, support::to_map(points), support::to_map(points))) <
         1e-10);
 }

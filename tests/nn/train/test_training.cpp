@@ -3,6 +3,7 @@
 
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/lab/body_sampler.hpp>
+#include <npt/lab/transfer_sample.hpp>
 #include <npt/mesh/metrics.hpp>
 #include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/engine.hpp>
@@ -23,8 +24,7 @@ class OneSample final : public npt::SampleSource {
   explicit OneSample(npt::Sample sample) : sample_(std::move(sample)) {}
   void fill(std::uint64_t, std::uint64_t, npt::Sample& sample) const override { sample = sample_; }
   std::size_t max_vertices() const override { return sample_.vertex_count(); }
-  std::size_t max_pose_vertices() const override { return sample_.pose_vertex_count(); }
-  bool equal_counts() const override { return sample_.vertex_count() == sample_.pose_vertex_count(); }
+  bool equal_counts() const override { return true; }
 
  private:
   npt::Sample sample_;
@@ -77,8 +77,8 @@ TEST_CASE("one pair is learned by heart: PMD below 1e-6 square metres") {
   const std::vector<float> weights = train<Net>(options, 1);
   npt::Model<Net> model;
   std::ranges::copy(weights, model.buffer().begin());
-  std::vector<float> result(sample.identity.size());
-  npt::Engine<Net>(model, 1)(sample.pose, sample.identity, result);
+  std::vector<float> result(sample.truth.size());
+  npt::Engine<Net>(model, 1)({npt::pose_of(sample), npt::identity_of(sample)}, result);
   const double pmd = npt::pmd(result, sample.truth) / (sample.scale * sample.scale);
   MESSAGE("PMD ", pmd);
   CHECK(pmd < 1e-6);

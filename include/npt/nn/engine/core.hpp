@@ -8,15 +8,18 @@
 #include <npt/base/tensor_adapter.hpp>
 #include <npt/config.hpp>
 #include <npt/nn/engine/forward.hpp>
+#include <npt/nn/engine/network_call.hpp>
 #include <npt/nn/engine/packed_program.hpp>
 #include <npt/nn/engine/row_transforms.hpp>
-#include <npt/nn/engine/transfer_pair.hpp>
 #include <npt/nn/engine/workspace.hpp>
+#include <npt/nn/graph/graph.hpp>
+#include <npt/nn/graph/program.hpp>
 
 #include <cstddef>
 #include <memory>
 #include <span>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -96,72 +99,89 @@ class Core {
   /// Bytes of packed weights.
   std::size_t weight_bytes() const { return packed_->bytes(); }
 
-  /// pose [Vp, 3], identity [V, 3] -> result [V, 3].
-  void operator()(std::span<const T> pose, std::span<const T> identity, std::span<T> result) const {
-    const TransferPair<T> pair{pose, identity, result};
-    run({&pair, 1});
+  /// The network's inputs, in the order in which they are given.
+  const graph::InputList& inputs() const { return packed_->program().inputs; }
+
+  /// Inputs [V, channels] -> result [V, 3].
+  void operator()(const Inputs<T>& inputs, std::span<T> result) const {
+    const NetworkCall<T> call{inputs, result};
+    run({&call, 1});
   }
-  void operator()(Workspace<T>& workspace, std::span<const T> pose, std::span<const T> identity,
-                  std::span<T> result) const {
-    const TransferPair<T> pair{pose, identity, result};
-    run(workspace, {&pair, 1});
+  void operator()(Workspace<T>& workspace, const Inputs<T>& inputs, std::span<T> result) const {
+    const NetworkCall<T> call{inputs, result};
+    run(workspace, {&call, 1});
   }
 
-  /// pose [Vp, 3], identity [V, 3] -> [V, 3], a new one, as tensors of the host's (adapt/).
-  template <HostTensor P, HostTensor I>
-  auto operator()(const P& pose, const I& identity) const {
-    const auto pose_points = TensorAdapter<P>::template read<T>(pose);
-    const auto identity_points = TensorAdapter<I>::template read<T>(identity);
-    auto result = TensorAdapter<I>::template make<T>(identity_points.span().size() / 3);
-    (*this)(pose_points.span(), identity_points.span(), TensorAdapter<I>::template write<T>(result));
-    return result;
+  /// The same of tensors of the host's (adapt/): an input each, and a new one of the last one's kind.
+  template <HostTensor... Tensors>
+  requires(sizeof...(Tensors) > 0) auto operator()(const Tensors&... tensors) const {
+    if (sizeof...(Tensors) != static_cast<std::size_t>(inputs().count))
+      refuse_input_count(inputs(), sizeof...(Tensors), -1, only_call);
+    const auto run = [this](const auto&... held) {
+      using Adapter = TensorAdapter<std::tuple_element_t<sizeof...(Tensors) - 1, std::tuple<Tensors...>>>;
+      const Inputs<T> given{held.span()...};
+      const int first = inputs().of_result();
+      auto result = Adapter::template make<T>(given[first].size() / channels_of(first));
+      (*this)(given, Adapter::template write<T>(result));
+      return result;
+    };
+    return [&]<std::size_t... I>(std::index_sequence<I...>) {
+      return run(TensorAdapter<Tensors>::template read<T>(tensors, channels_of(static_cast<int>(I)))...);
+    }
+    (std::index_sequence_for<Tensors...>{});
   }
 
-  /// A batch of transfers through shared sweeps. A pose span that occurs in several pairs is encoded once.
-  void run(std::span<const TransferPair<T>> pairs) const {
+  /// A batch of calls through shared sweeps. A span that is the encoded input of several is encoded once.
+  void run(std::span<const NetworkCall<T>> calls) const {
     const auto lease = pool_.lease();
-    run(*lease, pairs);
+    run(*lease, calls);
   }
-  NPT_NOINLINE void run(Workspace<T>& workspace, std::span<const TransferPair<T>> pairs) const {
-    for (std::size_t i = 0; i < pairs.size(); ++i) check_pair(pairs[i], i, pairs.size(), packed_->program().paired);
-    while (!pairs.empty()) {
-      const std::size_t count = batch_size(pairs);
-      run_batch(workspace.storage_, pairs.first(count));
-      pairs = pairs.subspan(count);
+  NPT_NOINLINE void run(Workspace<T>& workspace, std::span<const NetworkCall<T>> calls) const {
+    for (std::size_t i = 0; i < calls.size(); ++i) check(calls[i], calls.size() == 1 ? only_call : i);
+    while (!calls.empty()) {
+      const std::size_t count = batch_size(calls);
+      run_batch(workspace.storage_, calls.first(count));
+      calls = calls.subspan(count);
     }
   }
 
-  /// Encodes a pose mesh once, for many identities.
-  NPT_NOINLINE void encode(std::span<const T> pose, PoseCode<T>& code) const {
-    check_coordinates(pose.size(), "pose");
+  /// Encodes the encoded input (inputs().encoded) once, for many calls.
+  /// Errors  npt::Error for a network of one input
+  NPT_NOINLINE void encode(std::span<const T> values, EncodedInput<T>& code) const {
+    const std::size_t vertices = count_vertices(encoded_input("a network"), values.size());
     const auto lease = pool_.lease();
     WorkspaceStorage<T>& memory = lease->storage_;
-    memory.pose.clear();
-    memory.pose.add({.coordinates = pose, .result = {}});
+    memory.encoded.clear();
+    add_encoded(memory.encoded, values, vertices);
     code.vertices_ = 0;  // should anything be thrown
     forward(memory).encode(code.storage_, executor_);
-    code.vertices_ = static_cast<int>(pose.size() / 3);
+    code.vertices_ = static_cast<int>(vertices);
     code.program_ = packed_->id();
   }
-  PoseCode<T> encode(std::span<const T> pose) const {
-    PoseCode<T> code;
-    encode(pose, code);
+  EncodedInput<T> encode(std::span<const T> values) const {
+    EncodedInput<T> code;
+    encode(values, code);
     return code;
   }
 
-  /// Gives an encoded pose to an identity. Errors: npt::Error for a code of another engine, even one with the same
-  /// weights.
-  NPT_NOINLINE void decode(const PoseCode<T>& code, std::span<const T> identity, std::span<T> result) const {
-    check_coordinates(identity.size(), "identity");
-    check_result(identity.size(), result.size());
-    if (code.vertices_ == 0) throw Error({.file = "pose", .found = "an empty code", .expected = "one made by encode"});
+  /// Runs the rest of the network. `others`: all inputs but the encoded one.
+  /// Errors  npt::Error for a code of another engine, even one with the same weights
+  NPT_NOINLINE void decode(const EncodedInput<T>& code, const Inputs<T>& others, std::span<T> result) const {
+    const Input& input = encoded_input("a code");
+    if (code.vertices_ == 0)
+      throw Error({.file = input.name, .found = "an empty code", .expected = "one made by encode"});
     if (code.program_ != packed_->id())
-      throw Error({.file = "pose", .found = "a code that another engine made", .expected = "one made by this engine"});
-    check_pairing(packed_->program().paired, static_cast<std::size_t>(code.vertices_), identity.size() / 3);
+      throw Error(
+          {.file = input.name, .found = "a code that another engine made", .expected = "one made by this engine"});
+    const CallVertices vertices =
+        check(NetworkCall<T>{others, result}, only_call, static_cast<std::size_t>(code.vertices_));
     const auto lease = pool_.lease();
     WorkspaceStorage<T>& memory = lease->storage_;
-    memory.identity.clear();
-    memory.identity.add({.coordinates = identity, .result = result});
+    memory.main.clear();
+    BatchMesh<T> mesh{.result = result.data(), .vertices = static_cast<int>(vertices.result)};
+    for (int i = 0, place = 0; i < inputs().count; ++i)
+      if (i != inputs().encoded) mesh.inputs[static_cast<std::size_t>(i)] = others[place++].data();
+    memory.main.add(mesh);
     forward(memory).decode(code.storage_, executor_);
   }
 
@@ -172,31 +192,59 @@ class Core {
 
   Forward<T> forward(WorkspaceStorage<T>& memory) const { return Forward<T>(*packed_, transforms_, memory); }
 
-  static std::size_t batch_size(std::span<const TransferPair<T>> pairs) {
+  std::size_t channels_of(int input) const { return static_cast<std::size_t>(inputs()[input].channels); }
+  const Input& encoded_input(const char* found) const {
+    if (inputs().encoded < 0) throw Error({.file = inputs()[0].name, .found = found, .expected = "several inputs"});
+    return inputs()[inputs().encoded];
+  }
+  CallVertices check(const NetworkCall<T>& call, std::size_t number, std::size_t code_vertices = 0) const {
+    return check_call(inputs(), packed_->program().paired, call, number, code_vertices);
+  }
+  /// Vertices of a checked call's result.
+  std::size_t vertices_of(const NetworkCall<T>& call) const { return call.result.size() / 3; }
+
+  std::size_t batch_size(std::span<const NetworkCall<T>> calls) const {
     std::size_t count = 0;
     std::size_t vertices = 0;
-    while (count < pairs.size() && (count == 0 || vertices + pairs[count].identity.size() / 3 <= batch_vertices))
-      vertices += pairs[count++].identity.size() / 3;
+    while (count < calls.size() && (count == 0 || vertices + vertices_of(calls[count]) <= batch_vertices))
+      vertices += vertices_of(calls[count++]);
     return count;
   }
 
-  void run_batch(WorkspaceStorage<T>& memory, std::span<const TransferPair<T>> pairs) const {
-    const auto same_pose = [](std::span<const T> a, std::span<const T> b) {
-      return a.data() == b.data() && a.size() == b.size();
-    };
-    memory.pose.clear();
-    memory.identity.clear();
-    for (const TransferPair<T>& pair : pairs) {
-      int code = 0;
-      const int poses = static_cast<int>(memory.pose.meshes.size());
-      while (code < poses && !same_pose(memory.pose.meshes[static_cast<std::size_t>(code)].coordinates, pair.pose))
-        ++code;
-      if (code == poses) memory.pose.add({.coordinates = pair.pose, .result = {}});
-      memory.identity.add({.coordinates = pair.identity, .result = pair.result, .code = code});
+  void add_encoded(MeshBatch<T>& batch, std::span<const T> values, std::size_t vertices) const {
+    BatchMesh<T> mesh{.vertices = static_cast<int>(vertices)};
+    mesh.inputs[static_cast<std::size_t>(inputs().encoded)] = values.data();
+    batch.add(mesh);
+  }
+  /// The number of the call's encoded input among those of the batch.
+  int code_of(MeshBatch<T>& batch, std::span<const T> values) const {
+    const std::size_t vertices = values.size() / channels_of(inputs().encoded);
+    const int known = static_cast<int>(batch.meshes.size());
+    for (int code = 0; code < known; ++code) {
+      const BatchMesh<T>& mesh = batch.meshes[static_cast<std::size_t>(code)];
+      if (mesh.inputs[static_cast<std::size_t>(inputs().encoded)] == values.data() &&
+          mesh.vertices == static_cast<int>(vertices))
+        return code;
+    }
+    add_encoded(batch, values, vertices);
+    return known;
+  }
+
+  void run_batch(WorkspaceStorage<T>& memory, std::span<const NetworkCall<T>> calls) const {
+    memory.encoded.clear();
+    memory.main.clear();
+    for (const NetworkCall<T>& call : calls) {
+      BatchMesh<T> mesh{.result = call.result.data(), .vertices = static_cast<int>(vertices_of(call))};
+      for (int i = 0; i < inputs().count; ++i)
+        if (i == inputs().encoded)
+          mesh.code = code_of(memory.encoded, call.inputs[i]);
+        else
+          mesh.inputs[static_cast<std::size_t>(i)] = call.inputs[i].data();
+      memory.main.add(mesh);
     }
     Forward<T> pass = forward(memory);
-    pass.encode(memory.code, executor_);
-    if (memory.pose.meshes.size() == pairs.size())
+    if (inputs().encoded >= 0) pass.encode(memory.code, executor_);
+    if (memory.encoded.meshes.size() == calls.size())
       pass.decode_and_consume(memory.code, executor_);
     else
       pass.decode(memory.code, executor_);

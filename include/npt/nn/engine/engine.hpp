@@ -14,10 +14,11 @@
 
 namespace npt::inline NPT_ABI {
 
-/// A network ready to run, in the network's own coordinates: meshes centred, scaled and turned as in its training,
-/// vertices paired at random. PoseTransfer (transfer/pose_transfer.hpp) does that for unmodified meshes and is the
-/// front door.
-/// Shapes     pose: [Vp, 3]   identity, result: [V, 3], row major; Vp = V where the network pairs vertices
+/// A network ready to run, on numbers as it was trained with. PoseTransfer (transfer/pose_transfer.hpp) makes these of
+/// meshes.
+///   engine({points, normals}, result);
+/// Shapes     inputs: [V, channels] each, in the order of Net::inputs   result: [V, 3], row major. One input, which is
+///            encoded before the others, may have vertices of its own where the network reads only maxima of it
 /// Threads    all members are const and may be called by any number of threads at a time; each running call uses one
 ///            workspace, the caller's or one from a pool inside
 /// Memory     weights are packed once, the model isn't needed afterwards; a call whose shapes were seen before
@@ -26,8 +27,8 @@ namespace npt::inline NPT_ABI {
 ///            and for encode + decode; NaN in gives NaN out
 /// Precision  fp32's error by the fastest unit unless told otherwise; bf16 where the processor multiplies it: about
 ///            1e-2 relative (docs/performance.md)
-/// Errors     npt::Error on sizes that are not three a vertex, empty meshes, a pose code of another engine, and unequal
-///            vertex counts where the network pairs vertices (every feature but the pooled one)
+/// Errors     npt::Error on sizes that are not so many channels a vertex, empty inputs, another number of inputs, a
+///            code of another engine, and unequal vertex counts where the network reads inputs vertex by vertex
 template <class Net, class T = float, class Exec = DefaultExecutor>
 class Engine : public engine::Core<T, Exec> {
  public:
@@ -44,7 +45,7 @@ class Engine : public engine::Core<T, Exec> {
 
   /// The program that runs: the network's, lowered.
   static constexpr const graph::Program& program() { return graph::program_of<Net>; }
-  /// Whether both meshes must have equally many vertices.
+  /// Whether all inputs must have equally many vertices.
   static constexpr bool pairs_vertices() { return graph::program_of<Net>.paired; }
   /// Whether this build on this machine can multiply in a precision. bf16 needs a float engine compiled for
   /// AVX512_BF16, the others one compiled for AMX, and a system that lets it be used.

@@ -25,26 +25,27 @@ class Forward : View<T> {
   Forward(const PackedProgram<T>& packed, const RowTransforms<T>& transforms, WorkspaceStorage<T>& memory)
       : View<T>(packed, memory), transforms_(transforms) {}
 
-  /// The encoder: memory.pose to `code`.
+  /// The encoder: memory.encoded to `code`.
   template <Executor E>
   void encode(CodeStorage<T>& code, const E& executor) {
     this->use(code, &code);
-    const MeshBatch<T>& poses = memory_.pose;
-    poses.split(code.coordinates);
+    const MeshBatch<T>& batch = memory_.encoded;
+    const int input = program_.inputs.encoded;
+    batch.split(input, program_.inputs[input].channels, code.input);
     code.first_item.clear();
-    for (const BatchMesh<T>& pose : poses.meshes) code.first_item.push_back(pose.first_item);
-    this->prepare(poses, true, executor.slots());
-    for (int s = 0; s < program_.encoder_sweeps; ++s) run(program_.sweep(s), poses, executor);
+    for (const BatchMesh<T>& mesh : batch.meshes) code.first_item.push_back(mesh.first_item);
+    this->prepare(batch, true, executor.slots());
+    for (int s = 0; s < program_.encoder_sweeps; ++s) run(program_.sweep(s), batch, executor);
   }
 
-  /// The decoder: `code` and memory.identity to the results.
+  /// The decoder: `code` and memory.main to the results.
   template <Executor E>
   void decode(const CodeStorage<T>& code, const E& executor) {
     this->use(code, nullptr);
     run_decoder(executor);
   }
 
-  /// The decoder for a code that nobody reads afterwards and of which each identity takes its own pose, group by group:
+  /// The decoder for a code that nobody reads afterwards and of which each call takes its own mesh, group by group:
   /// the code's memory becomes the first feature map.
   template <Executor E>
   void decode_and_consume(CodeStorage<T>& code, const E& executor) {
@@ -68,10 +69,11 @@ class Forward : View<T> {
 
   template <Executor E>
   void run_decoder(const E& executor) {
-    const MeshBatch<T>& identities = memory_.identity;
-    identities.split(memory_.identity_coordinates);
-    this->prepare(identities, false, executor.slots());
-    for (int s = program_.encoder_sweeps; s < program_.sweep_count; ++s) run(program_.sweep(s), identities, executor);
+    const MeshBatch<T>& batch = memory_.main;
+    for (int i = 0; i < program_.inputs.count; ++i)
+      if (i != program_.inputs.encoded) batch.split(i, program_.inputs[i].channels, memory_.inputs[index(i)]);
+    this->prepare(batch, false, executor.slots());
+    for (int s = program_.encoder_sweeps; s < program_.sweep_count; ++s) run(program_.sweep(s), batch, executor);
   }
 
   // ---- one sweep ----
@@ -82,10 +84,10 @@ class Forward : View<T> {
     add_pooled_sources(sweep, batch);
     place_partials(sweep, batch);
     executor.for_each(static_cast<int>(batch.items.size()), [&](int number, int slot) {
-      const Task<T> task = this->task(batch, sweep.over_pose, number, slot);
+      const Task<T> task = this->task(batch, sweep.encodes, number, slot);
       for (int i = first; i < end; ++i) run_stage(i, task);
     });
-    for (int i = first; i < end; ++i) merge(i, batch, sweep.over_pose);
+    for (int i = first; i < end; ++i) merge(i, batch, sweep.encodes);
   }
 
   /// Biases of this sweep's stages with the pooled sources' products, for every mesh.
@@ -100,7 +102,7 @@ class Forward : View<T> {
     memory_.bias.grow_to(total + kernel::bias_slack);
     for (int i = first; i < end; ++i)
       if (packed_.stage(i).pooled_columns != 0)
-        for (int m = 0; m < static_cast<int>(batch.meshes.size()); ++m) add_pooled_sources(i, m, sweep.over_pose);
+        for (int m = 0; m < static_cast<int>(batch.meshes.size()); ++m) add_pooled_sources(i, m, sweep.encodes);
   }
 
   /// Elements of a mesh's biases that hold pooled sources' products.
@@ -111,7 +113,7 @@ class Forward : View<T> {
     return memory_.bias.data() + bias_offset_[index(i)] + index(mesh) * bias_stride(i);
   }
 
-  void add_pooled_sources(int i, int mesh, bool over_pose) {
+  void add_pooled_sources(int i, int mesh, bool encodes) {
     const Stage& stage = program_.stage(i);
     const PackedStage<T>& packed = packed_.stage(i);
     T* NPT_RESTRICT bias = mesh_biases(i, mesh);
@@ -121,7 +123,7 @@ class Forward : View<T> {
       const graph::Source& source = stage.sources[index(s)];
       const Activation& activation = program_.activation(source.activation);
       if (activation.storage != Storage::pooled) continue;
-      const T* values = this->values_of(source.activation).of(this->mesh_of(activation, mesh, over_pose));
+      const T* values = this->values_of(source.activation).of(this->mesh_of(activation, mesh, encodes));
       for (int c = 0; c < source.channels; ++c, weights += stage.rows) {
         const T x = values[index(c) * kernel::panel_width<T>];
         for (int r = 0; r < stage.rows; ++r) bias[r] += weights[r] * x;
@@ -292,8 +294,8 @@ class Forward : View<T> {
       gather(i, task, row, weights.rows(b), out + index(row) * kernel::panel_width<T>, out_stride);
     }
     if (stage.output == program_.output) {
-      T* result = task.batch.meshes[index(task.item.mesh)].result.data();
-      kernel::join_coordinates(out, task.item.valid, result + 3 * index(task.item.group) * kernel::group_width);
+      T* result = task.batch.meshes[index(task.item.mesh)].result;
+      kernel::join_vertices(out, 3, task.item.valid, result + 3 * index(task.item.group) * kernel::group_width);
     }
   }
 
@@ -311,7 +313,7 @@ class Forward : View<T> {
 
   // ---- the barrier ----
 
-  void merge(int i, const MeshBatch<T>& batch, bool over_pose) {
+  void merge(int i, const MeshBatch<T>& batch, bool encodes) {
     const Stage& stage = program_.stage(i);
     const Partial& partial = partial_[index(i)];
     const int count = static_cast<int>(batch.meshes.size());
@@ -328,11 +330,11 @@ class Forward : View<T> {
     if (stage.gathers_maxima)
       for (int t = 0; t < program_.activation_count; ++t)
         if (program_.activation(t).pooled_from == stage.output)
-          for (int m = 0; m < count; ++m) pool(t, partial.maximum, batch, m, over_pose);
+          for (int m = 0; m < count; ++m) pool(t, partial.maximum, batch, m, encodes);
   }
 
   /// The groups' maxima merged, then the layers that stand between convolution and max_pool.
-  void pool(int t, std::size_t maxima_offset, const MeshBatch<T>& batch, int m, bool over_pose) {
+  void pool(int t, std::size_t maxima_offset, const MeshBatch<T>& batch, int m, bool encodes) {
     const Activation& activation = program_.activation(t);
     const BatchMesh<T>& mesh = batch.meshes[index(m)];
     T* pooled = this->own_values_of(t).of(m);  // a tile of one panel, of which only the first lane counts
@@ -344,7 +346,7 @@ class Forward : View<T> {
       pooled[index(c) * kernel::panel_width<T>] = best;
     }
     const Args args = this->arguments(activation.chain, activation.pooled_from,
-                                      {.batch = batch, .over_pose = over_pose, .number = 0, .item = {m, 0, 0}});
+                                      {.batch = batch, .encodes = encodes, .number = 0, .item = {m, 0, 0}});
     transforms_.epilogue[index(activation.chain.signature)]({.from = pooled,
                                                              .to = pooled,
                                                              .from_stride = 0,

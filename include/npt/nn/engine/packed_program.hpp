@@ -89,8 +89,7 @@ class PackedProgram {
   }
 
   const graph::Program& program() const { return program_; }
-  /// Differs from that of every other packed program of the process, 0 is none's: what an engine knows its pose codes
-  /// by.
+  /// Differs from that of every other packed program of the process, 0 is none's: what an engine knows its codes by.
   std::uint64_t id() const { return id_; }
   Precision precision() const { return precision_; }
   /// Words of the largest operand on matrix registers.

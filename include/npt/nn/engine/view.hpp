@@ -17,7 +17,7 @@ namespace npt::inline NPT_ABI::engine {
 template <class T>
 struct Task {
   const MeshBatch<T>& batch;  ///< over which the sweep runs
-  bool over_pose;             ///< they are the poses
+  bool encodes;               ///< these are the encoded inputs
   std::size_t number;         ///< of the group among all of these meshes'
   Item item;
   // the thread's own memory:
@@ -47,13 +47,13 @@ class View {
   }
 
   /// Makes space for a pass over `meshes` by an executor of so many slots.
-  void prepare(const MeshBatch<T>& batch, bool over_pose, int slots) {
-    if (over_pose)
+  void prepare(const MeshBatch<T>& batch, bool encodes, int slots) {
+    if (encodes)
       for (const Activation& a : program_.activations)
         if (a.storage == Storage::code) own_code_->tiles[index(a.place)].grow_to(batch.items.size() * code_stride(a));
     for (int b = 0; b < program_.buffer_count; ++b) {
-      const bool consume = !over_pose && own_code_ != nullptr && b == program_.code_alias;
-      buffer_stride_[index(b)] = buffer_stride(b, over_pose);
+      const bool consume = !encodes && own_code_ != nullptr && b == program_.code_alias;
+      buffer_stride_[index(b)] = buffer_stride(b, encodes);
       if (!consume) memory_.buffers[index(b)].grow_to(batch.items.size() * buffer_stride_[index(b)]);
       buffer_[index(b)] = consume ? own_code_->tiles[0].data() : memory_.buffers[index(b)].data();
     }
@@ -69,7 +69,7 @@ class View {
     for (int t = 0; t < program_.activation_count; ++t) {
       const Activation& activation = program_.activation(t);
       widest = std::max(widest, activation.channels);
-      if (activation.from_pose != over_pose) continue;
+      if (activation.encoded != encodes) continue;
       MeshValues<T>& values = own_values_of(t);
       values.stride = activation.storage == Storage::pooled ? index(activation.channels) * kernel::panel_width<T>
                       : activation.moments                  ? 2 * index(activation.channels)
@@ -80,9 +80,9 @@ class View {
   }
 
   /// The task of group `number` on an executor's slot.
-  Task<T> task(const MeshBatch<T>& batch, bool over_pose, int number, int slot) {
+  Task<T> task(const MeshBatch<T>& batch, bool encodes, int number, int slot) {
     return {.batch = batch,
-            .over_pose = over_pose,
+            .encodes = encodes,
             .number = index(number),
             .item = batch.items[index(number)],
             .scratch = memory_.scratch.data() + index(slot) * scratch_stride_,
@@ -92,17 +92,17 @@ class View {
 
   /// What the stages leave of an activation for each mesh.
   const MeshValues<T>& values_of(int t) const {
-    return program_.activation(t).from_pose ? code_->values[index(t)] : memory_.values[index(t)];
+    return program_.activation(t).encoded ? code_->values[index(t)] : memory_.values[index(t)];
   }
   /// For the sweep's own outputs.
   MeshValues<T>& own_values_of(int t) {
-    return program_.activation(t).from_pose ? own_code_->values[index(t)] : memory_.values[index(t)];
+    return program_.activation(t).encoded ? own_code_->values[index(t)] : memory_.values[index(t)];
   }
 
   /// The mesh of an activation's own side that mesh number `mesh` of the running side meets.
-  int mesh_of(const Activation& a, int mesh, bool over_pose) const {
-    if (over_pose || !a.from_pose) return mesh;
-    return memory_.identity.meshes[index(mesh)].code;
+  int mesh_of(const Activation& a, int mesh, bool encodes) const {
+    if (encodes || !a.encoded) return mesh;
+    return memory_.main.meshes[index(mesh)].code;
   }
 
   /// Where the stage that runs writes its output.
@@ -124,8 +124,8 @@ class View {
     const Activation& activation = program_.activation(t);
     switch (activation.storage) {
       case Storage::input:
-        return (activation.from_pose ? code_->coordinates : memory_.identity_coordinates).data() +
-               number_of(activation, task) * kernel::tile_size(3);
+        return (activation.encoded ? code_->input : memory_.inputs[index(activation.place)]).data() +
+               number_of(activation, task) * kernel::tile_size(activation.channels);
       case Storage::scratch:
       case Storage::none:
         return task.scratch + scratch_offset_[index(activation.place)];
@@ -150,7 +150,7 @@ class View {
         if (step.parameters[k] >= 0) a.parameters[k] = packed_.pointwise_parameters() + step.parameters[k];
       if (step.normalises) {
         const Activation& activation = program_.activation(t);
-        a.mean = values_of(t).of(mesh_of(activation, task.item.mesh, task.over_pose));
+        a.mean = values_of(t).of(mesh_of(activation, task.item.mesh, task.encodes));
         a.inverse_deviation = a.mean + activation.channels;
       }
       if (step.other >= 0) {
@@ -168,8 +168,8 @@ class View {
  private:
   /// Number of the task's group on the activation's own side.
   std::size_t number_of(const Activation& a, const Task<T>& task) const {
-    if (task.over_pose || !a.from_pose) return task.number;
-    return index(code_->first_item[index(mesh_of(a, task.item.mesh, task.over_pose))] + task.item.group);
+    if (task.encodes || !a.encoded) return task.number;
+    return index(code_->first_item[index(mesh_of(a, task.item.mesh, task.encodes))] + task.item.group);
   }
 
   /// The feature map that the decoder overwrites must have the wider of both strides.
@@ -179,12 +179,12 @@ class View {
       channels = std::max(channels, program_.buffer_channels[1][index(program_.code_alias)]);
     return kernel::tile_size(channels);
   }
-  std::size_t buffer_stride(int b, bool over_pose) const {
-    if (!over_pose && b == program_.code_alias) {
+  std::size_t buffer_stride(int b, bool encodes) const {
+    if (!encodes && b == program_.code_alias) {
       for (const Activation& a : program_.activations)
         if (a.storage == Storage::code && a.place == 0) return code_stride(a);
     }
-    return kernel::tile_size(program_.buffer_channels[over_pose ? 0 : 1][index(b)]);
+    return kernel::tile_size(program_.buffer_channels[encodes ? 0 : 1][index(b)]);
   }
 
   const CodeStorage<T>* code_ = nullptr;

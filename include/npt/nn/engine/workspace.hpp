@@ -3,6 +3,7 @@
 
 #include <npt/base/aligned.hpp>
 #include <npt/config.hpp>
+#include <npt/nn/graph/graph.hpp>
 #include <npt/nn/graph/program.hpp>
 #include <npt/nn/kernel/amx_kernel.hpp>
 #include <npt/nn/kernel/panel.hpp>
@@ -15,14 +16,15 @@
 
 namespace npt::inline NPT_ABI::engine {
 
-/// One mesh of a batch: a pose or an identity.
+/// The vertices of one side of a call: those of its encoded input, or those of the result.
 template <class T>
 struct BatchMesh {
-  std::span<const T> coordinates;  ///< [V, 3]
-  std::span<T> result;             ///< [V, 3], identities only
+  std::array<const T*, static_cast<std::size_t>(graph::max_inputs)>
+      inputs{};         ///< [V, channels]; null: of the other side
+  T* result = nullptr;  ///< [V, 3]; null: of the other side
   int vertices = 0;
   int first_item = 0;  ///< number of its first group among all of its MeshBatch
-  int code = 0;        ///< identities: the pose that it takes
+  int code = 0;        ///< of the result's side: number of the encoded input that it takes
 };
 
 /// One group of one mesh: what a task works on.
@@ -32,7 +34,7 @@ struct Item {
   int valid;  ///< vertices in the group
 };
 
-/// The poses of a batch, or its identities, and their groups of vertices.
+/// One side of a batch's calls, and their groups of vertices.
 template <class T>
 struct MeshBatch {
   std::vector<BatchMesh<T>> meshes;
@@ -43,7 +45,6 @@ struct MeshBatch {
     items.clear();
   }
   void add(BatchMesh<T> mesh) {
-    mesh.vertices = static_cast<int>(mesh.coordinates.size() / 3);
     mesh.first_item = static_cast<int>(items.size());
     for (int g = 0; g < kernel::group_count(mesh.vertices); ++g) {
       const int before = g * kernel::group_width;
@@ -52,13 +53,14 @@ struct MeshBatch {
     }
     meshes.push_back(mesh);
   }
-  /// Coordinates to tiles [items].
-  void split(AlignedBuffer<T>& tiles) const {
-    tiles.grow_to(items.size() * kernel::tile_size(3));
+  /// An input's numbers to tiles [items].
+  void split(int input, int channels, AlignedBuffer<T>& tiles) const {
+    tiles.grow_to(items.size() * kernel::tile_size(channels));
     for (std::size_t i = 0; i < items.size(); ++i) {
-      const T* xyz = meshes[static_cast<std::size_t>(items[i].mesh)].coordinates.data() +
-                     3 * static_cast<std::size_t>(items[i].group) * kernel::group_width;
-      kernel::split_coordinates(xyz, items[i].valid, tiles.data() + i * kernel::tile_size(3));
+      const T* values =
+          meshes[static_cast<std::size_t>(items[i].mesh)].inputs[static_cast<std::size_t>(input)] +
+          static_cast<std::size_t>(channels) * static_cast<std::size_t>(items[i].group) * kernel::group_width;
+      kernel::split_vertices(values, channels, items[i].valid, tiles.data() + i * kernel::tile_size(channels));
     }
   }
 };
@@ -73,16 +75,16 @@ struct MeshValues {
   const T* of(int mesh) const { return values.data() + static_cast<std::size_t>(mesh) * stride; }
 };
 
-/// What the encoder leaves for the decoder, for one or several poses: feature maps, moments, pooled features.
+/// What the encoder leaves for the decoder, of one or several meshes: feature maps, moments, pooled features.
 template <class T>
 struct CodeStorage {
-  std::vector<int> first_item;                               ///< by pose
-  AlignedBuffer<T> coordinates;                              ///< [items] coordinate tiles
+  std::vector<int> first_item;                               ///< by mesh
+  AlignedBuffer<T> input;                                    ///< [items] tiles of the encoded input
   std::array<AlignedBuffer<T>, graph::max_buffers> tiles;    ///< by code activation: [items] tiles
   std::array<MeshValues<T>, graph::max_activations> values;  ///< by activation
 
   std::size_t size() const {
-    std::size_t n = coordinates.size();
+    std::size_t n = input.size();
     for (const auto& b : tiles) n += b.size();
     for (const auto& v : values) n += v.values.size();
     return n;
@@ -92,9 +94,10 @@ struct CodeStorage {
 /// The memory of one call. Not for use by two calls at a time.
 template <class T>
 struct WorkspaceStorage {
-  MeshBatch<T> pose, identity;
+  MeshBatch<T> encoded, main;  ///< the sides of the calls: encoded inputs, and all the rest
   CodeStorage<T> code;
-  AlignedBuffer<T> identity_coordinates;  ///< [items] coordinate tiles
+  std::array<AlignedBuffer<T>, static_cast<std::size_t>(graph::max_inputs)>
+      inputs;  ///< by input of the main side: [items] tiles
   std::array<AlignedBuffer<T>, graph::max_buffers> buffers;
   std::array<MeshValues<T>, graph::max_activations> values;  ///< by activation
   AlignedBuffer<T> partial;  ///< by group: means and squared differences, or maxima, of the running sweep's outputs
@@ -105,8 +108,8 @@ struct WorkspaceStorage {
   AlignedBuffer<double> sums;         ///< for merging moments
 
   std::size_t bytes() const {
-    std::size_t n =
-        code.size() + identity_coordinates.size() + partial.size() + bias.size() + scratch.size() + operands.size();
+    std::size_t n = code.size() + partial.size() + bias.size() + scratch.size() + operands.size();
+    for (const auto& b : inputs) n += b.size();
     for (const auto& b : buffers) n += b.size();
     for (const auto& v : values) n += v.values.size();
     return n * sizeof(T) + words.size() * sizeof(kernel::Word) + sums.size() * sizeof(double);
@@ -120,12 +123,12 @@ class Core;
 
 namespace npt::inline NPT_ABI {
 
-/// An encoded pose, to be given to many identities. Belongs to the engine that made it, as long as that lives: the
-/// engine may be moved, and every other one refuses the code.
+/// What a network's encoder made of the encoded input, for many calls that share it. Belongs to the engine that made
+/// it, as long as that lives: the engine may be moved, and every other one refuses the code.
 template <class T = float>
-class PoseCode {
+class EncodedInput {
  public:
-  /// Vertices of the pose mesh; 0: nothing encoded yet.
+  /// Vertices of the input; 0: nothing encoded yet.
   int vertices() const { return vertices_; }
 
  private:

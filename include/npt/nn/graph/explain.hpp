@@ -34,10 +34,17 @@ class Explanation {
       : program_(program), parameters_(std::move(parameters)), operations_(std::move(operations)) {}
 
   std::string text() {
-    line("%d stages in %d sweeps; %d of them encode the pose. %.0f multiply-adds a vertex.", program_.stage_count,
-         program_.sweep_count, program_.encoder_sweeps, program_.multiply_adds);
-    line("%s", program_.paired ? "Pose and identity vertices meet pairwise: equal counts are needed."
-                               : "The pose reaches the identity through a pooled feature: any vertex counts.");
+    const std::string encoded = program_.inputs.encoded < 0 ? "" : program_.inputs[program_.inputs.encoded].name;
+    line("%d stages in %d sweeps%s. %.0f multiply-adds a vertex.", program_.stage_count, program_.sweep_count,
+         program_.encoder_sweeps == 0
+             ? ""
+             : ("; " + std::to_string(program_.encoder_sweeps) + " of them encode " + encoded).c_str(),
+         program_.multiply_adds);
+    line("Inputs: %s.", inputs().c_str());
+    if (!encoded.empty() && !program_.paired)
+      line("No vertex of %s meets one of the others: it may have any number of them.", encoded.c_str());
+    else if (program_.inputs.count > 1)
+      line("%s", "Inputs meet vertex by vertex: equal counts are needed.");
     std::size_t channels = 0;
     for (int b = 0; b < program_.buffer_count; ++b)
       channels += std::max(width(program_.buffer_channels[0], b), width(program_.buffer_channels[1], b));
@@ -58,13 +65,25 @@ class Explanation {
     text_ += '\n';
   }
 
+  std::string inputs() const {
+    std::string text;
+    for (int i = 0; i < program_.inputs.count; ++i) {
+      const Input& input = program_.inputs[i];
+      text += (i == 0 ? "" : ", ") + std::string(input.name) + " [V, " + std::to_string(input.channels) + "]";
+    }
+    return text;
+  }
+
   static std::size_t width(const auto& widths, int i) {
     return static_cast<std::size_t>(widths[static_cast<std::size_t>(i)]);
   }
 
   void sweep(int s) {
     const Sweep& sweep = program_.sweep(s);
-    line("\nsweep %d, over the %s mesh's vertices", s + 1, sweep.over_pose ? "pose" : "identity");
+    const InputList& inputs = program_.inputs;
+    const char* name = inputs[sweep.encodes ? inputs.encoded : inputs.of_result()].name;
+    line("\nsweep %d%s", s + 1,
+         program_.encoder_sweeps == 0 ? "" : (std::string(", over the vertices of ") + name).c_str());
     for (int i = sweep.first_stage; i < sweep.first_stage + sweep.stage_count; ++i) stage(program_.stage(i));
   }
 
@@ -127,7 +146,7 @@ class Explanation {
     const Activation& activation = program_.activation(t);
     switch (activation.storage) {
       case Storage::input:
-        return activation.place == 0 ? "pose" : "identity";
+        return program_.inputs[activation.place].name;
       case Storage::scratch:
         return "scratch " + std::to_string(activation.place);
       case Storage::buffer:

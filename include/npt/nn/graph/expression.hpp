@@ -1,4 +1,4 @@
-/// Expressions: what `pose | e1 | instance_norm | relu` is.
+/// Expressions: what `points | e1 | instance_norm | relu` is.
 ///
 /// The *type* of an expression holds its shape and the set of pointwise operations used so far, so that a wrong shape
 /// is a compile error at the place where it is written and every operation can be compiled into a stage's loop. The
@@ -16,6 +16,7 @@
 
 #include <concepts>
 #include <cstddef>
+#include <iterator>
 #include <type_traits>
 #include <utility>
 
@@ -187,19 +188,46 @@ constexpr auto cat(Expression<A, EA, OpsA> a, Expression<B, EB, OpsB> b) {
 
 namespace graph {
 
-using Input = Expression<3, Extent::vertices, OperationList<>>;
+namespace internal {
+
+template <int C>
+using InputExpression = Expression<C, Extent::vertices, OperationList<>>;
+
+template <class Net>
+inline constexpr bool lists_inputs = requires {
+  Net::inputs;
+};
+
+/// Stands in for a network without a list, so that this is one error.
+struct TwoInputs {
+  static constexpr Input inputs[] = {{"first", 3}, {"second", 3}};
+};
+template <class Net>
+using InputsOf = std::conditional_t<lists_inputs<Net>, Net, TwoInputs>;
+
+/// Calls the network with an expression for each of its inputs, which are the graph's first nodes.
+template <class Net>
+constexpr auto call(const Net& net, Graph* graph) {
+  static_assert(lists_inputs<Net>,
+                R"(npt: a network lists its inputs, as in: static constexpr npt::Input inputs[] = {{"points", 3}};)");
+  return [&]<std::size_t... I>(std::index_sequence<I...>) {
+    return net(InputExpression<InputsOf<Net>::inputs[I].channels>{graph, static_cast<int>(I)}...);
+  }
+  (std::make_index_sequence<std::size(InputsOf<Net>::inputs)>{});
+}
+
+}  // namespace internal
 
 /// The type of a network's result, which names all operations that its graph uses.
 template <class Net>
-using ResultOf = decltype(std::declval<const Net&>()(std::declval<Input>(), std::declval<Input>()));
+using ResultOf = decltype(internal::call(std::declval<const Net&>(), nullptr));
 
 /// Runs the network on symbols and keeps what reaches its output. Its parameters must be bound.
 template <class Net>
 constexpr Graph record(const Net& net) {
   Graph graph;
-  const Input pose{&graph, graph.add({.channels = 3, .depends = depends_on_pose})};
-  const Input identity{&graph, graph.add({.channels = 3, .depends = depends_on_identity})};
-  const auto result = net(pose, identity);
+  for (const Input& input : internal::InputsOf<Net>::inputs) graph.add_input(input);
+  const auto result = internal::call(net, &graph);
   if constexpr (check_channels<decltype(result)::channels, 3>() && check_per_vertex<decltype(result)::extent>()) {
   }
   graph.output = result.node;

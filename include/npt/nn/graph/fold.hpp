@@ -25,7 +25,7 @@ constexpr Summands summands(const Program& program, int d) {
   for (int t = program.stage(d).sources[0].activation;;) {
     const int s = program.activation(t).stage;
     if (s < 0 || found.count == 2 || count_uses(program, t) != 1 || program.activation(t).storage == Storage::pooled ||
-        program.activation(t).from_pose != program.activation(program.stage(d).output).from_pose ||
+        program.activation(t).encoded != program.activation(program.stage(d).output).encoded ||
         program.stage(s).folded_count != 0)
       return {};
     found.stages[index(found.count++)] = s;

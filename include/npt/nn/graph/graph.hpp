@@ -12,13 +12,35 @@
 #include <tuple>
 #include <type_traits>
 
+namespace npt::inline NPT_ABI {
+
+/// An input of a network: so many numbers for each vertex, [V, channels], under a name. A network lists its inputs,
+///   static constexpr npt::Input inputs[] = {{"points", 3}, {"normals", 3}};
+/// in the order in which its operator() takes them.
+struct Input {
+  const char* name = "";
+  int channels = 0;
+};
+
+}  // namespace npt::inline NPT_ABI
+
 namespace npt::inline NPT_ABI::graph {
 
 inline constexpr int max_nodes = 128;
+inline constexpr int max_inputs = 8;
 
-/// Input 0 is the pose mesh, input 1 the identity mesh, both as [3, V] coordinates.
-inline constexpr unsigned depends_on_pose = 1U;
-inline constexpr unsigned depends_on_identity = 2U;
+/// A network's inputs, and how their vertices belong together.
+struct InputList {
+  std::array<Input, max_inputs> list{};
+  int count = 0;
+  /// The input that may have vertices of its own, whose part of the network runs before the rest and can be kept
+  /// (encoded_input); -1: there is one input only.
+  int encoded = -1;
+
+  constexpr const Input& operator[](int i) const { return list[static_cast<std::size_t>(i)]; }
+  /// An input with the result's vertices, as all but the encoded one have them.
+  constexpr int of_result() const { return encoded == 0 ? 1 : 0; }
+};
 
 /// The identity of an operation type as a number; 0 is none. A hash of the type's name: addresses of variables would
 /// do, but g++ 12 takes comparing them for no constant expression under -fsanitize=undefined.
@@ -54,8 +76,9 @@ struct Node {
   std::array<bool, kernel::max_pointwise_parameters> per_channel{};     ///< or shared by all channels
 };
 
-/// A recorded network: nodes in an order in which operands come first.
+/// A recorded network: nodes in an order in which operands come first, the inputs before all others.
 struct Graph {
+  InputList inputs{};
   std::array<Node, max_nodes> nodes{};
   int count = 0;
   int output = -1;
@@ -65,7 +88,16 @@ struct Graph {
     nodes[static_cast<std::size_t>(count)] = node;
     return count++;
   }
+  constexpr int add_input(const Input& input) {
+    if (inputs.count == max_inputs) throw "npt: a network has more than graph::max_inputs inputs";
+    for (int i = 0; i < inputs.count; ++i)
+      if (std::string_view(inputs[i].name) == input.name) throw "npt: two inputs of a network have the same name";
+    inputs.list[static_cast<std::size_t>(inputs.count)] = input;
+    return add({.channels = input.channels, .depends = 1U << inputs.count++});
+  }
   constexpr const Node& operator[](int n) const { return nodes[static_cast<std::size_t>(n)]; }
+  /// Whether a node depends on the encoded input alone.
+  constexpr bool is_encoded(int n) const { return inputs.encoded >= 0 && (*this)[n].depends == 1U << inputs.encoded; }
 };
 
 /// A set of operation types.
@@ -112,14 +144,50 @@ struct Merge<A, OperationList<Op, Rest...>> {
 template <class A, class B>
 using Merged = typename internal::Merge<A, B>::type;
 
-/// The nodes that the output is made of, and both inputs: what was recorded and is not used costs nothing.
+/// The inputs (as bits) that meet each node vertex by vertex: what is read through a maximum doesn't.
+constexpr std::array<unsigned, max_nodes> meeting_inputs(const Graph& graph) {
+  std::array<unsigned, max_nodes> met{};
+  for (int n = 0; n < graph.count; ++n) {
+    const Node& node = graph[n];
+    unsigned& bits = met[static_cast<std::size_t>(n)];
+    if (node.kind == NodeKind::input) bits = node.depends;
+    if (node.kind == NodeKind::max_pool) continue;
+    for (const int operand : {node.first, node.second})
+      if (operand >= 0) bits |= met[static_cast<std::size_t>(operand)];
+  }
+  return met;
+}
+
+/// The input that is encoded: the first one that a convolution reads alone, one that meets the result only through
+/// maxima before others; else the first that isn't the only one to meet the result. -1: the network has one input.
+constexpr int encoded_input(const Graph& graph) {
+  if (graph.inputs.count < 2) return -1;
+  const unsigned result = meeting_inputs(graph)[static_cast<std::size_t>(graph.output)];
+  const auto read_alone = [&graph](unsigned bit) {
+    for (int n = 0; n < graph.count; ++n)
+      if (graph[n].kind == NodeKind::conv && graph[n].depends == bit) return true;
+    return false;
+  };
+  int best = -1, best_rank = 0;
+  for (int i = 0; i < graph.inputs.count; ++i) {
+    const unsigned bit = 1U << i;
+    if (result == bit) continue;
+    const int rank = !read_alone(bit) ? 1 : (result & bit) != 0 ? 2 : 3;
+    if (rank > best_rank) best = i, best_rank = rank;
+  }
+  return best;
+}
+
+/// The nodes that the output is made of, and all inputs: what was recorded and is not used costs nothing.
 constexpr Graph reaching_output(const Graph& all) {
-  std::array<bool, max_nodes> reached{true, true};
+  std::array<bool, max_nodes> reached{};
+  for (int i = 0; i < all.inputs.count; ++i) reached[static_cast<std::size_t>(i)] = true;
   reached[static_cast<std::size_t>(all.output)] = true;
   for (int n = all.count - 1; n >= 0; --n)
     for (const int operand : {all[n].first, all[n].second})
       if (reached[static_cast<std::size_t>(n)] && operand >= 0) reached[static_cast<std::size_t>(operand)] = true;
   Graph graph;
+  graph.inputs = all.inputs;
   std::array<int, max_nodes> moved{};
   for (int n = 0; n < all.count; ++n) {
     if (!reached[static_cast<std::size_t>(n)]) continue;
@@ -129,6 +197,7 @@ constexpr Graph reaching_output(const Graph& all) {
     moved[static_cast<std::size_t>(n)] = graph.add(node);
   }
   graph.output = moved[static_cast<std::size_t>(all.output)];
+  graph.inputs.encoded = encoded_input(graph);
   return graph;
 }
 

@@ -49,10 +49,10 @@ struct Chain {
 
 /// Where an activation lives.
 enum class Storage : unsigned char {
-  input,    ///< the caller's coordinates, as tiles
+  input,    ///< the caller's numbers, as tiles
   scratch,  ///< scratch of the task that carries the group: never leaves the cache
   buffer,   ///< one tile a group, for later sweeps
-  code,     ///< as buffer, but part of the encoded pose, which outlives the run
+  code,     ///< as buffer, but part of the encoded input, which outlives the run
   pooled,   ///< one value a channel for each mesh
   none,     ///< only its maxima are used
 };
@@ -61,12 +61,12 @@ enum class Storage : unsigned char {
 struct Activation {
   int channels = 0;
   Storage storage = Storage::scratch;
-  int place = -1;          ///< number of the input, scratch tile, buffer or code activation
-  int stage = -1;          ///< that writes it, -1: an input
-  bool moments = false;    ///< someone normalises it
-  int pooled_from = -1;    ///< pooled: the activation whose maxima it holds
-  Chain chain{};           ///< pooled: applied to the maxima
-  bool from_pose = false;  ///< depends on the pose mesh alone
+  int place = -1;        ///< number of the input, scratch tile, buffer or code activation
+  int stage = -1;        ///< that writes it, -1: an input
+  bool moments = false;  ///< someone normalises it
+  int pooled_from = -1;  ///< pooled: the activation whose maxima it holds
+  Chain chain{};         ///< pooled: applied to the maxima
+  bool encoded = false;  ///< depends on the encoded input alone
 };
 
 /// One operand of a stage: `channels` rows of its contraction, from `first` on.
@@ -104,7 +104,7 @@ struct Stage {
 struct Sweep {
   int first_stage = 0;
   int stage_count = 0;
-  bool over_pose = false;  ///< runs over the pose mesh's vertices (the encoder), else the identity's
+  bool encodes = false;  ///< runs over the encoded input's vertices (the encoder), else the result's
 };
 
 /// A sequence of operations for which a loop has to be compiled.
@@ -116,18 +116,19 @@ struct Signature {
 };
 
 struct Program {
+  InputList inputs{};
   std::array<Stage, max_stages> stages{};
   int stage_count = 0;
   std::array<Activation, max_activations> activations{};
   int activation_count = 0;
   std::array<Sweep, max_stages> sweeps{};
   int sweep_count = 0;
-  int encoder_sweeps = 0;  ///< the first ones; they depend on the pose mesh alone
+  int encoder_sweeps = 0;  ///< the first ones; they depend on the encoded input alone
   std::array<Signature, max_signatures> signatures{};
   int signature_count = 0;
   int output = -1;  ///< activation
 
-  /// By side (pose 0, identity 1): widest tenant of each buffer, its tiles' stride; 0: the side doesn't use it.
+  /// By side (encoder 0, decoder 1): widest tenant of each buffer, its tiles' stride; 0: the side doesn't use it.
   std::array<std::array<int, max_buffers>, 2> buffer_channels{};
   int buffer_count = 0;
   int code_count = 0;
@@ -135,7 +136,7 @@ struct Program {
   std::array<int, max_stages> scratch_channels{};  ///< widest tenant of each scratch tile
   int scratch_count = 0;
 
-  bool paired = false;  ///< pose and identity must have equally many vertices: their channels meet vertex by vertex
+  bool paired = false;       ///< the encoded input meets the others vertex by vertex: it must have as many
   double multiply_adds = 0;  ///< a vertex, by the plain algorithm: every convolution, SPAdaIN's included
 
   constexpr Stage& stage(int i) { return stages[static_cast<std::size_t>(i)]; }

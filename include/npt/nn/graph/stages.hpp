@@ -60,9 +60,10 @@ class StageBuilder {
   }
 
   constexpr void add_inputs() {
-    for (int n = 0; n < 2; ++n)
-      activation_of_[index(n)] =
-          add_activation({.channels = graph_[n].channels, .storage = Storage::input, .place = n, .from_pose = n == 0});
+    program_.inputs = graph_.inputs;
+    for (int n = 0; n < graph_.inputs.count; ++n)
+      activation_of_[index(n)] = add_activation(
+          {.channels = graph_[n].channels, .storage = Storage::input, .place = n, .encoded = graph_.is_encoded(n)});
   }
 
   /// The activation that a pointwise node is conditioned on; -1: none.
@@ -121,7 +122,7 @@ class StageBuilder {
                                        .stage = activation(source.activation).stage,
                                        .pooled_from = source.activation,
                                        .chain = source.chain,
-                                       .from_pose = graph_[n].depends == depends_on_pose});
+                                       .encoded = graph_.is_encoded(n)});
     activation_of_[index(n)] = pooled;
     return pooled;
   }
@@ -142,8 +143,7 @@ class StageBuilder {
     s.sources = operand.sources;
     s.direct = operand.count == 1 && operand.sources[0].chain.count == 0;
     const int out = absorb_epilogue(conv, s.epilogue);
-    s.output = add_activation(
-        {.channels = s.rows, .stage = program_.stage_count, .from_pose = graph_[out].depends == depends_on_pose});
+    s.output = add_activation({.channels = s.rows, .stage = program_.stage_count, .encoded = graph_.is_encoded(out)});
     activation_of_[index(out)] = s.output;
     stage(program_.stage_count++) = s;
   }

@@ -43,9 +43,7 @@ constexpr Lifetime lifetime(const Program& program, int t) {
   return life;
 }
 
-constexpr bool runs_over_identity(const Program& program, int i) {
-  return !program.activation(program.stage(i).output).from_pose;
-}
+constexpr bool decodes(const Program& program, int i) { return !program.activation(program.stage(i).output).encoded; }
 
 /// Places that activations share whose lifetimes don't overlap.
 struct Allocation {
@@ -89,17 +87,16 @@ constexpr void assign_storage(Program& program) {
       out.storage = used ? Storage::scratch : Storage::none;
       out.place = scratch.take(life, max_stages);
       internal::widen(program.scratch_channels[index(out.place)], out.channels);
-    } else if (out.from_pose &&
-               is_used(program, s.output, [&](int j) { return internal::runs_over_identity(program, j); })) {
+    } else if (out.encoded && is_used(program, s.output, [&](int j) { return internal::decodes(program, j); })) {
       if (program.code_count == max_buffers)
-        throw "npt: more than graph::max_buffers feature maps of the pose meet the identity";
+        throw "npt: more than graph::max_buffers feature maps of the encoded input meet the others";
       out.storage = Storage::code;
       out.place = program.code_count++;
       if (out.place == 0) code_life = life;
     } else {
       out.storage = Storage::buffer;
       out.place = buffers.take(life, max_buffers);
-      internal::widen(program.buffer_channels[out.from_pose ? 0 : 1][index(out.place)], out.channels);
+      internal::widen(program.buffer_channels[out.encoded ? 0 : 1][index(out.place)], out.channels);
     }
   }
   program.buffer_count = buffers.places;
@@ -108,12 +105,12 @@ constexpr void assign_storage(Program& program) {
     if (buffers.tenants[index(b)][0].begin > code_life.end) program.code_alias = b;
 }
 
-/// Whether vertices of both meshes meet.
+/// Whether the encoded input's vertices meet those of the others.
 constexpr void find_pairing(Program& program) {
   for (int i = 0; i < program.stage_count; ++i)
-    if (internal::runs_over_identity(program, i))
+    if (internal::decodes(program, i))
       for_each_use(program, i, [&](int t, bool) {
-        if (program.activation(t).from_pose && program.activation(t).storage != Storage::pooled) program.paired = true;
+        if (program.activation(t).encoded && program.activation(t).storage != Storage::pooled) program.paired = true;
       });
 }
 

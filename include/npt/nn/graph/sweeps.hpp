@@ -29,12 +29,12 @@ constexpr void mark_moments(Program& program) {
     if (program.activation(t).pooled_from >= 0) mark(program.activation(t).pooled_from, program.activation(t).chain);
 }
 
-/// The first sweep in which the moments and maxima that a stage needs are known; the pose's sweeps come first.
+/// The first sweep in which the moments and maxima that a stage needs are known; the encoder's sweeps come first.
 constexpr void assign_levels(Program& program) {
   int encoder_end = 0;
   for (const bool encoder : {true, false}) {
     for (int i = 0; i < program.stage_count; ++i) {
-      if (program.activation(program.stage(i).output).from_pose != encoder) continue;
+      if (program.activation(program.stage(i).output).encoded != encoder) continue;
       int level = encoder ? 0 : encoder_end;
       for_each_use(program, i, [&](int t, bool complete) {
         if (program.activation(t).stage < 0) return;
@@ -45,7 +45,7 @@ constexpr void assign_levels(Program& program) {
     }
     if (encoder)
       for (int i = 0; i < program.stage_count; ++i)
-        if (program.activation(program.stage(i).output).from_pose && program.stage(i).level + 1 > encoder_end)
+        if (program.activation(program.stage(i).output).encoded && program.stage(i).level + 1 > encoder_end)
           encoder_end = program.stage(i).level + 1;
   }
 }
@@ -54,7 +54,7 @@ constexpr void assign_levels(Program& program) {
 constexpr void delay_stages(Program& program) {
   for (int i = program.stage_count - 1; i >= 0; --i) {
     const int out = program.stage(i).output;
-    if (program.activation(out).from_pose || out == program.output || program.activation(out).moments ||
+    if (program.activation(out).encoded || out == program.output || program.activation(out).moments ||
         program.stage(i).gathers_maxima)
       continue;
     int latest = 1 << 20;
@@ -85,13 +85,13 @@ constexpr void make_sweeps(Program& program) {
   for (int i = 0; i < program.stage_count; ++i) {
     if (i == 0 || program.stage(i).level != program.stage(i - 1).level) {
       program.sweeps[index(program.sweep_count)] = {.first_stage = i,
-                                                    .over_pose = program.activation(program.stage(i).output).from_pose};
+                                                    .encodes = program.activation(program.stage(i).output).encoded};
       ++program.sweep_count;
     }
     ++program.sweeps[index(program.sweep_count - 1)].stage_count;
     program.stage(i).level = program.sweep_count - 1;
   }
-  while (program.encoder_sweeps < program.sweep_count && program.sweeps[index(program.encoder_sweeps)].over_pose)
+  while (program.encoder_sweeps < program.sweep_count && program.sweeps[index(program.encoder_sweeps)].encodes)
     ++program.encoder_sweeps;
 }
 

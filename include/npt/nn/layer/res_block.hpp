@@ -1,7 +1,7 @@
 /// SPAdaIN residual block (Wang et al., CVPR 2020, Fig. 3, Table 3).
 ///   y = unit2(unit1(x)) + unit3(x)      unit(h) = ReLU(conv(SPAdaIN(h, p)))    paper: ConvRelu
 ///                                       unit(h) = conv(ReLU(SPAdaIN(h, p)))    released code: ReluConv
-/// Shapes     x, y: [C, V]   p: [3, V], the identity mesh
+/// Shapes     x, y: [C, V]   p: [3, V], the condition: in the paper the identity mesh
 /// Gradients  every parameter, x, p
 #pragma once
 

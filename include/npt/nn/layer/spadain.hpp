@@ -1,6 +1,6 @@
 /// Spatially adaptive instance normalisation (Wang et al., CVPR 2020, section 3.3, eq. 1-3, Table 4).
 ///   y[c, v] = gamma_c(p_v) * (x[c, v] - mean_c) / sqrt(var_c + eps) + beta_c(p_v)
-/// Shapes     x, y: [C, V]   p: [Cond, V], the identity mesh, normalised
+/// Shapes     x, y: [C, V]   p: [Cond, V], the condition: in the paper the identity mesh, normalised
 /// Numerics   biased variance over V, eps = 1e-5; NaN in gives NaN out
 /// Gradients  gamma.weight, gamma.bias, beta.weight, beta.bias, x, p
 ///

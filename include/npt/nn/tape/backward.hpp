@@ -1,4 +1,4 @@
-/// Runs a tape backwards: from the gradient of the result to those of all parameters and, if asked for, of both meshes.
+/// Runs a tape backwards: from the gradient of the result to those of all parameters and, if asked for, of the inputs.
 ///
 /// Stages go last to first. One task carries a chunk of groups through a stage: the gradient of its output is finished
 /// (through the norm that reads it), multiplied with the transposed weights and taken through the paths into their
@@ -36,8 +36,7 @@ class Backward : Merge<T> {
     std::fill(gradients_.parameters.begin(), gradients_.parameters.end(), T(0));
     for (int i = tape_.stage_count - 1; i >= 0; --i)
       if (i == tape_.stage_count - 1 || has_gradient(tape_.stage(i).output)) run_stage(i, executor);
-    leave_input_gradients(0, gradients_.pose);
-    leave_input_gradients(1, gradients_.identity);
+    for (int t = 0; t < tape_.inputs.count; ++t) leave_input_gradients(t, gradients_.inputs[index(t)]);
   }
 
  private:
@@ -62,7 +61,7 @@ class Backward : Merge<T> {
   void find_wanted() {
     for (int p = 0; p < tape_.adjoint_count; ++p) {
       const int input = tape_.activation(tape_.adjoint(p).activation).input;
-      wanted_[index(p)] = input < 0 || !(input == 0 ? gradients_.pose : gradients_.identity).empty();
+      wanted_[index(p)] = input < 0 || !gradients_.inputs[index(input)].empty();
     }
     for (int i = 0; i < tape_.stage_count; ++i)
       for (int r = 0; r < tape_.stage(i).path_count; ++r)
@@ -92,7 +91,7 @@ class Backward : Merge<T> {
         bool used = false;
         for (int p = 0; p < tape_.adjoint_count; ++p)
           used = used || (tape_.adjoint(p).buffer == b && wanted(p) &&
-                          tape_.activation(tape_.adjoint(p).activation).from_pose == (side == 0));
+                          tape_.activation(tape_.adjoint(p).activation).encoded == (side == 0));
         if (used)
           memory_.buffers[side][index(b)].grow_to(this->batch_of(side == 0).items.size() *
                                                       kernel::tile_size(tape_.buffer_channels[side][index(b)]) +
@@ -101,7 +100,7 @@ class Backward : Merge<T> {
     for (int p = 0; p < tape_.adjoint_count; ++p) {
       const Adjoint& adjoint = tape_.adjoint(p);
       const Activation& activation = tape_.activation(adjoint.activation);
-      const engine::MeshBatch<T>& batch = this->batch_of(activation.from_pose);
+      const engine::MeshBatch<T>& batch = this->batch_of(activation.encoded);
       if (adjoint.normalises) {
         const std::size_t size = batch.items.size() * 2 * index(activation.channels);
         memory_.norm_partials[index(p)].grow_to(size);
@@ -110,13 +109,13 @@ class Backward : Merge<T> {
         memory_.norm_gradients[index(p)].grow_to(batch.meshes.size() * 2 * index(activation.channels));
       }
       if (adjoint.starts_at_zero && wanted(p)) {
-        T* first = memory_.buffers[activation.from_pose ? 0 : 1][index(adjoint.buffer)].data();
+        T* first = memory_.buffers[activation.encoded ? 0 : 1][index(adjoint.buffer)].data();
         std::fill(first, first + batch.items.size() * kernel::tile_size(activation.channels), T(0));
       }
     }
     for (int t = 0; t < tape_.activation_count; ++t) {
       if (!this->pooled(t)) continue;
-      const std::size_t size = this->batch_of(tape_.activation(t).from_pose).meshes.size() *
+      const std::size_t size = this->batch_of(tape_.activation(t).encoded).meshes.size() *
                                kernel::panel_stride<T>(tape_.activation(t).channels);
       memory_.pooled_gradients[index(t)].grow_to(size);
       memory_.maximum_gradients[index(t)].grow_to(size);
@@ -168,7 +167,7 @@ class Backward : Merge<T> {
   template <class Shape, Executor E>
   void run_stage(int i, const Shape& shape, const E& executor) {
     const Stage& stage = tape_.stage(i);
-    const engine::MeshBatch<T>& batch = this->batch_of(stage.from_pose);
+    const engine::MeshBatch<T>& batch = this->batch_of(stage.encodes);
     reads_pooled_ = stage.operand_rows != stage.columns;
     this->for_each_adjoint(stage.output, [&](int p) { this->merge_adjoint(p, batch, executor); });
     if (reads_pooled_) memory_.bias_partial.grow_to(batch.items.size() * index(stage.rows));
@@ -238,7 +237,7 @@ class Backward : Merge<T> {
   template <class Product>
   void run_groups(const ChunkTask& chunk_task, int chunk, Product& product) {
     const Stage& stage = chunk_task.stage;
-    const engine::MeshBatch<T>& batch = this->batch_of(stage.from_pose);
+    const engine::MeshBatch<T>& batch = this->batch_of(stage.encodes);
     const int items = chunk_task.layout.items;
     bool propagates = false;  // to a path that wants it
     for (int r = 0; r < stage.path_count; ++r) propagates = propagates || wants(stage.paths[index(r)]);
@@ -267,8 +266,8 @@ class Backward : Merge<T> {
     const Stage& stage = chunk.stage;
     T *const tile = chunk.tile, *const spare = chunk.spare;
     if (chunk.i == tape_.stage_count - 1) {
-      kernel::split_coordinates(
-          gradients_.result[index(task.item.mesh)].data() + 3 * index(task.item.group) * kernel::group_width,
+      kernel::split_vertices(
+          gradients_.result[index(task.item.mesh)].data() + 3 * index(task.item.group) * kernel::group_width, 3,
           task.item.valid, tile);
       return tile;
     }
@@ -426,15 +425,18 @@ class Backward : Merge<T> {
     }
   }
 
+  /// Activation t is input number t.
   void leave_input_gradients(int t, std::span<const std::span<T>> to) const {
     if (to.empty()) return;
-    const engine::MeshBatch<T>& batch = this->batch_of(t == 0);
+    const Activation& activation = tape_.activation(t);
+    const engine::MeshBatch<T>& batch = this->batch_of(activation.encoded);
     for (const std::span<T>& gradient : to) std::fill(gradient.begin(), gradient.end(), T(0));
     this->for_each_adjoint(t, [&](int p) {
       for (std::size_t number = 0; number < batch.items.size(); ++number) {
         const engine::Item& item = batch.items[number];
-        kernel::join_coordinates(this->gradient_tile(p, {item, number, t == 0}), item.valid,
-                                 to[index(item.mesh)].data() + 3 * index(item.group) * kernel::group_width);
+        kernel::join_vertices(
+            this->gradient_tile(p, {item, number, activation.encoded}), activation.channels, item.valid,
+            to[index(item.mesh)].data() + index(activation.channels) * index(item.group) * kernel::group_width);
       }
     });
   }

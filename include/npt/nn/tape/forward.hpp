@@ -19,12 +19,13 @@ class Forward : View<T> {
  public:
   using View<T>::View;
 
-  /// memory.pose and memory.identity, of equally many meshes, to their results.
+  /// The calls in memory.encoded and memory.main to their results.
   template <Executor E>
   void run(const E& executor) {
     prepare(executor.slots());
     for (int t = 0; t < tape_.activation_count; ++t)
-      if (tape_.activation(t).input >= 0) this->batch_of(t == 0).split(memory_.maps[index(t)]);
+      if (const Activation& activation = tape_.activation(t); activation.input >= 0)
+        this->batch_of(activation.encoded).split(activation.input, activation.channels, memory_.maps[index(t)]);
     for (int i = 0; i < tape_.stage_count; ++i) run_stage(i, executor);
   }
 
@@ -40,7 +41,7 @@ class Forward : View<T> {
     int widest = 0;
     for (int t = 0; t < tape_.activation_count; ++t) {
       const Activation& activation = tape_.activation(t);
-      const engine::MeshBatch<T>& batch = this->batch_of(activation.from_pose);
+      const engine::MeshBatch<T>& batch = this->batch_of(activation.encoded);
       widest = std::max(widest, activation.channels);
       if (this->pooled(t)) {
         memory_.maps[index(t)].grow_to(batch.meshes.size() * 2 * kernel::panel_stride<T>(activation.channels));
@@ -52,7 +53,7 @@ class Forward : View<T> {
     for (int p = 0; p < tape_.adjoint_count; ++p) {
       const Activation& activation = tape_.activation(tape_.adjoint(p).activation);
       if (tape_.adjoint(p).normalises)
-        memory_.statistics[index(p)].grow_to(this->batch_of(activation.from_pose).meshes.size() * 2 *
+        memory_.statistics[index(p)].grow_to(this->batch_of(activation.encoded).meshes.size() * 2 *
                                              index(activation.channels));
     }
     for (int i = 0; i < tape_.stage_count; ++i)
@@ -80,7 +81,7 @@ class Forward : View<T> {
   template <Executor E>
   void run_stage(int i, const E& executor) {
     const Stage& stage = tape_.stage(i);
-    const engine::MeshBatch<T>& batch = this->batch_of(stage.from_pose);
+    const engine::MeshBatch<T>& batch = this->batch_of(stage.encodes);
     array_size_ = batch.items.size() * index(stage.rows);
     std::size_t arrays = 0;
     for_each_adjoint(stage.output, [&](int p) {
@@ -104,7 +105,7 @@ class Forward : View<T> {
     const Stage& stage = tape_.stage(i);
     has_pooled_ = stage.operand_rows != stage.columns;
     if (!has_pooled_) return;
-    const std::size_t count = this->batch_of(stage.from_pose).meshes.size();
+    const std::size_t count = this->batch_of(stage.encodes).meshes.size();
     const kernel::ProductWeights<T>& packed = memory_.weights[index(i)].forward;
     bias_stride_ = index(stage.rows) * index(packed.bias_width());
     memory_.bias.grow_to(count * bias_stride_ + kernel::bias_slack);
@@ -133,9 +134,9 @@ class Forward : View<T> {
       for (int row = 0; row < stage.rows; row += kernel::max_tile_rows)
         gather(stage, task, row, std::min(kernel::max_tile_rows, stage.rows - row), out);
       if (i == tape_.stage_count - 1)
-        kernel::join_coordinates(out, task.item.valid,
-                                 memory_.identity.meshes[index(task.item.mesh)].result.data() +
-                                     3 * index(task.item.group) * kernel::group_width);
+        kernel::join_vertices(
+            out, 3, task.item.valid,
+            memory_.main.meshes[index(task.item.mesh)].result + 3 * index(task.item.group) * kernel::group_width);
       return;
     }
     const kernel::ProductWeights<T>& weights = memory_.weights[index(i)].forward;
@@ -226,8 +227,7 @@ class Forward : View<T> {
       raw[index(c) * kernel::panel_width<T>] = best;
       argmax[c] = vertex_of(stage, instance, group, c, best);
     }
-    const Args args =
-        this->arguments(activation.chain, activation.adjoint, this->mesh_task(mesh, activation.from_pose));
+    const Args args = this->arguments(activation.chain, activation.adjoint, this->mesh_task(mesh, activation.encoded));
     this->loops(activation.chain)
         .read({.from = raw,
                .to = this->pooled_feature(t, mesh),

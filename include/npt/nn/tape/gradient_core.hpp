@@ -5,8 +5,10 @@
 #include <npt/base/error.hpp>
 #include <npt/base/executor.hpp>
 #include <npt/config.hpp>
+#include <npt/nn/engine/network_call.hpp>
 #include <npt/nn/engine/packed_program.hpp>
-#include <npt/nn/engine/transfer_pair.hpp>
+#include <npt/nn/engine/workspace.hpp>
+#include <npt/nn/graph/graph.hpp>
 #include <npt/nn/kernel/matrix_product.hpp>
 #include <npt/nn/simd/amx.hpp>
 #include <npt/nn/tape/backward.hpp>
@@ -79,40 +81,51 @@ class GradientCore {
     executor_.for_each(2 * tape_->stage_count, [&](int task, int) { pack(task / 2, task % 2 == 0); });
   }
 
-  /// A batch through the network. Results are written, and what the gradient needs is kept. The pairs' meshes may be
+  /// A batch through the network. Results are written, and what the gradient needs is kept. The calls' inputs may be
   /// gone afterwards.
-  NPT_NOINLINE void forward(std::span<const TransferPair<T>> pairs) {
+  NPT_NOINLINE void forward(std::span<const NetworkCall<T>> calls) {
     if (memory_->weights.empty())
       throw Error({.file = "gradients", .found = "no weights", .expected = "a call of load() before"});
-    if (pairs.empty()) throw Error({.file = "batch", .found = "no pairs", .expected = "at least one"});
-    memory_->pose.clear();
-    memory_->identity.clear();
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      engine::check_pair(pairs[i], i, pairs.size(), tape_->paired);
-      memory_->pose.add({.coordinates = pairs[i].pose, .result = {}, .code = static_cast<int>(i)});
-      memory_->identity.add({.coordinates = pairs[i].identity, .result = pairs[i].result, .code = static_cast<int>(i)});
-    }
+    if (calls.empty()) throw Error({.file = "batch", .found = "no calls", .expected = "at least one"});
+    memory_->encoded.clear();
+    memory_->main.clear();
+    for (std::size_t i = 0; i < calls.size(); ++i) add(calls[i], i, calls.size());
     Forward<T>(*tape_, loops_, *memory_).run(executor_);
   }
 
-  /// The gradient of the batch of the last forward(): result_gradient[i], [V, 3], is dL / d result of pair i.
+  /// The gradient of the batch of the last forward(): result_gradient[i], [V, 3], is dL / d result of call i.
   /// Overwrites parameter_gradient, which is laid out as Model::buffer() (attributes and padding get 0).
   void backward(std::span<const std::span<const T>> result_gradient, std::span<T> parameter_gradient) {
-    backward({.result = result_gradient, .parameters = parameter_gradient, .pose = {}, .identity = {}});
+    backward({.result = result_gradient, .parameters = parameter_gradient, .inputs = {}});
   }
-  /// Leaves the gradients of the meshes too, where they are asked for.
+  /// Leaves the gradients of the inputs too, where they are asked for.
   NPT_NOINLINE void backward(const BatchGradients<T>& gradients) {
-    const auto& pairs = memory_->identity.meshes;
+    const auto& calls = memory_->main.meshes;
     expect("parameter gradient", gradients.parameters.size(), parameter_count_);
-    expect("result gradients", gradients.result.size(), pairs.size());
-    for (std::size_t i = 0; i < pairs.size(); ++i)
-      expect("result gradient", gradients.result[i].size(), pairs[i].coordinates.size());
-    check_meshes("pose gradients", gradients.pose, memory_->pose);
-    check_meshes("identity gradients", gradients.identity, memory_->identity);
+    expect("result gradients", gradients.result.size(), calls.size());
+    for (std::size_t i = 0; i < calls.size(); ++i)
+      expect("result gradient", gradients.result[i].size(), 3 * static_cast<std::size_t>(calls[i].vertices));
+    for (int i = 0; i < tape_->inputs.count; ++i)
+      check_input_gradients(tape_->inputs[i], gradients.inputs[static_cast<std::size_t>(i)],
+                            i == tape_->inputs.encoded ? memory_->encoded : memory_->main);
     Backward<T>(*tape_, loops_, *memory_, gradients).run(executor_);
   }
 
  private:
+  /// Call `number` of a batch. Each has its own encoded input here, the same one or not.
+  void add(const NetworkCall<T>& call, std::size_t number, std::size_t count) {
+    const graph::InputList& inputs = tape_->inputs;
+    const engine::CallVertices vertices =
+        engine::check_call(inputs, tape_->paired, call, count == 1 ? engine::only_call : number);
+    engine::BatchMesh<T> encoded{.vertices = static_cast<int>(vertices.encoded)};
+    engine::BatchMesh<T> main{
+        .result = call.result.data(), .vertices = static_cast<int>(vertices.result), .code = static_cast<int>(number)};
+    for (int i = 0; i < inputs.count; ++i)
+      (i == inputs.encoded ? encoded : main).inputs[static_cast<std::size_t>(i)] = call.inputs[i].data();
+    if (inputs.encoded >= 0) memory_->encoded.add(encoded);
+    memory_->main.add(main);
+  }
+
   void pack(int i, bool is_forward) {
     const Stage& stage = tape_->stage(i);
     if (!stage.product) return;
@@ -153,13 +166,15 @@ class GradientCore {
     if (found != expected)
       throw Error({.file = what, .found = std::to_string(found), .expected = std::to_string(expected)});
   }
-  static void check_meshes(const char* what, std::span<const std::span<T>> gradients,
-                           const engine::MeshBatch<T>& batch) {
+  static void check_input_gradients(const Input& input, std::span<const std::span<T>> gradients,
+                                    const engine::MeshBatch<T>& batch) {
     if (gradients.empty()) return;
-    expect(what, gradients.size(), batch.meshes.size());
+    expect(input.name, gradients.size(), batch.meshes.size());
     for (std::size_t i = 0; i < gradients.size(); ++i)
-      expect(what, gradients[i].size(), batch.meshes[i].coordinates.size());
+      expect(input.name, gradients[i].size(),
+             static_cast<std::size_t>(input.channels) * static_cast<std::size_t>(batch.meshes[i].vertices));
   }
+
   const Tape* tape_;
   std::size_t parameter_count_;
   std::span<const ChainLoops<T>> loops_;

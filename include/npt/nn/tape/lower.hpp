@@ -34,8 +34,10 @@ class Lowering {
 
   constexpr Tape run() {
     for (int& t : activation_of_) t = -1;
-    for (int n = 0; n < 2; ++n)
-      activation_of_[index(n)] = add_activation({.channels = graph_[n].channels, .from_pose = n == 0, .input = n});
+    tape_.inputs = graph_.inputs;
+    for (int n = 0; n < graph_.inputs.count; ++n)
+      activation_of_[index(n)] =
+          add_activation({.channels = graph_[n].channels, .encoded = graph_.is_encoded(n), .input = n});
     for (int n = 0; n < graph_.count; ++n)
       if (graph_[n].kind == NodeKind::conv) add_product(n);
     gather(graph_.output);
@@ -70,11 +72,11 @@ class Lowering {
     return tape_.activation_count++;
   }
 
-  constexpr int add_stage(Stage s, const Operand& operand, bool from_pose) {
+  constexpr int add_stage(Stage s, const Operand& operand, bool encodes) {
     if (tape_.stage_count == max_stages) throw "npt: a network has too many stages to train (nn/tape/tape.hpp)";
     s.path_count = operand.count;
     s.paths = operand.paths;
-    s.from_pose = from_pose;
+    s.encodes = encodes;
     int width = 0;
     for (int r = 0; r < s.path_count; ++r) {
       ReadPath& path = s.paths[index(r)];
@@ -90,7 +92,7 @@ class Lowering {
       if (path.row + path.channels > width) width = path.row + path.channels;
     }
     s.operand_rows = width;
-    s.output = add_activation({.channels = s.rows, .from_pose = from_pose, .stage = tape_.stage_count});
+    s.output = add_activation({.channels = s.rows, .encoded = encodes, .stage = tape_.stage_count});
     stage(tape_.stage_count) = s;
     ++tape_.stage_count;
     return s.output;
@@ -104,15 +106,15 @@ class Lowering {
                                           .bias = node.bias,
                                           .rows = node.channels,
                                           .columns = graph_[node.first].channels},
-                                         operand, node.depends == graph::depends_on_pose);
+                                         operand, graph_.is_encoded(n));
   }
 
   /// Node n as a stored activation.
   constexpr int gather(int n) {
     const Operand operand = resolve(n);
     const int channels = graph_[n].channels;
-    activation_of_[index(n)] = add_stage({.node = n, .product = false, .rows = channels, .columns = channels}, operand,
-                                         graph_[n].depends == graph::depends_on_pose);
+    activation_of_[index(n)] =
+        add_stage({.node = n, .product = false, .rows = channels, .columns = channels}, operand, graph_.is_encoded(n));
     return activation_of_[index(n)];
   }
   constexpr int stored(int n) { return activation_of_[index(n)] >= 0 ? activation_of_[index(n)] : gather(n); }
@@ -177,7 +179,7 @@ class Lowering {
     }
     const ReadPath& path = operand.paths[0];
     activation_of_[index(n)] = add_activation({.channels = graph_[n].channels,
-                                               .from_pose = graph_[n].depends == graph::depends_on_pose,
+                                               .encoded = graph_.is_encoded(n),
                                                .stage = activation(path.activation).stage,
                                                .pooled_from = path.activation,
                                                .chain = path.chain,
@@ -283,13 +285,13 @@ class Lowering {
           lives[index(p)].last = i;
     for (int p = 0; p < tape_.adjoint_count; ++p) {
       if (!adjoint(p).dense) continue;
-      const auto side = static_cast<std::size_t>(activation(adjoint(p).activation).from_pose ? 0 : 1);
+      const auto side = static_cast<std::size_t>(activation(adjoint(p).activation).encoded ? 0 : 1);
       int b = 0;
       for (; b < tape_.buffer_count[side]; ++b) {
         bool free = true;
         for (int other = 0; other < p; ++other)
           if (adjoint(other).dense && adjoint(other).buffer == b &&
-              activation(adjoint(other).activation).from_pose == activation(adjoint(p).activation).from_pose)
+              activation(adjoint(other).activation).encoded == activation(adjoint(p).activation).encoded)
             free = free && (lives[index(other)].last < lives[index(p)].first ||
                             lives[index(p)].last < lives[index(other)].first);
         if (free) break;
@@ -333,10 +335,10 @@ class Lowering {
 
   constexpr void find_pairing() {
     for (int i = 0; i < tape_.stage_count; ++i) {
-      if (stage(i).from_pose) continue;
+      if (stage(i).encodes) continue;
       for (int r = 0; r < stage(i).path_count; ++r) {
         const ReadPath& path = stage(i).paths[index(r)];
-        const auto paired = [&](int t) { return activation(t).from_pose && activation(t).pooled_from < 0; };
+        const auto paired = [&](int t) { return activation(t).encoded && activation(t).pooled_from < 0; };
         if (paired(path.activation)) tape_.paired = true;
         graph::for_each_other(path.chain, [&](int other) { tape_.paired = tape_.paired || paired(other); });
       }

@@ -42,7 +42,7 @@ inline int column_of_row(const Tape& tape, const Stage& stage, int row) {
 /// The memory of one tape.
 template <class T>
 struct Memory {
-  engine::MeshBatch<T> pose, identity;
+  engine::MeshBatch<T> encoded, main;        ///< the sides of the calls: encoded inputs, and all the rest
   AlignedBuffer<T> parameters;               ///< as Model::buffer(): pointwise layers and pooled columns read it
   std::vector<Weights<T>> weights;           ///< by stage
   std::vector<std::vector<int>> columns;     ///< by stage and row of the operand

@@ -19,10 +19,10 @@ namespace npt::inline NPT_ABI::tape {
 /// What a backward pass starts from and where it leaves its results.
 template <class T>
 struct BatchGradients {
-  std::span<const std::span<const T>> result;  ///< by pair: [V, 3]
+  std::span<const std::span<const T>> result;  ///< by call: [V, 3]
   std::span<T> parameters;                     ///< as Model::buffer(), overwritten
-  std::span<const std::span<T>> pose;          ///< by pair: [Vp, 3], overwritten; none if empty
-  std::span<const std::span<T>> identity;      ///< by pair: [V, 3]
+  /// By input and call: [V, channels], overwritten; empty: not asked for.
+  std::array<std::span<const std::span<T>>, static_cast<std::size_t>(graph::max_inputs)> inputs{};
 };
 
 /// The barriers of Backward (nn/tape/backward.hpp). Everything is added up in an order that the shapes alone say.
@@ -166,8 +166,7 @@ class Merge : protected View<T> {
   void take_through_pool(int t, int p, int mesh) {
     const Activation& activation = tape_.activation(t);
     const ChainLoops<T>& loops = this->loops(activation.chain);
-    const Args args =
-        this->arguments(activation.chain, activation.adjoint, this->mesh_task(mesh, activation.from_pose));
+    const Args args = this->arguments(activation.chain, activation.adjoint, this->mesh_task(mesh, activation.encoded));
     memory_.pooled_sums.grow_to(index(activation.channels) * index(loops.read_sums) + 1);
     T* sums = memory_.pooled_sums.data();
     std::fill(sums, sums + index(activation.channels) * index(loops.read_sums), T(0));

@@ -51,9 +51,9 @@ struct ReadPath {
 
 struct Activation {
   int channels = 0;
-  bool from_pose = false;
-  int input = -1;  ///< number of the network's input, -1: none
-  int stage = -1;  ///< that writes it
+  bool encoded = false;  ///< depends on the encoded input alone
+  int input = -1;        ///< number of the network's input, -1: none
+  int stage = -1;        ///< that writes it
   // pooled: maxima over the vertices of another activation, then pointwise layers
   int pooled_from = -1;
   Chain chain{};
@@ -70,8 +70,8 @@ struct Stage {
   int operand_rows = 0;        ///< without them
   int path_count = 0;
   std::array<ReadPath, max_paths> paths{};
-  int output = -1;  ///< activation
-  bool from_pose = false;
+  int output = -1;            ///< activation
+  bool encodes = false;       ///< runs over the encoded input's vertices, else the result's
   bool bias_is_dead = false;  ///< it only reaches instance norms: its gradient is zero
 };
 
@@ -84,6 +84,7 @@ struct Signature {
 };
 
 struct Tape {
+  graph::InputList inputs{};
   std::array<Stage, max_stages> stages{};
   int stage_count = 0;
   std::array<Activation, max_activations> activations{};
@@ -92,9 +93,9 @@ struct Tape {
   int adjoint_count = 0;
   std::array<Signature, max_signatures> signatures{};
   int signature_count = 0;
-  std::array<std::array<int, max_adjoints>, 2> buffer_channels{};  ///< by side (pose 0, identity 1): widest tenant
+  std::array<std::array<int, max_adjoints>, 2> buffer_channels{};  ///< by side (encoder 0, rest 1): widest tenant
   std::array<int, 2> buffer_count{};
-  bool paired = false;       ///< pose and identity must have equally many vertices
+  bool paired = false;       ///< the encoded input must have as many vertices as the others
   double multiply_adds = 0;  ///< a vertex, of the forward pass, by the plain algorithm
 
   constexpr const Stage& stage(int i) const { return stages[static_cast<std::size_t>(i)]; }

@@ -22,7 +22,7 @@ namespace npt::inline NPT_ABI::tape {
 struct Task {
   engine::Item item;
   std::size_t number;  ///< of the group among all of the stage's side
-  bool over_pose;      ///< the stage's side is the pose's
+  bool encodes;        ///< the stage's side is the encoded input's
 };
 
 template <class T>
@@ -37,19 +37,19 @@ class View {
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
   Task task(const Stage& stage, std::size_t number) const {
-    return {batch_of(stage.from_pose).items[number], number, stage.from_pose};
+    return {batch_of(stage.encodes).items[number], number, stage.encodes};
   }
   /// For what is done once a mesh, to a tile of one vertex.
-  static Task mesh_task(int mesh, bool over_pose) { return {{mesh, 0, 1}, 0, over_pose}; }
+  static Task mesh_task(int mesh, bool encodes) { return {{mesh, 0, 1}, 0, encodes}; }
 
-  const engine::MeshBatch<T>& batch_of(bool pose) const { return pose ? memory_.pose : memory_.identity; }
+  const engine::MeshBatch<T>& batch_of(bool encoded) const { return encoded ? memory_.encoded : memory_.main; }
   const ChainLoops<T>& loops(const Chain& chain) const { return loops_[index(chain.signature)]; }
   bool pooled(int t) const { return tape_.activation(t).pooled_from >= 0; }
 
   /// Number on the activation's own side of the item that a running item meets there.
   std::size_t item_on(const Activation& t, const Task& task) const {
-    if (task.over_pose || !t.from_pose) return task.number;
-    return index(memory_.pose.meshes[index(task.item.mesh)].first_item + task.item.group);
+    if (task.encodes || !t.encoded) return task.number;
+    return index(memory_.encoded.meshes[index(task.item.mesh)].first_item + task.item.group);
   }
   T* tile(int t, const Task& task) const {
     const Activation& activation = tape_.activation(t);
@@ -59,7 +59,7 @@ class View {
   T* gradient_tile(int p, const Task& task) const {
     const Adjoint& adjoint = tape_.adjoint(p);
     const Activation& activation = tape_.activation(adjoint.activation);
-    return memory_.buffers[activation.from_pose ? 0 : 1][index(adjoint.buffer)].data() +
+    return memory_.buffers[activation.encoded ? 0 : 1][index(adjoint.buffer)].data() +
            item_on(activation, task) * kernel::tile_size(activation.channels);
   }
   /// Mean and 1 / deviation of a normalising adjoint's norm for a mesh.

@@ -5,13 +5,15 @@
 ///   const auto report = npt::check_gradients<MyNet>();              // a network
 ///   report.worst < 1e-6, report.where
 ///
-/// The loss is a random linear function of the result; entries of every parameter and of both meshes are moved.
+/// The loss is a random linear function of the result; entries of every parameter and of all inputs are moved.
 #pragma once
 
 #include <npt/base/default_executor.hpp>
 #include <npt/base/random.hpp>
 #include <npt/config.hpp>
 #include <npt/nn/engine/model.hpp>
+#include <npt/nn/engine/network_call.hpp>
+#include <npt/nn/graph/graph.hpp>
 #include <npt/nn/layer/conv1x1.hpp>
 #include <npt/nn/train/gradients.hpp>
 
@@ -66,8 +68,8 @@ double difference_quotient(double& x, F&& f) {
 }  // namespace internal
 
 struct GradientCheckOptions {
-  int vertices = 37;               ///< of both meshes, which are random points
-  std::uint64_t seed = 1;          ///< of meshes, loss and, if no model is given, weights
+  int vertices = 37;               ///< of all inputs, which are random numbers
+  std::uint64_t seed = 1;          ///< of inputs, loss and, if no model is given, weights
   std::size_t most_entries = 100;  ///< of each tensor, spread over it
 };
 
@@ -78,29 +80,37 @@ inline GradientReport check_gradients(tape::GradientCore<double, DefaultExecutor
                                       const std::vector<NamedParameter>& tensors, std::span<double> parameters,
                                       std::span<double> gradient, const GradientCheckOptions& options) {
   const int vertices = options.vertices;
-  const auto points = [&](std::uint64_t stream) {
+  const auto points = [&](std::uint64_t stream, int channels) {
     Random random(options.seed, stream);
-    std::vector<double> xyz(3 * static_cast<std::size_t>(vertices));
-    for (double& x : xyz) x = random.uniform(-1, 1);
-    return xyz;
+    std::vector<double> values(static_cast<std::size_t>(channels) * static_cast<std::size_t>(vertices));
+    for (double& x : values) x = random.uniform(-1, 1);
+    return values;
   };
-  std::vector<double> pose = points(1), identity = points(2), result(pose.size());
-  const std::vector<double> factors = points(3);
-  const TransferPair<double> pair{pose, identity, result};
+  const graph::InputList& inputs = gradients.tape().inputs;
+  const auto input_count = static_cast<std::size_t>(inputs.count);
+  std::vector<std::vector<double>> given(input_count), to_inputs(input_count);
+  std::vector<double> result(3 * static_cast<std::size_t>(vertices));
+  NetworkCall<double> call{.inputs = {}, .result = result};
+  for (std::size_t i = 0; i < input_count; ++i) {
+    given[i] = points(1 + i, inputs[static_cast<int>(i)].channels);
+    to_inputs[i].resize(given[i].size());
+    call.inputs.push_back(given[i]);
+  }
+  const std::vector<double> factors = points(1 + input_count, 3);
   const auto loss = [&] {
     gradients.load(parameters);
-    gradients.forward({&pair, 1});
+    gradients.forward({&call, 1});
     double sum = 0;
     for (std::size_t i = 0; i < result.size(); ++i) sum += factors[i] * result[i];
     return sum;
   };
 
-  std::vector<double> to_pose(pose.size()), to_identity(identity.size());
   const std::span<const double> from(factors);
-  const std::span<double> pose_span(to_pose), identity_span(to_identity);
+  const std::vector<std::span<double>> input_spans(to_inputs.begin(), to_inputs.end());
+  tape::BatchGradients<double> wanted{.result = {&from, 1}, .parameters = gradient};
+  for (std::size_t i = 0; i < input_count; ++i) wanted.inputs[i] = {&input_spans[i], 1};
   loss();
-  gradients.backward(
-      {.result = {&from, 1}, .parameters = gradient, .pose = {&pose_span, 1}, .identity = {&identity_span, 1}});
+  gradients.backward(wanted);
 
   GradientReport report;
   double largest_of_all = 0;
@@ -126,8 +136,7 @@ inline GradientReport check_gradients(tape::GradientCore<double, DefaultExecutor
                size = static_cast<std::size_t>(p.parameter.size());
     if (!p.parameter.attribute) compare(p.name, parameters.subspan(first, size), gradient.subspan(first, size));
   }
-  compare("pose", pose, to_pose);
-  compare("identity", identity, to_identity);
+  for (std::size_t i = 0; i < input_count; ++i) compare(inputs[static_cast<int>(i)].name, given[i], to_inputs[i]);
   return report;
 }
 
@@ -150,9 +159,10 @@ GradientReport check_gradients(const GradientCheckOptions& options = {}) {
 }
 
 /// A layer of `Channels` channels between two convolutions; a conditioned one, called as layer(x, condition), gets the
-/// identity.
+/// second input.
 template <class Layer, int Channels>
 struct LayerProbe {
+  static constexpr Input inputs[] = {{"points", 3}, {"condition", 3}};
   Conv1x1<3, Channels> in;
   Layer layer;
   Conv1x1<Channels + 3, 3> out;
@@ -162,12 +172,12 @@ struct LayerProbe {
     if constexpr (requires { Layer::visit(self.layer, visitor); }) visitor("layer", self.layer);
     visitor("out", self.out);
   }
-  constexpr auto operator()(auto pose, auto identity) const {
-    const auto x = pose | in;
-    if constexpr (requires { layer(x, identity); })
-      return cat(layer(x, identity), identity) | out;
+  constexpr auto operator()(auto points, auto condition) const {
+    const auto x = points | in;
+    if constexpr (requires { layer(x, condition); })
+      return cat(layer(x, condition), condition) | out;
     else
-      return cat(x | layer, identity) | out;
+      return cat(x | layer, condition) | out;
   }
 };
 

@@ -1,8 +1,8 @@
-/// The gradient of a network: what training, and anything else that differentiates through a pose transfer, holds.
+/// The gradient of a network: what training, and anything else that differentiates through a network, holds.
 ///
 ///   npt::Gradients<Net> gradients(threads);
 ///   gradients.load(model.buffer());                  // after every change of the weights
-///   gradients.forward(pairs);                        // results to pair.result
+///   gradients.forward(calls);                        // results to call.result
 ///   gradients.backward(result_gradients, gradient);  // dL / d result in, dL / d parameters out
 ///
 /// Exact up to rounding, for every network that can be composed; a layer without a vjp is a compile error.

@@ -3,9 +3,9 @@
 ///                   over the 3 V coordinates
 ///   edge length     eq. 6: sum over each vertex's neighbours of the squared edge length, so every edge counts twice
 ///   relative edges  the released code's: mean over triangles of the sum over their sides of
-///                   |length / identity's length - 1|
+///                   |length / reference's length - 1|
 /// Each returns the loss of one mesh, summed in double, and adds `weight` times its gradient to `gradient`.
-/// Shapes  prediction, truth, identity, gradient: [V, 3], row major
+/// Shapes  prediction, truth, reference, gradient: [V, 3], row major
 #pragma once
 
 #include <npt/base/vec3.hpp>
@@ -94,19 +94,19 @@ double edge_length_loss(std::span<const T> prediction, std::span<const Edge> edg
   return scale * sum;
 }
 
-/// A side without length in the identity can't be compared and is left out; one without length in the prediction has no
-/// direction to grow in and gets no gradient.
+/// A side without length in the reference can't be compared and is left out; one without length in the prediction has
+/// no direction to grow in and gets no gradient.
 template <class T>
-double relative_edge_loss(std::span<const T> prediction, std::span<const T> identity,
+double relative_edge_loss(std::span<const T> prediction, std::span<const T> reference,
                           std::span<const Triangle> triangles, double weight, std::span<T> gradient) {
-  NPT_ASSERT(prediction.size() == identity.size() && prediction.size() == gradient.size());
+  NPT_ASSERT(prediction.size() == reference.size() && prediction.size() == gradient.size());
   if (triangles.empty()) return 0;
   const double scale = 1.0 / static_cast<double>(triangles.size());
   double sum = 0;
   for (const Triangle& t : triangles) {
     for (std::size_t side = 0; side < 3; ++side) {
       const std::size_t a = t[side], b = t[(side + 1) % 3];
-      const double rest = length(internal::point_of(identity, a) - internal::point_of(identity, b));
+      const double rest = length(internal::point_of(reference, a) - internal::point_of(reference, b));
       if (rest == 0) continue;
       const Vec3d d = internal::point_of(prediction, a) - internal::point_of(prediction, b);
       const double now = length(d);

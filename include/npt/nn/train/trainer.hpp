@@ -93,7 +93,7 @@ struct StepReport {
   double pmd = 0;             ///< mean over the batch of the squared distance a vertex, in squares of the meshes' unit
   double gradient_norm = 0;   ///< before clipping
   double rate = 0;
-  std::size_t batch = 0, vertices = 0;  ///< meshes in the step, the most vertices of an identity
+  std::size_t batch = 0, vertices = 0;  ///< meshes in the step, the most vertices of a result
   struct {
     double data = 0, forward = 0, loss = 0, backward = 0, optimise = 0, whole = 0;
   } seconds;
@@ -132,7 +132,7 @@ class Trainer {
     report.rate = options_.rate(report.progress);
     draw(stage);
     report.seconds.data = clock.lap();
-    gradients_.forward(pairs_);
+    gradients_.forward(calls_);
     report.seconds.forward = clock.lap();
     losses(stage.batch, report);
     report.seconds.loss = clock.lap();
@@ -294,12 +294,15 @@ class Trainer {
     gradients_.executor().for_each(static_cast<int>(count), [&](int i, int) {
       const auto k = static_cast<std::size_t>(i);
       stage.source->fill(step_, rank * count + k, samples_[k]);
-      results_[k].resize(samples_[k].identity.size());
+      results_[k].resize(samples_[k].truth.size());
     });
-    pairs_.clear();
+    calls_.clear();
     result_gradients_.clear();
-    for (std::size_t k = 0; k < count; ++k)
-      pairs_.push_back({.pose = samples_[k].pose, .identity = samples_[k].identity, .result = results_[k]});
+    for (std::size_t k = 0; k < count; ++k) {
+      NetworkCall<float>& call = calls_.emplace_back();
+      for (const std::vector<float>& input : samples_[k].inputs) call.inputs.push_back(input);
+      call.result = results_[k];
+    }
   }
 
   void losses(std::size_t batch, StepReport& report) {
@@ -323,9 +326,9 @@ class Trainer {
       }
       if (o.edge == EdgeLoss::length)
         sum.edge = edge_length_loss<float>(results_[k], sample.edges, o.scaling, weight * o.edge_weight, gradient);
-      if (o.edge == EdgeLoss::relative)
-        sum.edge =
-            relative_edge_loss<float>(results_[k], sample.identity, sample.triangles, weight * o.edge_weight, gradient);
+      if (o.edge == EdgeLoss::relative && sample.reference >= 0)
+        sum.edge = relative_edge_loss<float>(results_[k], sample.inputs[static_cast<std::size_t>(sample.reference)],
+                                             sample.triangles, weight * o.edge_weight, gradient);
     });
     for (const std::vector<float>& gradient : gradients_of_results_) result_gradients_.emplace_back(gradient);
     std::array<double, 3> sums{};
@@ -387,7 +390,7 @@ class Trainer {
   // Memory that steps use again.
   std::vector<Sample> samples_;
   std::vector<std::vector<float>> results_, gradients_of_results_;
-  std::vector<TransferPair<float>> pairs_;
+  std::vector<NetworkCall<float>> calls_;
   std::vector<std::span<const float>> result_gradients_;
   std::vector<Losses> losses_;
   std::vector<double> partial_;
