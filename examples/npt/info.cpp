@@ -5,11 +5,14 @@
 
 #include <formats/read.hpp>
 
+#include <npt/base/default_executor.hpp>
+#include <npt/base/error.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/union_find.hpp>
+#include <npt/nets/network_list.hpp>
 #include <npt/scene/pose.hpp>
 
 #include <algorithm>
@@ -198,12 +201,22 @@ std::size_t count_non_finite(const npt::SafetensorsFile& file) {
   return count;
 }
 
+/// The inputs of the network that the weights are of, where they say which one.
+void describe_inputs(Report& report, const npt::SafetensorsFile& file) {
+  try {
+    const auto& network = npt::find_network<npt::AllNetworks, npt::DefaultExecutor>(file);
+    report["inputs"] = npt::input_names(network.program->inputs);
+  } catch (const npt::Error&) {  // a network of somebody's own, or metadata that are missing: described without
+  }
+}
+
 void describe_kind(Report& report, const npt::SafetensorsFile& file) {
   if (has_all(file, {"encoder.conv1.weight", "encoder.conv3.weight", "decoder.conv4.weight"})) {
     const std::string* net = file.find_metadata("net");
     const bool correspondence = net != nullptr && *net == "correspondence";
     report["kind"] = correspondence ? "weights of a correspondence network" : "weights of a pose transfer network";
     report[correspondence ? "width" : "bottleneck"] = dimension(file, "encoder.conv3.weight", 0);
+    describe_inputs(report, file);
     if (correspondence) return;
     for (const auto& [prefix, what] :
          {std::pair("correspondence/", "correspondence network"), std::pair("fit_bias/", "bias of fits"),

@@ -28,7 +28,6 @@ const Extras& extras_of(const NetworkType& network) {
           }};
     };
     npt::AllNetworks::for_each(add);
-    add.operator()<npt::CorrespondenceNet<>>();
     return all;
   }();
   return list.at(network.program);
@@ -44,10 +43,6 @@ npt::AlignedBuffer<float> random_values(const NetworkType& network, std::uint64_
 }  // namespace
 
 const NetworkType* find_network(const Variant& variant) {
-  if (variant.net == "correspondence") {
-    static const NetworkType reader = npt::network_type<npt::CorrespondenceNet<>, npt::DefaultExecutor>();
-    return &reader;
-  }
   return npt::find_network<npt::AllNetworks, npt::DefaultExecutor>(variant.metadata());
 }
 

@@ -22,7 +22,6 @@ const std::vector<TrainableNetwork>& trainable_networks() {
   static const std::vector<TrainableNetwork> list = [] {
     std::vector<TrainableNetwork> all;
     npt::AllNetworks::for_each([&all]<class Net>() { all.push_back(trainable<Net>()); });
-    all.push_back(trainable<npt::CorrespondenceNet<>>());
     return all;
   }();
   return list;

@@ -47,7 +47,7 @@ TEST_CASE("the shipped reader says where points of unseen people belong, to 5 cm
 }
 
 TEST_CASE("there is a reading for each turn and their median, the same with any number of threads, place and unit") {
-  npt::Model<npt::CorrespondenceEstimator::Network> model;
+  npt::Model<npt::CorrespondenceNet<>> model;
   npt::randomise(model, 2);
   const npt::CorrespondenceEstimator one(model, npt::DefaultExecutor(1));
   const npt::Mesh mesh = npt::to_mesh(npt::mannequin());
@@ -70,7 +70,7 @@ TEST_CASE("there is a reading for each turn and their median, the same with any 
 }
 
 TEST_CASE("no points, points in one place and no turn are errors") {
-  npt::Model<npt::CorrespondenceEstimator::Network> model;
+  npt::Model<npt::CorrespondenceNet<>> model;
   npt::randomise(model, 2);
   const npt::CorrespondenceEstimator reader(model, npt::DefaultExecutor(1));
   CHECK_THROWS_AS(reader.read({}), npt::Error);

@@ -1,7 +1,9 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/error.hpp>
+#include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/nets/network_list.hpp>
+#include <npt/nets/transfer_pair.hpp>
 #include <npt/transfer/pose_transfer.hpp>
 
 #include <cstring>
@@ -125,4 +127,33 @@ TEST_CASE("random weights of a list's network are those of randomise") {
   npt::randomise(model, 5);
   const auto random = npt::PoseTransfer::random(*type, 5, {}, npt::DefaultExecutor(1));
   CHECK(random(identity, pose).positions == npt::PoseTransfer(model, {}, 1)(identity, pose).positions);
+}
+
+TEST_CASE("one list holds all networks: the correspondence network's weights are found, and refused for transfers") {
+  const auto file = file_of<npt::CorrespondenceNet<>>();
+  const auto& type = npt::find_network<npt::AllNetworks, npt::DefaultExecutor>(file);
+  CHECK(type.variant == npt::variant_metadata<npt::CorrespondenceNet<>>());
+  CHECK(npt::input_names(type.program->inputs) == "points and normals");
+  CHECK_THROWS_WITH_AS(
+      npt::PoseTransfer::open(file, {}, npt::DefaultExecutor(1)),
+      (file.name() + ": found net correspondence, width 256, a network of points and normals, expected a pose "
+                     "transfer network, of pose and identity")
+          .c_str(),
+      npt::Error);
+  // A shorter list doesn't know it.
+  CHECK(message_of(file).starts_with(": metadata: found net correspondence, expected one of the networks"));
+  const auto other = file_of<npt::PoseTransferNet<256>>();
+  CHECK(npt::find_network<npt::AllNetworks, npt::DefaultExecutor>(other).variant.at("bottleneck") == "256");
+  CHECK_THROWS_AS(npt::CorrespondenceEstimator(other, npt::DefaultExecutor(1)), npt::Error);
+}
+
+TEST_CASE("every network of the list has its own inputs' names and a variant of its own") {
+  std::size_t transfers = 0;
+  const auto& types = npt::network_types<npt::AllNetworks, npt::DefaultExecutor>();
+  for (const auto& type : types) {
+    transfers += npt::transfers_poses(type.program->inputs) ? 1U : 0U;
+    CHECK(npt::find_network<npt::AllNetworks, npt::DefaultExecutor>(type.variant) == &type);
+  }
+  CHECK(types.size() == 31);
+  CHECK(transfers == 30);
 }

@@ -244,7 +244,7 @@ test_info() {
   done
   : > empty.ply
   expect 1 --err "empty.ply" -- info a.obj empty.ply
-  expect 0 --out "weights of a pose transfer network" -- info "$project/examples/weights/human.safetensors"
+  expect 0 --out "weights of a pose transfer network" --out "pose and identity" -- info "$project/examples/weights/human.safetensors"
 }
 
 # A safetensors file with a tensor of one byte.
@@ -691,6 +691,8 @@ test_rigs() {
   expect 0 --out "mannequin, own" --out "--rig own.glb=2" -- info whole.safetensors
   resumes_after_kill $course
   expect 0 --out "net correspondence, width 256, 3 steps" -- train --net correspondence --rig own.glb --body mannequin --steps 3 --batch 2 --vertices 60 --validation-pairs 1 --out reads.safetensors
+  expect 0 --out "Inputs: points" -- explain --weights reads.safetensors
+  expect 0 --out "points and normals" -- info reads.safetensors
   # Other names for joints: a person's, and one that no person has.
   printf '[own]\nmixamorig:LeftUpLeg left_hip\n' > names.txt
   expect 0 --out "3 steps" -- train --out named.safetensors --rig own.glb --body mannequin --bottleneck 64 --steps 3 --stage 0:2x30 --validation-pairs 1 --joint-names names.txt

@@ -120,8 +120,9 @@ TEST_CASE("weights of another network are refused by name") {
     const npt::NetworkCorrection wrong(npt::SafetensorsFile::read(human), npt::DefaultExecutor(1));
     FAIL("opened");
   } catch (const npt::Error& error) {
-    CHECK(
-        std::string(error.what()).find("human.safetensors: metadata feature: found 'per-vertex', expected 'pooled'") !=
-        std::string::npos);
+    CHECK(std::string(error.what())
+              .find("human.safetensors: metadata: found bottleneck 256, conv_relu, per-vertex, expected one of the "
+                    "networks that are compiled in: bottleneck 256; feature pooled; order conv_relu") !=
+          std::string::npos);
   }
 }

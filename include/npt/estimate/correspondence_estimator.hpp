@@ -23,10 +23,12 @@
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/nets/correspondence_net.hpp>
+#include <npt/nets/network_list.hpp>
+#include <npt/nn/engine/core.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
 #include <npt/nn/engine/network_call.hpp>
-#include <npt/nn/weights/weights_file.hpp>
+#include <npt/nn/graph/program.hpp>
 
 #include <algorithm>
 #include <array>
@@ -56,14 +58,26 @@ struct CorrespondenceEstimatorOptions {
 template <class Exec = DefaultExecutor>
 class BasicCorrespondenceEstimator {
  public:
-  using Network = CorrespondenceNet<>;
-
+  template <class Networks = CorrespondenceNetworks>
   static BasicCorrespondenceEstimator open(const std::filesystem::path& weights, int threads = 0) {
-    return BasicCorrespondenceEstimator(correspondence_part(SafetensorsFile::read(weights)), Exec(threads));
+    return open<Networks>(correspondence_part(SafetensorsFile::read(weights)), Exec(threads));
+  }
+  /// Weights of any network of the list that takes points and normals.
+  template <class Networks = CorrespondenceNetworks>
+  static BasicCorrespondenceEstimator open(const SafetensorsFile& file, Exec executor) {
+    return BasicCorrespondenceEstimator(open_network<Networks>(
+                                            file, std::move(executor),
+                                            [](const graph::Program& p) {
+                                              return p.inputs.are({{"points", 3}, {"normals", 3}});
+                                            },
+                                            "a correspondence network, of points and normals"),
+                                        file.find_metadata("negatives") != nullptr);
   }
   BasicCorrespondenceEstimator(const SafetensorsFile& file, Exec executor)
-      : engine_(loaded(file), std::move(executor)), knows_negatives_(file.find_metadata("negatives") != nullptr) {}
-  BasicCorrespondenceEstimator(const Model<Network>& model, Exec executor) : engine_(model, std::move(executor)) {}
+      : BasicCorrespondenceEstimator(open(file, std::move(executor))) {}
+  template <int Width>
+  BasicCorrespondenceEstimator(const Model<CorrespondenceNet<Width>>& model, Exec executor)
+      : engine_(Engine<CorrespondenceNet<Width>, float, Exec>(model, std::move(executor))) {}
 
   /// The median of all readings, and then each of them: turns + 1 readings, or one for a single turn.
   std::vector<Correspondences> read(std::span<const FitSurface::Sample> samples,
@@ -81,7 +95,7 @@ class BasicCorrespondenceEstimator {
     return readings;
   }
 
-  const Engine<Network, float, Exec>& engine() const noexcept { return engine_; }
+  const engine::Core<float, Exec>& engine() const noexcept { return engine_; }
   /// Whether it was trained to tell people from other things (metadata "knows_negatives"), whose points it then reads to
   /// belong far from any body (examples/npt/training).
   bool knows_negatives() const noexcept { return knows_negatives_; }
@@ -90,11 +104,8 @@ class BasicCorrespondenceEstimator {
   /// Metres; of places in bodies that no training had.
   static constexpr double usual_spread = 0.05;
 
-  static Model<Network> loaded(const SafetensorsFile& file) {
-    Model<Network> model;
-    load(model, file);
-    return model;
-  }
+  BasicCorrespondenceEstimator(engine::Core<float, Exec> engine, bool knows_negatives)
+      : engine_(std::move(engine)), knows_negatives_(knows_negatives) {}
 
   /// [turns][n] in metres.
   std::vector<std::vector<Vec3f>> places_of(std::span<const FitSurface::Sample> samples,
@@ -155,7 +166,7 @@ class BasicCorrespondenceEstimator {
     return reading;
   }
 
-  Engine<Network, float, Exec> engine_;
+  engine::Core<float, Exec> engine_;
   bool knows_negatives_ = false;
 };
 

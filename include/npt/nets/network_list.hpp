@@ -1,13 +1,17 @@
 /// Which networks a program has compiled in, and the choice among them by a weights file's metadata.
 #pragma once
 
+#include <npt/base/aligned.hpp>
+#include <npt/base/default_executor.hpp>
 #include <npt/base/error.hpp>
 #include <npt/config.hpp>
 #include <npt/nets/ablation_nets.hpp>
+#include <npt/nets/correspondence_net.hpp>
 #include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/core.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
+#include <npt/nn/engine/packed_program.hpp>
 #include <npt/nn/graph/graph.hpp>
 #include <npt/nn/graph/program.hpp>
 #include <npt/nn/layer/parameter.hpp>
@@ -54,12 +58,15 @@ using NetworksOfBottleneck =
 
 }  // namespace internal
 
-/// Every network that npt ships weights for or trains: five bottlenecks, both unit orders, both features, the
-/// ablations.
+/// Correspondence networks (estimate/correspondence_estimator.hpp).
+using CorrespondenceNetworks = NetworkList<CorrespondenceNet<>>;
+
+/// Every network that npt ships weights for or trains: those that transfer poses, of five bottlenecks, both layer
+/// orders, both features, with the ablations; and the correspondence network.
 using AllNetworks =
     typename internal::JoinedLists<internal::NetworksOfBottleneck<1024>, internal::NetworksOfBottleneck<512>,
                                    internal::NetworksOfBottleneck<256>, internal::NetworksOfBottleneck<128>,
-                                   internal::NetworksOfBottleneck<64>>::type;
+                                   internal::NetworksOfBottleneck<64>, CorrespondenceNetworks>::type;
 
 /// A network behind functions: what differs between the types of a list.
 template <class Exec>
@@ -122,11 +129,11 @@ NPT_INLINE std::string variant_name(const Metadata& variant) {
 namespace internal {
 
 /// What a file says of one key of its variant: its metadata, the caller's assumption, or for the bottleneck the
-/// encoder's shape.
+/// encoder's shape, where it names no other network than the paper's.
 NPT_INLINE std::string file_variant(const SafetensorsFile& file, const Metadata& assume, const std::string& key) {
   if (const std::string* stored = file.find_metadata(key)) return *stored;
   if (const auto assumed = assume.find(key); assumed != assume.end()) return assumed->second;
-  if (key == "bottleneck")
+  if (key == "bottleneck" && file.find_metadata("net") == nullptr)
     if (const FileTensor* last = file.find("encoder.conv3.weight"); last != nullptr && !last->shape.empty())
       return std::to_string(last->shape[0]);
   return {};
@@ -155,13 +162,16 @@ NPT_INLINE std::string choices_of(const std::vector<const Metadata*>& variants) 
 NPT_INLINE std::size_t find_variant(const SafetensorsFile& file, const Metadata& assume,
                                     const std::vector<const Metadata*>& variants) {
   Metadata said;
+  const auto ask = [&](const std::string& key) {
+    if (std::string text = file_variant(file, assume, key); !text.empty()) said[key] = std::move(text);
+  };
+  ask("net");
   for (const Metadata* variant : variants)
-    for (const auto& [key, value] : *variant)
-      if (std::string text = file_variant(file, assume, key); !text.empty()) said[key] = std::move(text);
+    for (const auto& [key, value] : *variant) ask(key);
   for (std::size_t i = 0; i < variants.size(); ++i)
     if (*variants[i] == said) return i;
   for (const char* key : {"bottleneck", "order", "feature"})
-    if (!variants.empty() && variants.front()->contains(key) && !said.contains(key)) {
+    if (!variants.empty() && variants.front()->contains(key) && !said.contains(key) && !said.contains("net")) {
       const bool shape = std::string(key) == "bottleneck";
       throw Error({.file = file.name(),
                    .place = shape ? "tensors" : std::string("metadata ") + key,
@@ -183,6 +193,7 @@ template <class Networks, class Exec>
 const NetworkType<Exec>& find_network(const SafetensorsFile& file, const Metadata& assume = {}) {
   const std::vector<NetworkType<Exec>>& types = network_types<Networks, Exec>();
   std::vector<const Metadata*> variants;
+  variants.reserve(types.size());
   for (const NetworkType<Exec>& type : types) variants.push_back(&type.variant);
   return types[internal::find_variant(file, assume, variants)];
 }
@@ -194,5 +205,29 @@ const NetworkType<Exec>* find_network(const Metadata& variant) {
     if (type.variant == variant) return &type;
   return nullptr;
 }
+
+/// Throws unless a network `fits`: `expected` says what it should be. `name`: of its weights.
+template <class Exec>
+void expect_network(bool fits, const NetworkType<Exec>& type, const std::string& name, const char* expected) {
+  if (!fits)
+    throw Error({.file = name,
+                 .found = variant_name(type.variant) + ", a network of " + input_names(type.program->inputs),
+                 .expected = expected});
+}
+
+/// A network of a list with a file's weights, ready to run, where `fits(its program)`; see expect_network.
+/// Errors    npt::Error as find_network's and load_values', and for a network that doesn't fit
+template <class Networks, class Exec, class Fits>
+engine::Core<float, Exec> open_network(const SafetensorsFile& file, Exec executor, Fits&& fits, const char* expected) {
+  const NetworkType<Exec>& type = find_network<Networks, Exec>(file);
+  expect_network(fits(*type.program), type, file.name(), expected);
+  AlignedBuffer<float> values(type.buffer_size);
+  load_values(file, type.variant, *type.parameters, values.span());
+  return type.pack(values.span(), std::move(executor), Precision::automatic);
+}
+
+#ifdef NPT_PREBUILT
+extern template const std::vector<NetworkType<DefaultExecutor>>& network_types<AllNetworks, DefaultExecutor>();
+#endif
 
 }  // namespace npt::inline NPT_ABI

@@ -6,7 +6,6 @@
 #include <npt/nn/graph/graph.hpp>
 
 #include <span>
-#include <string_view>
 
 namespace npt::inline NPT_ABI {
 
@@ -23,8 +22,7 @@ struct TransferPair {
 
 /// Whether a network transfers poses: it takes the pose, which it can encode by itself, and the identity.
 constexpr bool transfers_poses(const graph::InputList& inputs) {
-  const auto is = [&inputs](int i, std::string_view name) { return inputs[i].name == name && inputs[i].channels == 3; };
-  return inputs.count == 2 && inputs.encoded == 0 && is(0, "pose") && is(1, "identity");
+  return inputs.are({{"pose", 3}, {"identity", 3}}) && inputs.encoded == 0;
 }
 
 }  // namespace npt::inline NPT_ABI

@@ -30,12 +30,12 @@
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/normalise.hpp>
+#include <npt/nets/network_list.hpp>
 #include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nets/transfer_pair.hpp>
-#include <npt/nn/engine/engine.hpp>
-#include <npt/nn/engine/model.hpp>
+#include <npt/nn/engine/core.hpp>
 #include <npt/nn/engine/network_call.hpp>
-#include <npt/nn/weights/weights_file.hpp>
+#include <npt/nn/graph/program.hpp>
 #include <npt/skin/bound_character.hpp>
 #include <npt/skin/skeleton_pose.hpp>
 #include <npt/solve/normal_equations.hpp>
@@ -53,9 +53,13 @@ namespace npt::inline NPT_ABI {
 template <class Exec = DefaultExecutor>
 class BasicNetworkCorrection {
  public:
-  using Network = PoseTransferNet<256, ConvRelu, Pooled>;
+  /// The list that its network is looked up in.
+  using Networks = NetworkList<PoseTransferNet<256, ConvRelu, Pooled>>;
 
-  BasicNetworkCorrection(const SafetensorsFile& file, Exec executor) : engine_(loaded(file), std::move(executor)) {}
+  BasicNetworkCorrection(const SafetensorsFile& file, Exec executor)
+      : engine_(open_network<Networks>(
+            file, std::move(executor), [](const graph::Program& p) { return transfers_poses(p.inputs) && !p.paired; },
+            "a pose transfer network with the pooled feature")) {}
 
   /// How much the network counts beside the body, from 0 to most_share, before it was asked.
   static double share(const BodyEstimate& identity, const BodyEstimate& pose) {
@@ -104,12 +108,6 @@ class BasicNetworkCorrection {
   using Points = std::vector<std::size_t>;  ///< vertices
 
   static double rising(double x, double from, double to) { return std::clamp((x - from) / (to - from), 0.0, 1.0); }
-
-  static Model<Network> loaded(const SafetensorsFile& file) {
-    Model<Network> model;
-    load(model, file);
-    return model;
-  }
 
   /// The same for every frame of a sequence.
   static Points choose(const BoundCharacter& identity) {
@@ -235,7 +233,7 @@ class BasicNetworkCorrection {
     equations.add(rows[2], 1, off.z);
   }
 
-  Engine<Network, float, Exec> engine_;
+  engine::Core<float, Exec> engine_;
 };
 
 using NetworkCorrection = BasicNetworkCorrection<>;

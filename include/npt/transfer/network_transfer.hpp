@@ -70,10 +70,7 @@ class NetworkTransfer {
 
   /// Errors    npt::Error for a network with other inputs than a pose and an identity
   static const NetworkType<Exec>& expect_pose_transfer(const NetworkType<Exec>& type, const std::string& name) {
-    if (!transfers_poses(type.program->inputs))
-      throw Error({.file = name,
-                   .found = variant_name(type.variant) + ", a network of " + input_names(type.program->inputs),
-                   .expected = "a pose transfer network, of pose and identity"});
+    expect_network(transfers_poses(type.program->inputs), type, name, "a pose transfer network, of pose and identity");
     return type;
   }
 

@@ -678,7 +678,6 @@ Character BasicPoseTransfer<Exec>::load_character(const std::filesystem::path& p
 using PoseTransfer = BasicPoseTransfer<>;
 
 #ifdef NPT_PREBUILT
-extern template const std::vector<NetworkType<DefaultExecutor>>& network_types<AllNetworks, DefaultExecutor>();
 extern template class NetworkTransfer<DefaultExecutor>;
 extern template class BasicPoseTransfer<DefaultExecutor>;
 #endif

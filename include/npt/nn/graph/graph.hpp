@@ -8,6 +8,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <string_view>
 #include <tuple>
 #include <type_traits>
@@ -40,6 +41,16 @@ struct InputList {
   constexpr const Input& operator[](int i) const { return list[static_cast<std::size_t>(i)]; }
   /// An input with the result's vertices, as all but the encoded one have them.
   constexpr int of_result() const { return encoded == 0 ? 1 : 0; }
+  /// Whether these are the inputs, by name and channels.
+  constexpr bool are(std::initializer_list<Input> wanted) const {
+    int i = 0;
+    bool same = static_cast<int>(wanted.size()) == count;
+    for (const Input& input : wanted) {
+      same = same && std::string_view((*this)[i].name) == input.name && (*this)[i].channels == input.channels;
+      if (++i == max_inputs) break;
+    }
+    return same;
+  }
 };
 
 /// The identity of an operation type as a number; 0 is none. A hash of the type's name: addresses of variables would
