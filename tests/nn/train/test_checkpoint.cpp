@@ -122,6 +122,9 @@ TEST_CASE("each kind of damage is named") {
   CHECK(message([](M&, T&) {}) == "no error");
   CHECK(message([](M& m, T&) { m.erase("kind"); }).find(": metadata kind: found nothing") == 0);
   CHECK(message([](M& m, T&) { m["kind"] = "other"; }).find(": metadata kind: found 'other'") == 0);
+  CHECK(message([](M& m, T&) { m["kind"] = "npt training checkpoint 1"; })
+            .find(": metadata kind: found 'npt training checkpoint 1', expected 'npt training checkpoint 2': is this a "
+                  "checkpoint? Those of other numbers can't be read") == 0);
   CHECK(message([](M& m, T&) { m.erase("step"); }).find(": metadata step: found nothing") == 0);
   CHECK(message([](M& m, T&) { m["step"] = "-1"; }).find(": metadata step: found '-1'") == 0);
   CHECK(message([](M& m, T&) { m["step"] = "12x"; }).find(": metadata step: found '12x'") == 0);

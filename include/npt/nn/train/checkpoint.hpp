@@ -1,7 +1,8 @@
 /// What a training is between two steps, in one file: enough to go on as if it had never stopped.
-/// Layout    safetensors: for each learned tensor NAME "weights.NAME", "adam.mean.NAME", "adam.square.NAME" and, where
-///           a moving average is kept, "average.NAME"; metadata: kind, step, seconds, best_pmd, attribute.NAME for each
-///           attribute, and the trainer's options under keys of their own
+/// Layout    safetensors: for each learned tensor NAME "weights.NAME"; "adam.mean.NAME" and "adam.square.NAME", or for
+///           the hidden matrices, where Muon moves these, "muon.momentum.NAME"; where a moving average is kept,
+///           "average.NAME". Metadata: kind, step, seconds, best_pmd, attribute.NAME for each attribute, and the
+///           trainer's options under keys of their own
 /// Numerics  every number comes back bit for bit
 /// Errors    npt::Error naming the file and what is missing, misshapen, not finite or of another network; writing
 ///           replaces the file as a whole or leaves it as it was
@@ -12,6 +13,7 @@
 #include <npt/config.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/nn/layer/parameter.hpp>
+#include <npt/nn/train/muon.hpp>
 #include <npt/nn/weights/weights_file.hpp>
 
 #include <algorithm>
@@ -37,7 +39,8 @@ namespace npt::inline NPT_ABI {
 template <class T = float>
 struct Checkpoint {
   AlignedBuffer<T> parameters;
-  AlignedBuffer<T> mean, square;                              ///< Adam's
+  AlignedBuffer<T> mean, square;                              ///< Adam's, of what it moves
+  AlignedBuffer<T> momentum;                                  ///< Muon's, of hidden matrices; empty: Adam moves them
   AlignedBuffer<T> average;                                   ///< of the weights; empty: none is kept
   std::uint64_t step = 0;                                     ///< steps taken
   double seconds = 0;                                         ///< training time spent
@@ -47,7 +50,7 @@ struct Checkpoint {
 
 namespace train::internal {
 
-inline constexpr std::string_view checkpoint_kind = "npt training checkpoint 1";
+inline constexpr std::string_view checkpoint_kind = "npt training checkpoint 2";
 /// Keys of the metadata that aren't the owner's.
 inline constexpr std::string_view own_keys[] = {"kind", "step", "seconds", "best_pmd"};
 inline constexpr std::string_view attribute_prefix = "attribute.";
@@ -71,7 +74,16 @@ inline void expect_checkpoint(const SafetensorsFile& file) {
   throw Error({.file = file.name(),
                .place = "metadata kind",
                .found = kind != nullptr ? "'" + *kind + "'" : "nothing",
-               .expected = "'" + std::string(checkpoint_kind) + "': is this a checkpoint?"});
+               .expected = "'" + std::string(checkpoint_kind) +
+                           "': is this a checkpoint? Those of other numbers can't be read"});
+}
+
+inline constexpr std::string_view momentum_prefix = "muon.momentum.";
+
+/// The tensors that a prefix stands before. `muon`: it moves the hidden matrices.
+inline bool has_tensor(std::string_view prefix, const Parameter& p, bool muon) {
+  if (prefix.starts_with("adam.")) return !muon || !is_hidden_matrix(p);
+  return prefix != momentum_prefix || is_hidden_matrix(p);
 }
 
 inline bool is_own_key(std::string_view key) {
@@ -94,22 +106,24 @@ void save_checkpoint(const std::filesystem::path& path, std::span<const NamedPar
   metadata["seconds"] = number_text(checkpoint.seconds);
   if (std::isfinite(checkpoint.best_pmd)) metadata["best_pmd"] = number_text(checkpoint.best_pmd);
   std::vector<FileTensor> tensors;
-  const auto add = [&](const char* prefix, std::span<const T> buffer) {
+  const bool muon = !checkpoint.momentum.empty();
+  const auto add = [&](std::string_view prefix, std::span<const T> buffer) {
     for (const auto& [name, parameter] : parameters) {
       const auto values =
           buffer.subspan(static_cast<std::size_t>(parameter.offset), static_cast<std::size_t>(parameter.size()));
-      if (!parameter.attribute)
-        tensors.push_back({.name = prefix + name,
+      if (!parameter.attribute && in::has_tensor(prefix, parameter, muon))
+        tensors.push_back({.name = std::string(prefix) + name,
                            .dtype = std::is_same_v<T, float> ? Dtype::f32 : Dtype::f64,
                            .shape = tensor_shape(parameter),
                            .bytes = std::as_bytes(values)});
-      else if (buffer.data() == checkpoint.parameters.data())
+      if (parameter.attribute && buffer.data() == checkpoint.parameters.data())
         metadata[std::string(in::attribute_prefix) + name] = number_text(static_cast<double>(values[0]));
     }
   };
   add("weights.", checkpoint.parameters.span());
   add("adam.mean.", checkpoint.mean.span());
   add("adam.square.", checkpoint.square.span());
+  if (muon) add(in::momentum_prefix, checkpoint.momentum.span());
   if (!checkpoint.average.empty()) add("average.", checkpoint.average.span());
   write_safetensors(path, tensors, metadata);
 }
@@ -140,16 +154,21 @@ Checkpoint<T> load_checkpoint(const SafetensorsFile& file, std::span<const Named
   if (const std::string* best = file.find_metadata("best_pmd"))
     checkpoint.best_pmd = metadata_number(*best, file.name(), "best_pmd");
   std::set<std::string, std::less<>> known;
-  const auto read = [&](const std::string& prefix) {
+  const auto any = [&file](std::string_view prefix) {
+    return std::ranges::any_of(file.tensors(), [prefix](const FileTensor& t) { return t.name.starts_with(prefix); });
+  };
+  const bool muon = any(in::momentum_prefix);
+  const auto read = [&](std::string_view prefix) {
     AlignedBuffer<T> buffer(buffer_size);
     for (const auto& [name, parameter] : parameters) {
       T* out = buffer.data() + parameter.offset;
+      if (!in::has_tensor(prefix, parameter, muon)) continue;
       if (parameter.attribute) {
         const std::string key = std::string(in::attribute_prefix) + name;
         *out = static_cast<T>(metadata_number(in::metadata_of(file, key), file.name(), key));
         continue;
       }
-      const FileTensor& tensor = file.at(*known.insert(prefix + name).first);
+      const FileTensor& tensor = file.at(*known.insert(std::string(prefix) + name).first);
       const Dtype dtype = std::is_same_v<T, float> ? Dtype::f32 : Dtype::f64;
       if (tensor.shape != tensor_shape(parameter) || tensor.dtype != dtype)
         invalid_tensor(file.name(), tensor.name, to_string(tensor.shape) + " of " + to_string(tensor.dtype),
@@ -164,9 +183,8 @@ Checkpoint<T> load_checkpoint(const SafetensorsFile& file, std::span<const Named
   checkpoint.parameters = read("weights.");
   checkpoint.mean = read("adam.mean.");
   checkpoint.square = read("adam.square.");
-  const bool averaged =
-      std::ranges::any_of(file.tensors(), [](const FileTensor& t) { return t.name.starts_with("average."); });
-  if (averaged) checkpoint.average = read("average.");
+  if (muon) checkpoint.momentum = read(in::momentum_prefix);
+  if (any("average.")) checkpoint.average = read("average.");
   for (const FileTensor& tensor : file.tensors())
     if (!known.contains(tensor.name))
       invalid_tensor(file.name(), tensor.name, "a tensor that belongs to no layer", "those of the network only");

@@ -113,7 +113,10 @@ class Trainer {
         adam_(parameters.size(), options_.adam),
         gradient_(parameters.size()) {
     check_options();
-    if (options_.matrix_rate > 0) muon_.emplace(list_, options_.muon);
+    if (options_.matrix_rate > 0) {
+      muon_.emplace(list_, options_.muon);
+      if (!muon_->matrices().empty()) momentum_ = AlignedBuffer<float>(parameters.size());
+    }
     std::vector<NamedParameter> others;
     std::ranges::copy_if(list_, std::back_inserter(others),
                          [this](const NamedParameter& p) { return !muon_ || !is_hidden_matrix(p.parameter); });
@@ -176,6 +179,7 @@ class Trainer {
     c.parameters = copy_of(parameters_);
     c.mean = copy_of(adam_.mean());
     c.square = copy_of(adam_.square());
+    c.momentum = copy_of(momentum_.span());
     if (average_) c.average = copy_of(std::as_const(*average_).values());
     c.step = step_;
     c.seconds = seconds_;
@@ -187,7 +191,7 @@ class Trainer {
   ///         and for one of Adam on all parameters where Muon takes the matrices and the reverse
   void restore(const Checkpoint<float>& c, const std::string& name = "checkpoint") {
     if (c.parameters.size() != parameters_.size() || c.mean.size() != parameters_.size() ||
-        c.square.size() != parameters_.size())
+        c.square.size() != parameters_.size() || (!c.momentum.empty() && c.momentum.size() != parameters_.size()))
       throw Error({.file = name,
                    .found = std::to_string(c.parameters.size()) + " numbers",
                    .expected = std::to_string(parameters_.size()) + ", those of this network"});
@@ -195,14 +199,16 @@ class Trainer {
       throw Error({.file = name,
                    .found = c.average.empty() ? "no moving average" : "a moving average of the weights",
                    .expected = average_ ? "one, which this training keeps" : "none, which this training doesn't keep"});
-    if (muon_.has_value() ? holds_adams_squares(c) : holds_muons_momentum(c))
+    if (momentum_.empty() != c.momentum.empty())
       throw Error({.file = name,
-                   .found = muon_ ? "Adam's means of the hidden matrices" : "Muon's momentum of the hidden matrices",
-                   .expected = muon_ ? "Muon's momentum, since this training has a matrix rate"
-                                     : "Adam's means, since this training has a matrix rate of 0"});
+                   .found = c.momentum.empty() ? "Adam's means of the hidden matrices"
+                                               : "Muon's momentum of the hidden matrices",
+                   .expected = c.momentum.empty() ? "Muon's momentum, since this training has a matrix rate"
+                                                  : "Adam's means, since this training has a matrix rate of 0"});
     std::ranges::copy(c.parameters.span(), parameters_.begin());
     std::ranges::copy(c.mean.span(), adam_.mean().begin());
     std::ranges::copy(c.square.span(), adam_.square().begin());
+    std::ranges::copy(c.momentum.span(), momentum_.span().begin());
     adam_.set_steps(c.step);
     if (average_) {
       std::ranges::copy(c.average.span(), average_->values().begin());
@@ -236,21 +242,6 @@ class Trainer {
     AlignedBuffer<float> copy(values.size());
     std::ranges::copy(values, copy.span().begin());
     return copy;
-  }
-
-  /// Muon keeps its momentum where Adam's mean of the matrices would lie, and leaves Adam's squares of them zero.
-  bool holds_adams_squares(const Checkpoint<float>& c) const { return any_in_matrices(c.square.span()); }
-  bool holds_muons_momentum(const Checkpoint<float>& c) const {
-    return any_in_matrices(c.mean.span()) && !holds_adams_squares(c);
-  }
-  /// Whether a hidden matrix of a buffer has an element that is not zero.
-  bool any_in_matrices(std::span<const float> buffer) const {
-    return std::ranges::any_of(list_, [buffer](const NamedParameter& p) {
-      return is_hidden_matrix(p.parameter) &&
-             std::ranges::any_of(buffer.subspan(static_cast<std::size_t>(p.parameter.offset),
-                                                static_cast<std::size_t>(p.parameter.size())),
-                                 [](float x) { return x != 0; });
-    });
   }
 
   void check_options() const {
@@ -361,9 +352,9 @@ class Trainer {
       const Slice& s = adam_slices_[static_cast<std::size_t>(i)];
       adam_.update(parameters_, gradient_.span(), s.first, s.last, factor);
     });
-    // Adam has no mean of the matrices: their momentum lies there, and so in checkpoints.
     if (muon_)
-      muon_->step(parameters_, gradient_.span(), adam_.mean(), options_.matrix_rate * report.rate, factor, executor);
+      muon_->step(parameters_, gradient_.span(), momentum_.span(), options_.matrix_rate * report.rate, factor,
+                  executor);
     if (average_) {
       average_->begin_step();
       executor.for_each(static_cast<int>(slices_.size()), [&](int i, int) {
@@ -382,6 +373,7 @@ class Trainer {
   Adam<float> adam_;
   std::vector<Slice> adam_slices_;
   std::optional<Muon<float>> muon_;
+  AlignedBuffer<float> momentum_;  ///< Muon's, laid out as the parameters; empty without it
   std::optional<MovingAverage<float>> average_;
   AlignedBuffer<float> gradient_;
   std::uint64_t step_ = 0;
