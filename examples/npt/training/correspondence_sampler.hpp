@@ -12,6 +12,7 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/base/weighted_choice.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/pose_sampler.hpp>
@@ -79,10 +80,9 @@ class CorrespondenceSampler final : public SampleSource {
         options_(options),
         purpose_(purpose) {
     NPT_ASSERT(!bodies_.empty() && options.points > 0 && (stranger_ || options.strangers <= 0));
-    double sum = 0;
     for (const WeightedCloud& member : bodies_) {
       equal_ = equal_ && member.weight == bodies_.front().weight;
-      shares_.push_back(sum += member.weight);
+      choice_.add(member.weight);
     }
   }
   CorrespondenceSampler(const std::vector<std::shared_ptr<const SurfaceCloud>>& bodies, NaturalPose natural_pose,
@@ -203,8 +203,7 @@ class CorrespondenceSampler final : public SampleSource {
   }
   std::size_t pick_body(Random& random) const {
     if (equal_) return random.below(static_cast<std::uint32_t>(bodies_.size()));
-    const double target = random.uniform() * shares_.back();
-    return static_cast<std::size_t>(std::upper_bound(shares_.begin(), shares_.end() - 1, target) - shares_.begin());
+    return choice_(random);
   }
   /// Another body for the skull, for the arms, for the legs, or all of them; the trunk stays.
   void patch(Random& random, std::array<std::size_t, limb_count>& limbs) const {
@@ -365,8 +364,8 @@ class CorrespondenceSampler final : public SampleSource {
   }
 
   std::vector<WeightedCloud> bodies_;
-  std::vector<double> shares_;  ///< ascending sums of the weights
-  bool equal_ = true;           ///< all weights
+  WeightedChoice choice_;
+  bool equal_ = true;  ///< all weights
   NaturalPose natural_pose_;
   Stranger stranger_;
   CorrespondenceSampleOptions options_;

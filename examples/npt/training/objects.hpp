@@ -7,6 +7,7 @@
 
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/base/weighted_choice.hpp>
 #include <npt/config.hpp>
 
 #include <algorithm>
@@ -360,14 +361,11 @@ inline void draw_on_face(const ObjectPart& part, int face, Random& random, Vec3d
 inline void draw_object_points(const std::vector<ObjectPart>& parts, Random& random, std::size_t n,
                                std::vector<Vec3f>& points, std::vector<Vec3f>& normals) {
   const std::vector<data::internal::ObjectFace> faces = data::internal::faces_of(parts);
-  std::vector<double> sums;
-  sums.reserve(faces.size());
-  double sum = 0;
-  for (const auto& face : faces) sums.push_back(sum += face.area);
+  WeightedChoice choice;
+  for (const auto& face : faces) choice.add(face.area);
   points.clear(), normals.clear();
   for (std::size_t i = 0; i < n; ++i) {
-    const auto at = std::upper_bound(sums.begin(), sums.end() - 1, random.uniform() * sum) - sums.begin();
-    const data::internal::ObjectFace& face = faces[static_cast<std::size_t>(at)];
+    const data::internal::ObjectFace& face = faces[choice(random)];
     Vec3d point, normal;
     data::internal::draw_on_face(parts[face.part], face.face, random, point, normal);
     points.push_back(point.as<float>());

@@ -4,6 +4,7 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/base/weighted_choice.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/proportions.hpp>
@@ -82,20 +83,18 @@ class SurfaceCloud {
     const auto at = [](std::span<const float> xyz, std::uint32_t v) {
       return Vec3f{xyz[3 * std::size_t{v}], xyz[3 * std::size_t{v} + 1], xyz[3 * std::size_t{v} + 2]};
     };
-    std::vector<double> up_to;
-    double area = 0;
+    WeightedChoice areas;
     for (const Triangle& f : t.triangles) {
       const Vec3f a = at(t.v_template, f[0]);
-      area += density(f) * static_cast<double>(length(cross(at(t.v_template, f[1]) - a, at(t.v_template, f[2]) - a)));
-      up_to.push_back(area);
+      const float area = length(cross(at(t.v_template, f[1]) - a, at(t.v_template, f[2]) - a));
+      areas.add(density(f) * static_cast<double>(area));
     }
-    area_of_point_ = static_cast<float>(area / 2 / static_cast<double>(candidates));
+    area_of_point_ = static_cast<float>(areas.total() / 2 / static_cast<double>(candidates));
     Random random(20260101);
     for (std::size_t i = 0; i < candidates; ++i) {
-      const double goal = area * (static_cast<double>(i) + random.uniform()) / static_cast<double>(candidates);
-      const auto where = std::lower_bound(up_to.begin(), up_to.end(), goal);
-      const Triangle& f =
-          t.triangles[std::min<std::size_t>(static_cast<std::size_t>(where - up_to.begin()), t.triangles.size() - 1)];
+      // Not the stratified draw, whose goal differs in the last bit: networks were trained on these points.
+      const double part = static_cast<double>(i) + random.uniform();
+      const Triangle& f = t.triangles[areas.at(areas.total() * part / static_cast<double>(candidates))];
       float u = static_cast<float>(random.uniform()), v = static_cast<float>(random.uniform());
       if (u + v > 1) u = 1 - u, v = 1 - v;
       const std::array<float, 3> share{1 - u - v, u, v};

@@ -11,6 +11,7 @@
 #include <npt/base/digits.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/base/weighted_choice.hpp>
 #include <npt/body/natural_pose_data.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
@@ -44,14 +45,13 @@ class NaturalPoses {
     double sum = 0;
     for (const double w : weights_) sum += w;
     for (double& w : weights_) w /= sum;
+    for (const double w : weights_) choice_.add(w);
     prepare_densities();
   }
 
   /// A pose in any direction about the vertical (y). Angles end at the limits of the poses that the prior is made of.
   Pose sample(Random& random) const {
-    const double target = random.uniform();
-    std::size_t k = 0;
-    for (double sum = weights_[0]; k + 1 < components && target >= sum; sum += weights_[k]) ++k;
+    const std::size_t k = choice_.at(random.uniform());
     const bool mirror = random.uniform() < 0.5;
     const double yaw = random.uniform(-std::numbers::pi, std::numbers::pi);
     std::array<double, rank> along{};
@@ -205,6 +205,7 @@ class NaturalPoses {
     }
   }
 
+  WeightedChoice choice_;           ///< of a component
   std::vector<double> weights_;     ///< [K]
   std::vector<double> means_;       ///< [K, 71]
   std::vector<double> deviations_;  ///< [spreads, 71]

@@ -9,16 +9,14 @@
 #include <npt/body/body_model.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/differentiable_body.hpp>
+#include <npt/mesh/farthest_points.hpp>
+#include <npt/mesh/geodesics.hpp>
 #include <npt/mesh/topology.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
-#include <limits>
-#include <queue>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -112,51 +110,15 @@ class BodyLevel {
   static Choice choose(const BodyModel& model, std::size_t count) {
     const std::vector<Vec3d> points = rest_of(model);
     Choice choice;
-    choice.cell.assign(points.size(), no_index);
     if (count >= points.size()) {
-      for (std::uint32_t v = 0; v < points.size(); ++v) choice.vertices.push_back(v), choice.cell[v] = v;
+      for (std::uint32_t v = 0; v < points.size(); ++v) choice.vertices.push_back(v);
+      choice.cell = choice.vertices;
       return choice;
     }
-    std::vector<double> distance(points.size(), std::numeric_limits<double>::infinity());
-    std::uint32_t next = 0;
-    while (choice.vertices.size() < count) {
-      choice.vertices.push_back(next);
-      const Vec3d chosen = points[next];
-      double farthest = -1;
-      for (std::uint32_t v = 0; v < points.size(); ++v) {
-        const Vec3d d = points[v] - chosen;
-        distance[v] = std::min(distance[v], dot(d, d));
-        if (distance[v] > farthest) farthest = distance[v], next = v;
-      }
-    }
-    grow_cells(model, points, choice);
+    choice.vertices = farthest_points(points, count);
+    choice.cell =
+        geodesics(points, neighbours(unique_edges(model.triangles()), points.size()), choice.vertices).nearest;
     return choice;
-  }
-
-  /// Dijkstra from all chosen vertices at once.
-  static void grow_cells(const BodyModel& model, std::span<const Vec3d> points, Choice& choice) {
-    const Neighbours around = neighbours(unique_edges(model.triangles()), points.size());
-    std::vector<double> path(points.size(), std::numeric_limits<double>::infinity());
-    using Entry = std::pair<double, std::uint32_t>;
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-    for (std::uint32_t c = 0; c < choice.vertices.size(); ++c) {
-      const std::uint32_t v = choice.vertices[c];
-      path[v] = 0;
-      choice.cell[v] = c;
-      open.emplace(0.0, v);
-    }
-    while (!open.empty()) {
-      const auto [length_so_far, v] = open.top();
-      open.pop();
-      if (length_so_far > path[v]) continue;
-      for (const std::uint32_t n : around.of(v)) {
-        const double through = length_so_far + length(points[n] - points[v]);
-        if (through >= path[n]) continue;
-        path[n] = through;
-        choice.cell[n] = choice.cell[v];
-        open.emplace(through, n);
-      }
-    }
   }
 
   DifferentiableBody body_;

@@ -9,7 +9,9 @@
 #include <npt/base/error.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/base/weighted_choice.hpp>
 #include <npt/config.hpp>
+#include <npt/mesh/area_sampler.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/triangles.hpp>
 
@@ -70,12 +72,6 @@ class FitSurface {
  private:
   struct AnyPoints {};
 
-  /// Where a sample lies: the weights of the triangle's first two corners.
-  struct Pick {
-    std::uint32_t triangle = 0;
-    double first = 0, second = 0;
-  };
-
   static Vec3d point_of(std::span<const float> xyz, std::uint32_t v) {
     return Vec3f{xyz[3 * std::size_t{v}], xyz[3 * std::size_t{v} + 1], xyz[3 * std::size_t{v} + 2]}.as<double>();
   }
@@ -98,46 +94,34 @@ class FitSurface {
   std::vector<Sample> picked(const PointOf& point, std::span<const Triangle> triangles) const {
     std::vector<Sample> samples;
     samples.reserve(picks_.size());
-    for (const Pick& pick : picks_) {
+    for (const TrianglePoint& pick : picks_) {
       NPT_ASSERT(pick.triangle < triangles.size());
       const Triangle& t = triangles[pick.triangle];
       const Vec3d a = point(t[0]), b = point(t[1]), c = point(t[2]);
       samples.push_back(
-          {a * pick.first + b * pick.second + c * (1 - pick.first - pick.second), normalised(cross(b - a, c - a))});
+          {a * pick.weights[0] + b * pick.weights[1] + c * pick.weights[2], normalised(cross(b - a, c - a))});
     }
     return samples;
   }
 
-  /// Stratified: point k lies in the k-th of `count` equal shares of the area.
   template <class PointOf>
   std::vector<Sample> spread(const PointOf& point, std::span<const Triangle> triangles, std::size_t count,
                              const std::string& name) {
-    std::vector<double> until(triangles.size());
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
-      const Vec3d a = point(triangles[t][0]), b = point(triangles[t][1]), c = point(triangles[t][2]);
+    WeightedChoice areas;
+    areas.reserve(triangles.size());
+    for (const Triangle& t : triangles) {
+      const Vec3d a = point(t[0]), b = point(t[1]), c = point(t[2]);
       const double area = 0.5 * length(cross(b - a, c - a));
-      area_ += area;
-      until[t] = area_;
+      areas.add(area);
       centroid_ += (a + b + c) * (area / 3);
     }
+    area_ = areas.total();
     if (!(area_ > 0) || !std::isfinite(area_))
       throw Error({.file = name,
                    .found = std::to_string(triangles.size()) + " triangles of a total area of " + std::to_string(area_),
                    .expected = "a surface"});
     centroid_ = centroid_ / area_;
-    Random random(20200316);
-    std::vector<Pick> ordered;
-    ordered.reserve(count);
-    std::uint32_t i = 0;
-    for (std::size_t k = 0; k < count; ++k) {
-      const double wanted = (static_cast<double>(k) + random.uniform()) / static_cast<double>(count) * area_;
-      while (until[i] < wanted && i + 1 < triangles.size()) ++i;
-      const double root = std::sqrt(random.uniform()), v = random.uniform() * root;
-      ordered.push_back({i, 1 - root, v});
-    }
-    picks_.reserve(count);
-    for (const std::uint32_t k : random_permutation(static_cast<std::uint32_t>(count), random))
-      picks_.push_back(ordered[k]);
+    picks_ = stratified_points(areas, count, Random(20200316));
     return picked(point, triangles);
   }
 
@@ -150,7 +134,7 @@ class FitSurface {
 
   Vec3d centroid_;
   double area_ = 0;
-  std::vector<Pick> picks_;
+  std::vector<TrianglePoint> picks_;
   std::vector<Sample> samples_;
   PointTree tree_;
 };

@@ -11,6 +11,7 @@
 
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/base/weighted_choice.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
@@ -19,6 +20,7 @@
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/part_motion.hpp>
 #include <npt/estimate/place_patches.hpp>
+#include <npt/mesh/area_sampler.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
@@ -67,15 +69,13 @@ class LimbSwap {
   std::optional<Correspondences> mended() const {
     const std::vector<State> states = judged();
     if (std::ranges::find(states, State::mirrored) == states.end()) return std::nullopt;
-    std::vector<double> until;
-    double area = 0;
-    for (const Triangle& t : triangles_) until.push_back(area += length(vector_of(t)) / 2);
+    WeightedChoice areas;
+    weigh_by_area(
+        triangles_, [this](std::uint32_t v) { return points_[v]; }, areas);
     Random random(20261125);
     Correspondences reading;
     for (std::size_t i = 0; i < drawn; ++i) {
-      const double at = (static_cast<double>(i) + random.uniform()) / static_cast<double>(drawn) * area;
-      const auto found = std::ranges::lower_bound(until, at) - until.begin();
-      const Triangle& t = triangles_[std::min(static_cast<std::size_t>(found), triangles_.size() - 1)];
+      const Triangle& t = triangles_[areas(random, i, drawn)];
       const State state = states[patches_.patch(t[0])];
       if (state == State::doubted || patches_.piece_share(t[0]) < small_piece ||
           patches_.patch(t[0]) != patches_.patch(t[1]) || patches_.patch(t[0]) != patches_.patch(t[2]))

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <npt/base/error.hpp>
+#include <npt/base/weighted_choice.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/config.hpp>
@@ -64,12 +65,11 @@ class BodySampler : public SampleSource {
                 options_.wide_poses + options_.natural_poses + options_.clip_poses);
     NPT_ASSERT(options_.clip_poses == 0 || options_.clip_pose);
     if (bodies.empty()) throw Error({.file = "bodies", .found = "none", .expected = "at least one body"});
-    double sum = 0;
     for (const WeightedBody& member : bodies) {
       if (!(member.weight > 0) || !std::isfinite(member.weight))
         throw Error(
             {.file = "weight of a body", .found = std::to_string(member.weight), .expected = "a number above 0"});
-      shares_.push_back(sum += member.weight);
+      choice_.add(member.weight);
       members_.push_back(Member{data::PreparedBody(member.body), {}, {}});
       Member& prepared = members_.back();
       const BodyModel& body = *prepared.body.model;
@@ -107,8 +107,8 @@ class BodySampler : public SampleSource {
     const auto random = [&](data::Part part) { return training_random(step, index, part); };
     Random pick = random(data::Part::choice);
     Choice choice;
-    choice.identity_body = pick_body(pick);
-    choice.pose_body = options_.mix_bodies ? pick_body(pick) : choice.identity_body;
+    choice.identity_body = choice_(pick);
+    choice.pose_body = options_.mix_bodies ? choice_(pick) : choice.identity_body;
     const Member &identity = members_[choice.identity_body], &pose = members_[choice.pose_body];
     if (options_.protocol) {
       const auto of = [&pick](const auto& set) -> const auto& {
@@ -200,11 +200,6 @@ class BodySampler : public SampleSource {
   Random training_random(std::uint64_t step, std::uint64_t index, data::Part part) const {
     return data::random_for(data::Purpose::training, options_.seed, step, index, part);
   }
-  std::size_t pick_body(Random& random) const {
-    const double target = random.uniform() * shares_.back();
-    const auto found = std::upper_bound(shares_.begin(), shares_.end() - 1, target);
-    return static_cast<std::size_t>(found - shares_.begin());
-  }
 
   /// scratch.vertices: the vertices that have to be posed (not for whole meshes). rows: which of the posed ones become
   /// the sample's, in which order.
@@ -223,7 +218,7 @@ class BodySampler : public SampleSource {
   }
 
   BodySamplerOptions options_;
-  std::vector<double> shares_;  ///< ascending sums of the weights
+  WeightedChoice choice_;
   std::vector<Member> members_;
 };
 

@@ -8,7 +8,9 @@
 
 #include <npt/base/as_span.hpp>
 #include <npt/base/random.hpp>
+#include <npt/base/weighted_choice.hpp>
 #include <npt/config.hpp>
+#include <npt/mesh/area_sampler.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
@@ -60,23 +62,11 @@ NPT_INLINE void draw_vertices(std::uint32_t vertices, Random& random, std::vecto
     points[i] = SurfacePoint::at_vertex(i < vertices ? chosen[i] : random.below(vertices));
 }
 
-/// sums[t]: the area (times two) of triangles 0 .. t.
-NPT_INLINE void cumulative_areas(std::span<const float> xyz, std::span<const Triangle> triangles,
-                                 std::vector<double>& sums) {
-  sums.resize(triangles.size());
-  double sum = 0;
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const auto [a, b, c] = triangles[t];
-    const Vec3d p = point_at(xyz, a);
-    sums[t] = sum += length(cross(point_at(xyz, b) - p, point_at(xyz, c) - p));
-  }
-}
-
 }  // namespace internal
 
 /// Memory of draw_points, for calls that must not allocate.
 struct DrawScratch {
-  std::vector<double> areas;          ///< [F]
+  WeightedChoice areas;               ///< [F]
   std::vector<std::uint32_t> chosen;  ///< [V]
 };
 
@@ -93,22 +83,21 @@ NPT_INLINE void draw_points(std::span<const float> xyz, std::span<const Triangle
     for (std::uint32_t v = 0; v < count; ++v) points[v] = SurfacePoint::at_vertex(v);
     return;
   }
-  std::vector<double>& areas = scratch.areas;
-  internal::cumulative_areas(xyz, triangles, areas);
-  if (areas.empty() || !(areas.back() > 0)) {
+  WeightedChoice& areas = scratch.areas;
+  weigh_by_area(
+      triangles, [xyz](std::uint32_t v) { return point_at(xyz, v); }, areas);
+  if (!(areas.total() > 0)) {
     internal::draw_vertices(vertices, random, scratch.chosen, as_span(points));
     return;
   }
   for (SurfacePoint& point : points) {
-    const double target = random.uniform() * areas.back();
-    const auto found = std::upper_bound(areas.data(), areas.data() + areas.size() - 1, target);
+    const Triangle& triangle = triangles[areas(random)];
     // The square root makes the density uniform over the triangle (Osada et al., "Shape Distributions", 2002, eq. 1).
     const double r = std::sqrt(random.uniform()), s = random.uniform();
     // Weights of 24 bits make products with coordinates exact in double: whether the compiler fuses them with the sum,
     // which it does differently from place to place, then changes no bit of a point.
     const auto rounded = [](double weight) { return static_cast<double>(static_cast<float>(weight)); };
-    point = {triangles[static_cast<std::size_t>(found - areas.data())],
-             {rounded(1 - r), rounded(r * (1 - s)), rounded(r * s)}};
+    point = {triangle, {rounded(1 - r), rounded(r * (1 - s)), rounded(r * s)}};
   }
 }
 

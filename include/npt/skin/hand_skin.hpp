@@ -6,13 +6,13 @@
 /// bend and long on the outer one. The weights are those that a body's hand has at the same r. Tips are where g has its
 /// greatest values around; the one whose finger parts from the others nearest to the wrist is the thumb, which stays
 /// with the palm.
-/// Meshes    a hand that doesn't are attached to a forearm counts as one without fingers
-/// Source    Dijkstra, "A note on two problems in connexion with graphs", 1959
+/// Meshes    a hand that isn't attached to a forearm counts as one without fingers
 #pragma once
 
 #include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
+#include <npt/mesh/geodesics.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/union_find.hpp>
 
@@ -25,7 +25,6 @@
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <queue>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -68,14 +67,14 @@ class HandSkin {
     std::vector<std::uint32_t> wrist;
     for (std::uint32_t p = 0; p < mesh_.points.size(); ++p)
       if (of_hand(p) > 0.3 && !forearm(p) && std::ranges::any_of(mesh_.around->of(p), forearm)) wrist.push_back(p);
-    std::vector<std::uint32_t> nearest;
-    const std::vector<double> from_wrist = distances(
-        wrist, [&](std::size_t p) { return !forearm(p); }, nearest);
+    const std::vector<double> from_wrist = paths(wrist, [&](std::size_t p) { return !forearm(p); }).distance;
     find_tips(from_wrist);
     place_.assign(mesh_.points.size(), outside);
     if (tips_.empty()) return;
-    const std::vector<double> from_tips = distances(
-        tips_, [&](std::size_t p) { return from_wrist[p] < far; }, tip_of_);
+    Geodesics tips = paths(tips_, [&](std::size_t p) { return from_wrist[p] < far; });
+    const std::vector<double>& from_tips = tips.distance;
+    tip_of_ = std::move(tips.nearest);
+    std::ranges::replace(tip_of_, no_index, 0U);
     for (const double d : from_wrist)
       if (d < far) reach_ = std::max(reach_, d);
     for (std::size_t p = 0; p < place_.size(); ++p)
@@ -168,30 +167,9 @@ class HandSkin {
     return s[0] + s[1] + s[2] + s[3];
   }
 
-  /// [P] along edges between points that `inside` has; infinite elsewhere. nearest: [P] number of the nearest of `from`
   template <class Inside>
-  std::vector<double> distances(std::span<const std::uint32_t> from, const Inside& inside,
-                                std::vector<std::uint32_t>& nearest) const {
-    using Reached = std::pair<double, std::uint32_t>;
-    std::vector<double> distance(mesh_.points.size(), far);
-    nearest.assign(mesh_.points.size(), 0);
-    std::priority_queue<Reached, std::vector<Reached>, std::greater<>> front;
-    for (std::uint32_t i = 0; i < from.size(); ++i) {
-      nearest[from[i]] = i;
-      front.emplace(distance[from[i]] = 0, from[i]);
-    }
-    while (!front.empty()) {
-      const auto [d, p] = front.top();
-      front.pop();
-      if (d > distance[p]) continue;
-      for (const std::uint32_t n : mesh_.around->of(p)) {
-        const double other = d + length(mesh_.points[n] - mesh_.points[p]);
-        if (!inside(n) || !(other < distance[n])) continue;
-        nearest[n] = nearest[p];
-        front.emplace(distance[n] = other, n);
-      }
-    }
-    return distance;
+  Geodesics paths(std::span<const std::uint32_t> from, const Inside& inside) const {
+    return geodesics(mesh_.points, *mesh_.around, from, inside);
   }
 
   /// Of a finger's points between two places, if there are enough. fingers: as fingers_as_in() gives them
@@ -259,9 +237,8 @@ class HandSkin {
     const Tip thumb = found[found.size() - 2];
     tips_.erase(tips_.end() - 2);
     const std::array<std::uint32_t, 1> from{thumb.point};
-    std::vector<std::uint32_t> nearest;
-    const std::vector<double> reached = distances(
-        from, [&](std::size_t p) { return from_wrist[p] < far && from_wrist[p] > thumb.parts; }, nearest);
+    const std::vector<double> reached =
+        paths(from, [&](std::size_t p) { return from_wrist[p] < far && from_wrist[p] > thumb.parts; }).distance;
     for (std::uint32_t p = 0; p < reached.size(); ++p)
       if (reached[p] < far) thumb_.push_back(p);
   }

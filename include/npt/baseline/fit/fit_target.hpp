@@ -4,11 +4,15 @@
 /// Errors    npt::Error for a mesh without any area
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/base/weighted_choice.hpp>
 #include <npt/config.hpp>
+#include <npt/mesh/area_sampler.hpp>
 #include <npt/mesh/closest_point.hpp>
+#include <npt/mesh/farthest_points.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>
 
@@ -16,9 +20,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <span>
 #include <string>
 #include <utility>
@@ -116,46 +120,31 @@ class FitTarget {
     return c.volume > 0 ? 1 : -1;
   }
 
-  /// Stratified: point k lies in the k-th of `count` equal shares of the area.
   void spread(std::span<const Vec3d> points, std::size_t count) {
-    Random random(20200316);
-    double passed = 0;
-    std::size_t i = 0;
-    const auto area_of = [&](std::size_t n) {
-      const Triangle& t = triangles_[n];
-      return 0.5 * length(cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]));
-    };
-    double here = area_of(0);
-    for (std::size_t k = 0; k < count; ++k) {
-      const double wanted = (static_cast<double>(k) + random.uniform()) / static_cast<double>(count) * area_;
-      while (passed + here < wanted && i + 1 < triangles_.size()) {
-        passed += here;
-        here = area_of(++i);
-      }
-      const double root = std::sqrt(random.uniform()), b = random.uniform() * root, a = 1 - root;
-      const Triangle& t = triangles_[i];
-      samples_.push_back({points[t[0]] * a + points[t[1]] * b + points[t[2]] * (1 - a - b), normals_[i]});
+    WeightedChoice areas;
+    weigh_by_area(
+        as_span(triangles_), [points](std::uint32_t v) { return points[v]; }, areas);
+    for (const TrianglePoint& p : stratified_points(areas, count, Random(20200316))) {
+      const auto& [a, b, c] = triangles_[p.triangle];
+      samples_.push_back(
+          {points[a] * p.weights[0] + points[b] * p.weights[1] + points[c] * p.weights[2], normals_[p.triangle]});
     }
-    const std::vector<std::uint32_t> order = random_permutation(static_cast<std::uint32_t>(count), random);
-    std::vector<Sample> shuffled;
-    shuffled.reserve(count);
-    for (const std::uint32_t k : order) shuffled.push_back(samples_[k]);
-    samples_ = std::move(shuffled);
     spread_first(256);
   }
 
-  /// Brings `count` samples that are far from each other to the front (farthest point sampling).
+  /// Brings `count` samples that are far from each other to the front.
   void spread_first(std::size_t count) {
-    std::vector<double> distance(samples_.size(), std::numeric_limits<double>::infinity());
-    for (std::size_t k = 0; k + 1 < std::min(count, samples_.size()); ++k) {
-      std::size_t next = k + 1;
-      for (std::size_t i = k + 1; i < samples_.size(); ++i) {
-        const Vec3d d = samples_[i].point - samples_[k].point;
-        distance[i] = std::min(distance[i], dot(d, d));
-        if (distance[i] > distance[next]) next = i;
-      }
-      std::swap(samples_[k + 1], samples_[next]);
-      std::swap(distance[k + 1], distance[next]);
+    if (samples_.empty()) return;
+    std::vector<Vec3d> points;
+    for (const Sample& s : samples_) points.push_back(s.point);
+    std::vector<std::uint32_t> place(samples_.size()), at(samples_.size());  // of samples; which sample is at a place
+    std::iota(place.begin(), place.end(), 0U), std::iota(at.begin(), at.end(), 0U);
+    const std::vector<std::uint32_t> first = farthest_points(points, std::min(count, points.size()));
+    for (std::uint32_t k = 0; k < first.size(); ++k) {
+      const std::uint32_t other = place[first[k]];
+      std::swap(samples_[k], samples_[other]);
+      std::swap(at[k], at[other]);
+      place[at[k]] = k, place[at[other]] = other;
     }
   }
 

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <npt/base/error.hpp>
+#include <npt/base/weighted_choice.hpp>
 #include <npt/config.hpp>
 #include <npt/lab/assembly.hpp>
 #include <npt/lab/augmentation.hpp>
@@ -53,12 +54,11 @@ class RigMixture {
   explicit RigMixture(std::vector<WeightedRig> rigs, const std::vector<std::string>& held_out = {})
       : rigs_(std::move(rigs)) {
     if (rigs_.empty()) throw Error({.file = "rigs", .found = "none", .expected = "at least one"});
-    double sum = 0;
     std::vector<bool> used(held_out.size());
     for (const WeightedRig& member : rigs_) {
       if (!(member.weight > 0) || !std::isfinite(member.weight))
         throw Error({.file = "weight of a rig", .found = std::to_string(member.weight), .expected = "above 0"});
-      shares_.push_back(sum += member.weight);
+      choice_.add(member.weight);
       std::vector<std::size_t>&shown = shown_.emplace_back(), &kept = held_.emplace_back();
       const std::vector<std::string>& names = member.rig->clip_names();
       for (std::size_t c = 0; c < names.size(); ++c) {
@@ -86,10 +86,7 @@ class RigMixture {
   const std::vector<std::size_t>& held_out(std::size_t i) const { return held_[i]; }
   const std::vector<std::size_t>& partners(std::size_t i) const { return partners_[i]; }
 
-  std::size_t pick(Random& random) const {
-    const double target = random.uniform() * shares_.back();
-    return static_cast<std::size_t>(std::upper_bound(shares_.begin(), shares_.end() - 1, target) - shares_.begin());
-  }
+  std::size_t pick(Random& random) const { return choice_(random); }
   /// A pose of a rig from these of its clips.
   RigPose pose(std::size_t i, const std::vector<std::size_t>& clips, bool plain, Random& random) const {
     const RigCharacter& own = rig(i);
@@ -118,7 +115,7 @@ class RigMixture {
   }
 
   std::vector<WeightedRig> rigs_;
-  std::vector<double> shares_;
+  WeightedChoice choice_;
   std::vector<std::vector<std::size_t>> shown_, held_, partners_;
 };
 

@@ -1,0 +1,63 @@
+#include <doctest/doctest.h>
+
+#include <npt/mesh/area_sampler.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace {
+
+// A unit square of two triangles, and one triangle without area.
+const std::array<npt::Vec3d, 4> square_points{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}};
+const std::array<npt::Triangle, 3> square_triangles{{{0, 1, 2}, {1, 1, 2}, {0, 2, 3}}};
+
+npt::WeightedChoice square_areas() {
+  npt::WeightedChoice result;
+  npt::weigh_by_area(
+      square_triangles, [](std::uint32_t v) { return square_points[v]; }, result);
+  return result;
+}
+
+npt::Vec3d square_position(const npt::TrianglePoint& p) {
+  const auto& [a, b, c] = square_triangles[p.triangle];
+  return square_points[a] * p.weights[0] + square_points[b] * p.weights[1] + square_points[c] * p.weights[2];
+}
+
+}  // namespace
+
+TEST_CASE("a triangle's weight is twice its area") {
+  CHECK(square_areas().total() == 2);
+  CHECK(square_areas().at(0.5) == 0);
+  CHECK(square_areas().at(1) == 2);
+}
+
+TEST_CASE("stratified points have equally many on equal areas, in random order") {
+  const std::vector<npt::TrianglePoint> drawn = npt::stratified_points(square_areas(), 1000, npt::Random(1));
+  REQUIRE(drawn.size() == 1000);
+  std::array<std::size_t, 3> count{};
+  npt::Vec3d mean, mean_of_first;
+  std::size_t descents = 0;
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    const npt::TrianglePoint& p = drawn[i];
+    ++count[p.triangle];
+    for (const double w : p.weights) CHECK(w >= 0);
+    CHECK(p.weights[0] + p.weights[1] + p.weights[2] == doctest::Approx(1));
+    mean += square_position(p) / 1000.0;
+    if (i < 100) mean_of_first += square_position(p) / 100.0;
+    if (i > 0 && p.triangle < drawn[i - 1].triangle) ++descents;
+  }
+  CHECK(count == std::array<std::size_t, 3>{500, 0, 500});
+  CHECK(length(mean - npt::Vec3d{0.5, 0.5, 0}) < 0.03);
+  CHECK(length(mean_of_first - npt::Vec3d{0.5, 0.5, 0}) < 0.1);
+  CHECK(descents > 100);
+}
+
+TEST_CASE("points are uniform within a triangle") {
+  // Nearer to the first corner than half of the way: a quarter of the area.
+  std::size_t near = 0;
+  for (const npt::TrianglePoint& p : npt::stratified_points(square_areas(), 4000, npt::Random(2)))
+    if (p.weights[0] > 0.5) ++near;
+  CHECK(static_cast<double>(near) == doctest::Approx(1000).epsilon(0.1));
+}
