@@ -1,38 +1,14 @@
 #include <doctest/doctest.h>
 
-#include <npt/base/random.hpp>
 #include <npt/body/kinematics.hpp>
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 using npt::Matrix3;
-using npt::RigidMotion;
+using npt::Rigid;
 using npt::Vec3d;
-
-TEST_CASE("Rodrigues' formula turns about the axis by the angle") {
-  CHECK(npt::rotation_matrix({}) == Matrix3::identity());
-  const Vec3d axis = normalised(Vec3d{0.3, -1.1, 0.7});
-  const Matrix3 r = npt::rotation_matrix(axis * 0.8);
-  CHECK((r * r.transposed() - Matrix3::identity()).squared_norm() < 1e-28);
-  CHECK(std::abs(r.determinant() - 1) < 1e-14);
-  CHECK(length(r * axis - axis) < 1e-14);
-  const Vec3d across = normalised(cross(axis, {1, 0, 0}));
-  CHECK(std::abs(dot(r * across, across) - std::cos(0.8)) < 1e-14);
-  CHECK(std::abs(dot(r * across, cross(axis, across)) - std::sin(0.8)) < 1e-14);
-}
-
-TEST_CASE("the axis angle of a rotation gives the rotation back, half turns too") {
-  npt::Random random(1);
-  for (const double angle : {0.0, 1e-8, 0.5, 3.0, 3.14159, std::numbers::pi}) {
-    const Vec3d a = npt::normalised(Vec3d{random.normal(), random.normal(), random.normal()}) * angle;
-    const Matrix3 r = npt::rotation_matrix(a);
-    const Matrix3 again = npt::rotation_matrix(npt::axis_angle(r));
-    CHECK((r - again).squared_norm() < 1e-10);
-  }
-}
 
 TEST_CASE("a joint's rotation is put among axis angles and read again") {
   std::array<float, 6> angles{};
@@ -42,21 +18,13 @@ TEST_CASE("a joint's rotation is put among axis angles and read again") {
   CHECK((npt::joint_rotation(angles, 1) - r).squared_norm() < 1e-12);
 }
 
-TEST_CASE("rigid motions compose and invert") {
-  const RigidMotion m{npt::rotation_matrix({0.3, -1.1, 0.7}), {4, -5, 6}},
-      n{npt::rotation_matrix({2, 0, 1}), {1, 0, 2}};
-  const Vec3d p{1, 2, 3};
-  CHECK(length(m.inverse()(m(p)) - p) < 1e-12);
-  CHECK(length((m * n)(p)-m(n(p))) < 1e-12);
-}
-
 TEST_CASE("a joint turns what hangs on it and stays where its parent puts it") {
   const std::array<int, 3> parents{-1, 0, 1};
   const std::array<Vec3d, 3> joints{Vec3d{0, 1, 0}, Vec3d{1, 1, 0}, Vec3d{2, 1, 0}};
   std::array<Matrix3, 3> rotations{Matrix3::identity(), Matrix3::identity(), Matrix3::identity()};
-  std::vector<RigidMotion> motions;
+  std::vector<Rigid> motions;
   npt::forward_kinematics(parents, joints, rotations, motions);
-  for (const RigidMotion& m : motions) CHECK((m.rotation == Matrix3::identity() && m.shift == Vec3d{}));
+  for (const Rigid& m : motions) CHECK((m.rotation == Matrix3::identity() && m.shift == Vec3d{}));
 
   const double quarter = std::acos(0.0);
   rotations[1] = rotations[2] = npt::rotation_matrix({0, 0, quarter});

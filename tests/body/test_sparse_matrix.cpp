@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 #include <npt/body/sparse_matrix.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -12,6 +13,9 @@ TEST_CASE("a dense matrix comes back as it was; zeros are not stored") {
   CHECK(m.to_dense() == dense);
   CHECK(m.start == std::vector<std::uint32_t>{0, 1, 1, 3});
   CHECK(m.column == std::vector<std::uint32_t>{1, 0, 2});
+  CHECK(std::ranges::equal(m.columns_of(2), std::vector<std::uint32_t>{0, 2}));
+  CHECK(std::ranges::equal(m.values_of(2), std::vector<float>{2, -3}));
+  CHECK(m.columns_of(1).empty());
   CHECK(m.row_sum(1) == 0);
   CHECK(m.row_sum(2) == -1);
 }

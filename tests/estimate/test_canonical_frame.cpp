@@ -7,15 +7,15 @@
 
 TEST_CASE("a reading frame takes out place, size and nothing else") {
   const std::array<npt::Vec3d, 4> points{{{1, 2, 3}, {4, 2, 1}, {0, -1, 2}, {5, 5, 5}}};
-  const npt::CanonicalFrame frame = npt::canonical_frame(points.size(), [&](std::size_t i) { return points[i]; });
-  const npt::CanonicalFrame other = npt::canonical_frame(points.size(), [&](std::size_t i) {
+  const npt::NormalisingTransform frame = npt::canonical_frame(points.size(), [&](std::size_t i) { return points[i]; });
+  const npt::NormalisingTransform other = npt::canonical_frame(points.size(), [&](std::size_t i) {
     return points[i] * 7.0 + npt::Vec3d{3, -8, 1};
   });
   double square = 0;
   npt::Vec3d mean;
   for (const npt::Vec3d p : points) {
-    const npt::Vec3d q = frame(p);
-    CHECK(length(q - other(p * 7.0 + npt::Vec3d{3, -8, 1})) < 1e-12);
+    const npt::Vec3d q = frame.apply(p);
+    CHECK(length(q - other.apply(p * 7.0 + npt::Vec3d{3, -8, 1})) < 1e-12);
     square += dot(q, q) / 4, mean += q / 4.0;
   }
   CHECK(std::sqrt(square) == doctest::Approx(npt::reading_radius));

@@ -35,11 +35,12 @@ TEST_CASE("options that no sample can be made with are refused by name") {
 
 TEST_CASE("a placement turns about y, then scales; the identity changes no bit") {
   std::vector<float> xyz{1, 2, 0, 0, 0, 3};
-  Placement{0, 1, 2}.apply(xyz);
+  const npt::Matrix3 quarter{{{{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}}}};
+  place({quarter, 2, {}}, xyz);
   CHECK(xyz == std::vector<float>{0, 4, -2, 6, 0, 0});
   const std::vector<float> before{0.1F, -0.0F, 3e-39F};
   std::vector<float> after = before;
-  Placement{}.apply(after);
+  place({}, after);
   CHECK(after == before);
 }
 
@@ -48,7 +49,7 @@ TEST_CASE("the truth turns as the pose mesh does and grows as the identity does"
   options.yaw = 90, options.scale_low = 0.5, options.scale_high = 2;
   npt::Random random(3);
   const Placements placements = draw_placements(options, random);
-  CHECK(placements.truth.sine == placements.pose.sine);
+  CHECK(placements.truth.rotation == placements.pose.rotation);
   CHECK(placements.truth.scale == placements.identity.scale);
   CHECK(placements.pose.scale != placements.identity.scale);
 }

@@ -2,10 +2,10 @@
 #include <doctest/doctest.h>
 
 #include <mesh/zoo.hpp>
+#include <npt/base/affine.hpp>
 #include <npt/base/error.hpp>
 #include <npt/mesh/appearance.hpp>
 #include <npt/mesh/normals.hpp>
-#include <npt/scene/affine.hpp>
 #include <npt/scene/animate.hpp>
 #include <npt/scene/clip.hpp>
 #include <npt/scene/from_mesh.hpp>
@@ -29,27 +29,6 @@ std::vector<double> sampled(const npt::ClipChannel& channel, double time) {
 }
 
 }  // namespace
-
-TEST_CASE("a quaternion becomes its matrix and comes back") {
-  for (const npt::Quaternion q :
-       {npt::Quaternion{}, npt::Quaternion{1, 0, 0, 0}, npt::Quaternion{0, 1, 0, 0}, npt::Quaternion{0, 0, 1, 0},
-        npt::Quaternion{0.5, -0.5, 0.5, 0.5}, npt::normalised(npt::Quaternion{0.3, -0.2, 0.1, 0.05})}) {
-    const npt::Matrix3 m = npt::matrix_of(q);
-    CHECK(std::abs(m.determinant() - 1) < 1e-12);
-    const npt::Quaternion back = npt::quaternion_of(m);
-    CHECK(std::abs(std::abs(dot(back, q)) - 1) < 1e-12);
-    CHECK(back.w >= 0);
-  }
-  CHECK(distance(npt::matrix_of(about_z(std::numbers::pi / 2)) * npt::Vec3d{1, 0, 0}, {0, 1, 0}) < 1e-12);
-  CHECK(npt::normalised(npt::Quaternion{0, 0, 0, 0}) == npt::Quaternion{});
-}
-
-TEST_CASE("slerp takes the shorter way at constant speed") {
-  const npt::Quaternion a = about_z(0), b = about_z(1);
-  for (const npt::Quaternion to : {b, b * -1.0})
-    CHECK(std::abs(dot(npt::slerp(a, to, 0.25), about_z(0.25)) - 1) < 1e-12);
-  CHECK(npt::slerp(a, a, 0.5) == a);
-}
 
 TEST_CASE("channels: step, linear and cubic between keys, constant outside of them") {
   npt::ClipChannel c{0, npt::ChannelPath::translation, npt::Interpolation::linear, 3, {1, 2}, {0, 0, 0, 2, 4, 6}};

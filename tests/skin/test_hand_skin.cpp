@@ -92,7 +92,7 @@ TEST_CASE("fingers are measured against the body's: their bend beyond it, and wh
   fist_weights(off, &measured);
   const std::vector<float> angles = npt::with_fingers(straight, {fist, fist});
   const std::vector<Vec3d> joints = fingered_mannequin().joints({});
-  const std::vector<npt::RigidMotion> motions = fingered_mannequin().bone_motions({}, angles);
+  const std::vector<npt::Rigid> motions = fingered_mannequin().bone_motions({}, angles);
   for (std::size_t side = 0; side < 2; ++side)
     for (std::size_t f = 0; f < npt::finger_count; ++f) {
       const auto& finger = measured[side].closed[f];

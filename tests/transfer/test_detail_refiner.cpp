@@ -100,9 +100,9 @@ bool same_bits(const Floats& a, const Floats& b) {
 
 TEST_CASE("the mesh itself, moved and turned, stays as it is") {
   const Tube tube;
-  const npt::Rotation turn = npt::Rotation{}.turned({0.7, -2.1, 1.3});
-  for (const auto& map : {+[](const npt::Rotation&, Vec3d p) { return p; },
-                          +[](const npt::Rotation&r, Vec3d p) {
+  const npt::Quaternion turn = npt::Quaternion{}.turned({0.7, -2.1, 1.3});
+  for (const auto& map : {+[](const npt::Quaternion&, Vec3d p) { return p; },
+                          +[](const npt::Quaternion&r, Vec3d p) {
                             return r(p) + Vec3d{1, 2, 3};
                           }}) {
     const Floats wanted = mapped(tube.xyz, [&](Vec3d p) { return map(turn, p); });
@@ -147,7 +147,7 @@ TEST_CASE("the radius means the same on a finer mesh") {
 TEST_CASE("turned positions give the turned result, permuted vertices the permuted one") {
   const Tube tube;
   const Floats rough = with_noise(mapped(tube.xyz, bent), 0.02, 2), result = refined(tube.refiner(), rough);
-  const npt::Rotation turn = npt::Rotation{}.turned({2, 1, -1});
+  const npt::Quaternion turn = npt::Quaternion{}.turned({2, 1, -1});
   const auto move = [&](Vec3d p) { return turn(p) + Vec3d{-3, 0, 5}; };
   CHECK(rms(refined(tube.refiner(), mapped(rough, move)), mapped(result, move)) < 1e-5);
 

@@ -9,8 +9,10 @@
 /// Numerics  float; a sample depends on (seed, step, index) only
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/matrix3.hpp>
 #include <npt/base/random.hpp>
+#include <npt/base/rigid.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/base/weighted_choice.hpp>
 #include <npt/body/body_model.hpp>
@@ -22,6 +24,8 @@
 #include <npt/estimate/canonical_frame.hpp>
 #include <npt/lab/draws.hpp>
 #include <npt/lab/limbs.hpp>
+#include <npt/mesh/normalise.hpp>
+#include <npt/mesh/skinning.hpp>
 #include <npt/nn/train/sample.hpp>
 #include <training/dress.hpp>
 #include <training/surface_cloud.hpp>
@@ -122,24 +126,19 @@ class CorrespondenceSampler final : public SampleSource {
     const auto point = [&points](std::size_t i) {
       return Vec3f{points[3 * i], points[3 * i + 1], points[3 * i + 2]}.as<double>();
     };
-    const CanonicalFrame frame = canonical_frame(n, point);
-    for (std::size_t i = 0; i < n; ++i) put(points, i, frame(point(i)).as<float>());
+    const NormalisingTransform frame = canonical_frame(n, point);
+    for (std::size_t i = 0; i < n; ++i) put(points, i, frame.apply(point(i)).as<float>());
     s.edges.clear(), s.triangles.clear();
     s.reference = -1;
     s.scale = 0.5;
   }
 
  private:
-  /// x -> linear x + shift, in float: a part's stretch and motion.
-  struct Affine {
-    std::array<float, 9> linear{};
-    Vec3f shift;
-  };
   /// One body of a sample, with the limbs that are its.
   struct SkinnedCloud {
     const SurfaceCloud* cloud = nullptr;
     std::array<bool, limb_count> limbs{};
-    std::array<Affine, smpl_joint_count> parts;
+    std::array<BasicAffine<float>, smpl_joint_count> parts;  ///< stretch and motion
     std::vector<float> betas;
   };
   struct Skin {
@@ -183,11 +182,11 @@ class CorrespondenceSampler final : public SampleSource {
   /// As high as a person, about.
   void draw_stranger(Random& choice, std::size_t n, Scratch& scratch) const {
     stranger_(choice, n, scratch.points, scratch.normals);
-    const CanonicalFrame frame =
+    const NormalisingTransform frame =
         canonical_frame(n, [&](std::size_t i) { return scratch.points[i].template as<double>(); });
     scratch.drawn.clear();
     for (std::size_t i = 0; i < n; ++i)
-      scratch.drawn.emplace_back(frame(scratch.points[i].template as<double>()).template as<float>(),
+      scratch.drawn.emplace_back(frame.apply(scratch.points[i].template as<double>()).template as<float>(),
                                  scratch.normals[i], stranger_place);
   }
 
@@ -244,7 +243,7 @@ class CorrespondenceSampler final : public SampleSource {
     if (plain) proportions.fill(0);
     std::array<float, 3 * smpl_joint_count> pose = pose_of(angles);
     std::array<Vec3d, smpl_joint_count> grown;
-    std::array<RigidMotion, smpl_joint_count> motion;
+    std::array<Rigid, smpl_joint_count> motion;
     const auto stretch = [&](std::size_t c, std::size_t j) {
       Matrix3 result = Matrix3::identity();
       for (std::size_t k = 0; k < body_proportion_count; ++k) {
@@ -258,23 +257,17 @@ class CorrespondenceSampler final : public SampleSource {
                                          static_cast<double>(pose[3 * j + 2])});
       if (j == 0) {
         grown[0] = rest[number[0]][0];
-        motion[0] = {r, grown[0] - r * grown[0]};
+        motion[0] = Rigid::about(grown[0], r);
       } else {
         const auto parent = static_cast<std::size_t>(smpl_parents[j]);
         const std::size_t above = number[static_cast<std::size_t>(limb_of(parent))];
         grown[j] = grown[parent] + stretch(above, parent) * (rest[above][j] - rest[above][parent]);
-        motion[j] = motion[parent] * RigidMotion{r, grown[j] - r * grown[j]};
+        motion[j] = motion[parent] * Rigid::about(grown[j], r);
       }
       for (std::size_t c = 0; c < count; ++c) {
         // The stretch about the joint, then the motion.
-        const Matrix3 own = stretch(c, j), linear = motion[j].rotation * own;
-        const Vec3d shift = motion[j](grown[j] - own * rest[c][j]);
-        Affine& a = skin.clouds[c].parts[j];
-        for (std::size_t row = 0; row < 3; ++row) {
-          const Vec3f values = linear.rows[row].as<float>();
-          a.linear[3 * row] = values.x, a.linear[3 * row + 1] = values.y, a.linear[3 * row + 2] = values.z;
-        }
-        a.shift = shift.as<float>();
+        const Matrix3 own = stretch(c, j);
+        skin.clouds[c].parts[j] = Affine{motion[j].rotation * own, motion[j](grown[j] - own * rest[c][j])}.as<float>();
       }
     }
   }
@@ -324,11 +317,6 @@ class CorrespondenceSampler final : public SampleSource {
     scratch.chosen.assign(scratch.posed.begin(), middle);
   }
 
-  static Vec3f apply(const std::array<float, 9>& m, Vec3f v) {
-    return {m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z,
-            m[6] * v.x + m[7] * v.y + m[8] * v.z};
-  }
-
   /// Whether the point is there at all.
   static bool place(const SkinnedCloud& skin, std::uint32_t k, const data::Dress& dress, Posed& out, float& area) {
     const SurfaceCloud& cloud = *skin.cloud;
@@ -347,17 +335,9 @@ class CorrespondenceSampler final : public SampleSource {
     }
     float swollen = 1;
     if (dress.any && !data::clothe(p, weight_of, dress, at, swollen)) return false;
-    std::array<float, 9> linear{};
-    Vec3f shift;
-    for (std::size_t i = 0; i < SurfaceCloud::most_joints; ++i) {
-      const float w = p.weight[i];
-      if (w == 0) break;
-      const Affine& a = skin.parts[p.joint[i]];
-      for (std::size_t e = 0; e < 9; ++e) linear[e] += w * a.linear[e];
-      shift += a.shift * w;
-    }
-    out.at = apply(linear, at) + shift;
-    const Vec3f normal = cross(apply(linear, p.along), apply(linear, p.across));
+    const BasicAffine<float> moved = blended_motion(p.joint, p.weight, skin.parts);
+    out.at = moved(at);
+    const Vec3f normal = cross(moved.linear * p.along, moved.linear * p.across);
     area = length(normal) * p.area * swollen;
     out.normal = normalised(normal);
     return true;

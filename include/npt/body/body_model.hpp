@@ -10,13 +10,16 @@
 /// Source    Loper et al., "SMPL: A Skinned Multi-Person Linear Model", SIGGRAPH Asia 2015
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/matrix3.hpp>
+#include <npt/base/rigid.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/skinning.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <cmath>
@@ -94,7 +97,7 @@ class BodyModel {
   }
 
   /// [J] motion of each bone from the rest pose of this shape to the pose.
-  std::vector<RigidMotion> bone_motions(std::span<const float> betas, std::span<const float> axis_angles) const {
+  std::vector<Rigid> bone_motions(std::span<const float> betas, std::span<const float> axis_angles) const {
     return bone_motions(betas, joint_rotations(axis_angles));
   }
 
@@ -136,7 +139,7 @@ class BodyModel {
   void skin(std::span<const float> betas, std::span<const float> axis_angles, std::size_t count, VertexOf vertex_of,
             std::span<float> out) const {
     const std::vector<Matrix3> rotations = joint_rotations(axis_angles);
-    const std::vector<RigidMotion> motions = bone_motions(betas, rotations);
+    const std::vector<Rigid> motions = bone_motions(betas, rotations);
     std::vector<double> bend(tables_.posedirs.empty() ? 0 : 9 * (joint_count() - 1));
     if (!bend.empty()) pose_feature(rotations, bend);
     for (std::size_t i = 0; i < count; ++i) skin_vertex(vertex_of(i), betas, motions, bend, out.data() + 3 * i);
@@ -151,15 +154,15 @@ class BodyModel {
     for (std::size_t j = 0; j < rotations.size(); ++j) rotations[j] = joint_rotation(axis_angles, j);
     return rotations;
   }
-  std::vector<RigidMotion> bone_motions(std::span<const float> betas, std::span<const Matrix3> rotations) const {
-    std::vector<RigidMotion> motions;
+  std::vector<Rigid> bone_motions(std::span<const float> betas, std::span<const Matrix3> rotations) const {
+    std::vector<Rigid> motions;
     forward_kinematics(tables_.parents, joints(betas), rotations, motions);
     return motions;
   }
 
   /// Never inlined: two copies could contract multiplications and additions differently, and a vertex must have the
   /// same bits in a subset as in the full mesh.
-  NPT_NOINLINE void skin_vertex(std::size_t v, std::span<const float> betas, std::span<const RigidMotion> motions,
+  NPT_NOINLINE void skin_vertex(std::size_t v, std::span<const float> betas, std::span<const Rigid> motions,
                                 std::span<const double> bend, float* out) const {
     const std::size_t s = shape_count();
     double p[3];
@@ -171,13 +174,7 @@ class BodyModel {
       const float* correction = tables_.posedirs.data() + (3 * v + k) * bend.size();
       for (std::size_t b = 0; b < bend.size(); ++b) p[k] += static_cast<double>(correction[b]) * bend[b];
     }
-    RigidMotion m{.rotation = {}, .shift = {}};
-    for (std::size_t i = tables_.weights.start[v]; i < tables_.weights.start[v + 1]; ++i) {
-      const double w = static_cast<double>(tables_.weights.value[i]);
-      const RigidMotion& g = motions[tables_.weights.column[i]];
-      m.rotation += g.rotation * w;
-      m.shift += g.shift * w;
-    }
+    const Affine m = blended_motion(tables_.weights.columns_of(v), tables_.weights.values_of(v), motions);
     const Vec3f q = m({p[0], p[1], p[2]}).as<float>();
     out[0] = q.x, out[1] = q.y, out[2] = q.z;
   }

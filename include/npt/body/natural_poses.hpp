@@ -9,6 +9,7 @@
 #pragma once
 
 #include <npt/base/digits.hpp>
+#include <npt/base/quaternion.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/base/weighted_choice.hpp>
@@ -132,15 +133,10 @@ class NaturalPoses {
 
   /// The axis angle of a turn about y after a tilt about the horizontal axis (x, 0, z).
   static Vec3d root_direction(double yaw, double x, double z) {
-    const double angle = std::hypot(x, z), half = angle / 2, c = std::cos(yaw / 2), s = std::sin(yaw / 2);
+    const double angle = std::hypot(x, z), half = angle / 2;
     const double scale = angle < 1e-9 ? 0.5 : std::sin(half) / angle;
-    const double w = std::cos(half), a = x * scale, b = z * scale;
-    // The product of the quaternions (c, 0, s, 0) and (w, a, 0, b).
-    double real = c * w;
-    Vec3d v{c * a + s * b, s * w, c * b - s * a};
-    if (real < 0) real = -real, v = v * -1.0;
-    const double sine = std::sqrt(dot(v, v));
-    return v * (sine < 1e-12 ? 2.0 : 2 * std::atan2(sine, real) / sine);
+    const Quaternion turn{0, std::sin(yaw / 2), 0, std::cos(yaw / 2)}, tilt{x * scale, 0, z * scale, std::cos(half)};
+    return axis_angle(turn * tilt);
   }
 
   /// log(w_k / 2 N) of the joint angles, the tilt left out, and its slope.

@@ -51,6 +51,13 @@ struct SparseMatrix {
     ++rows;
   }
 
+  std::span<const std::uint32_t> columns_of(std::size_t r) const {
+    return std::span(column).subspan(start[r], start[r + 1] - start[r]);
+  }
+  std::span<const float> values_of(std::size_t r) const {
+    return std::span(value).subspan(start[r], start[r + 1] - start[r]);
+  }
+
   double row_sum(std::size_t r) const {
     double sum = 0;
     for (std::size_t i = start[r]; i < start[r + 1]; ++i) sum += static_cast<double>(value[i]);

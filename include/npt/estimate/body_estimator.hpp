@@ -269,7 +269,7 @@ class BasicBodyEstimator {
     constexpr std::array limb_roots =
         joint_indices(SmplJoint::left_hip, SmplJoint::right_hip, SmplJoint::left_collar, SmplJoint::right_collar);
     std::vector<LimbSearch::Angles> all;
-    const std::vector<RigidMotion> fitted = body().bone_motions(reading.fit.body.betas, reading.fit.body.axis_angles);
+    const std::vector<Rigid> fitted = body().bone_motions(reading.fit.body.betas, reading.fit.body.axis_angles);
     for (const Correspondences& r : readings) {
       const PartMotion motion = motion_of(r);
       LimbSearch::Angles& angles = all.emplace_back(motion.axis_angles.begin(), motion.axis_angles.end());

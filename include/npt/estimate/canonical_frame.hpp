@@ -4,6 +4,7 @@
 
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
+#include <npt/mesh/normalise.hpp>
 
 #include <cmath>
 #include <cstddef>
@@ -13,24 +14,17 @@ namespace npt::inline NPT_ABI {
 /// Root mean square distance of the points that a reading network sees from their mean.
 inline constexpr double reading_radius = 0.45;
 
-/// p -> (p - mean) scale
-struct CanonicalFrame {
-  Vec3d mean;
-  double scale = 0;  ///< infinite where the points have no extent, not a number where they are not finite
-
-  Vec3d operator()(Vec3d p) const { return (p - mean) * scale; }
-};
-
-/// point(i): the i-th of `count` points.
+/// point(i): the i-th of `count` points. The scale is infinite where they have no extent, and not a number where they
+/// are not finite.
 template <class PointOf>
-CanonicalFrame canonical_frame(std::size_t count, const PointOf& point) {
-  CanonicalFrame frame;
+NormalisingTransform canonical_frame(std::size_t count, const PointOf& point) {
+  NormalisingTransform frame;
   const auto n = static_cast<double>(count);
-  for (std::size_t i = 0; i < count; ++i) frame.mean += point(i) / n;
+  for (std::size_t i = 0; i < count; ++i) frame.centre += point(i) / n;
   double square = 0;
-  for (std::size_t i = 0; i < count; ++i) square += dot(point(i) - frame.mean, point(i) - frame.mean) / n;
+  for (std::size_t i = 0; i < count; ++i) square += dot(point(i) - frame.centre, point(i) - frame.centre) / n;
   // What is left of points in one place is rounding.
-  const double rounding = 1e-12 * length(frame.mean);
+  const double rounding = 1e-12 * length(frame.centre);
   frame.scale = reading_radius / (square > rounding * rounding ? std::sqrt(square) : 0.0);
   return frame;
 }

@@ -113,13 +113,14 @@ class BasicCorrespondenceEstimator {
     if (samples.empty()) throw Error({.file = "reading", .found = "no points", .expected = "points of a surface"});
     if (options.turns < 1)
       throw Error({.file = "turns", .found = std::to_string(options.turns), .expected = "at least 1"});
-    const CanonicalFrame frame = canonical_frame(samples.size(), [samples](std::size_t i) { return samples[i].point; });
+    const NormalisingTransform frame =
+        canonical_frame(samples.size(), [samples](std::size_t i) { return samples[i].point; });
     if (!std::isfinite(frame.scale))
       throw Error(
           {.file = "reading", .found = "points in one place, or not finite", .expected = "points of a surface"});
     // The sum is three times the volume of a closed surface, negative where its faces are turned inwards.
     double volume = 0;
-    for (const auto& s : samples) volume += dot(frame(s.point), s.normal);
+    for (const auto& s : samples) volume += dot(frame.apply(s.point), s.normal);
     const double outward = volume < 0 ? -1 : 1;
     const auto turns = static_cast<std::size_t>(options.turns);
     std::vector<std::vector<float>> points(turns), normals(turns), results(turns);
@@ -128,7 +129,7 @@ class BasicCorrespondenceEstimator {
       const double angle = 2 * std::numbers::pi * static_cast<double>(t) / static_cast<double>(turns);
       const Matrix3 turn = rotation_matrix({0, angle, 0}) * options.upright;
       for (const auto& s : samples) {
-        const Vec3f p = (turn * frame(s.point)).template as<float>();
+        const Vec3f p = (turn * frame.apply(s.point)).template as<float>();
         const Vec3f q = (turn * s.normal * outward).template as<float>();
         points[t].insert(points[t].end(), {p.x, p.y, p.z});
         normals[t].insert(normals[t].end(), {q.x, q.y, q.z});

@@ -11,10 +11,12 @@
 #pragma once
 
 #include <npt/base/matrix3.hpp>
+#include <npt/base/rigid.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
+#include <npt/mesh/skinning.hpp>
 
 #include <algorithm>
 #include <array>
@@ -70,11 +72,11 @@ class DifferentiableBody {
  public:
   /// The pose of every bone for one set of parameters, as forward() leaves it for backward() and for normals.
   struct State {
-    std::vector<Vec3d> joints;         ///< [J] of the rest pose
-    std::vector<Matrix3> local;        ///< [J] rotation relative to the parent
-    std::vector<RigidMotion> motions;  ///< [J] of the bones, without the translation
-    std::vector<double> bend;          ///< [9 (J - 1)] R - I, or empty without posedirs
-    std::vector<Vec3d> shaped;         ///< [n] vertices of the rest pose
+    std::vector<Vec3d> joints;   ///< [J] of the rest pose
+    std::vector<Matrix3> local;  ///< [J] rotation relative to the parent
+    std::vector<Rigid> motions;  ///< [J] of the bones, without the translation
+    std::vector<double> bend;    ///< [9 (J - 1)] R - I, or empty without posedirs
+    std::vector<Vec3d> shaped;   ///< [n] vertices of the rest pose
   };
 
   /// What the rows of the Jacobian at one x have in common.
@@ -124,15 +126,9 @@ class DifferentiableBody {
     pose_bones(x, state);
     shape_vertices(betas(x), state);
     const Vec3d translation{x[0], x[1], x[2]};
-    for (std::size_t i = 0; i < out.size(); ++i) {
-      const Vec3d p = state.shaped[i];
-      Vec3d sum = translation;
-      for (std::size_t s = skin_start_[i]; s < skin_start_[i + 1]; ++s) {
-        const std::size_t j = skin_joint_[s];
-        sum += state.motions[j](p) * skin_weight_[s];
-      }
-      out[i] = sum;
-    }
+    for (std::size_t i = 0; i < out.size(); ++i)
+      out[i] = skinned(
+          joints_of(i), weights_of(i), [&](std::size_t j) { return state.motions[j](state.shaped[i]); }, translation);
   }
 
   /// Adds the gradient with respect to the parameters to `gradient`, [3 + 3 J + S]. `state` is forward's for this x.
@@ -160,10 +156,7 @@ class DifferentiableBody {
 
   /// The direction `rest` of vertex i in the rest pose, carried along by the skin; not normalised.
   Vec3d carried(std::size_t i, Vec3d rest, const State& state) const {
-    Vec3d sum;
-    for (std::size_t s = skin_start_[i]; s < skin_start_[i + 1]; ++s)
-      sum += (state.motions[skin_joint_[s]].rotation * rest) * skin_weight_[s];
-    return sum;
+    return skinned(joints_of(i), weights_of(i), [&](std::size_t j) { return state.motions[j].rotation * rest; });
   }
 
   /// Prepares rows at x. `state` is forward's for this x.
@@ -267,6 +260,12 @@ class DifferentiableBody {
       const auto row = table.subspan(std::size_t{v} * 3 * width, 3 * width);
       rows.insert(rows.end(), row.begin(), row.end());
     }
+  }
+  std::span<const std::uint32_t> joints_of(std::size_t i) const {
+    return std::span(skin_joint_).subspan(skin_start_[i], skin_start_[i + 1] - skin_start_[i]);
+  }
+  std::span<const double> weights_of(std::size_t i) const {
+    return std::span(skin_weight_).subspan(skin_start_[i], skin_start_[i + 1] - skin_start_[i]);
   }
   std::span<const double> betas(std::span<const double> x) const { return x.subspan(3 + 3 * joint_count()); }
   static Vec3d axis_angle(std::span<const double> x, std::size_t j) {

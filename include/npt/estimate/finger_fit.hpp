@@ -121,7 +121,7 @@ class FingerSearch {
     const std::size_t joint = joint_index(SmplJoint::left_hand) + side_,
                       wrist = joint_index(SmplJoint::left_wrist) + side_;
     const std::vector<float> angles = with_fingers(fit_.axis_angles, {});
-    const std::vector<RigidMotion> motions = model_.bone_motions(fit_.betas, angles);
+    const std::vector<Rigid> motions = model_.bone_motions(fit_.betas, angles);
     const std::vector<Vec3d> rest = model_.joints(fit_.betas);
     const Vec3d knuckles = motions[joint](rest[joint]) + fit_.translation;
     const double reach = 1.8 * length(rest[joint] - rest[wrist]);

@@ -37,7 +37,7 @@ NPT_INLINE std::vector<Vec3d> fitted_points(const BodyModel& model, const BodyFi
 /// [J] A fitted body's joints, where they lie in the mesh.
 NPT_INLINE std::vector<Vec3d> fitted_joints(const BodyModel& model, const BodyFit& fit) {
   std::vector<Vec3d> joints = model.joints(fit.betas);
-  const std::vector<RigidMotion> motions = model.bone_motions(fit.betas, fit.axis_angles);
+  const std::vector<Rigid> motions = model.bone_motions(fit.betas, fit.axis_angles);
   for (std::size_t j = 0; j < joints.size(); ++j) joints[j] = motions[j](joints[j]) + fit.translation;
   return joints;
 }

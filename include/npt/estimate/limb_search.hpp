@@ -15,6 +15,7 @@
 #include <npt/base/executor.hpp>
 #include <npt/base/matrix3.hpp>
 #include <npt/base/random.hpp>
+#include <npt/base/rigid.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
@@ -121,13 +122,13 @@ class LimbSearch {
   };
   struct Posed {
     std::vector<Vec3d> joints;               ///< of the shaped body at rest
-    std::vector<RigidMotion> motions;        ///< with the fit's translation
+    std::vector<Rigid> motions;              ///< with the fit's translation
     std::array<std::vector<Vec3d>, 4> rest;  ///< a limb's points, shaped
     std::vector<Vec3d> others;               ///< points of the whole body, posed
   };
   struct Hypothesis {
     LimbAngles angles{};
-    std::array<RigidMotion, 5> motions;
+    std::array<Rigid, 5> motions;
     Vec3d middle, end;  ///< where elbow and wrist, or knee and ankle, are
     double distance = 0;
     std::vector<float> reach;  ///< squared distance of each point that the rest leaves alone
@@ -137,7 +138,7 @@ class LimbSearch {
     Posed posed;
     posed.joints = model_->joints(fit.betas);
     posed.motions = model_->bone_motions(fit.betas, fit.axis_angles);
-    for (RigidMotion& m : posed.motions) m.shift += fit.translation;
+    for (Rigid& m : posed.motions) m.shift += fit.translation;
     const std::vector<float> rest_angles(fit.axis_angles.size());
     std::vector<std::uint32_t> vertices;
     for (const auto& points : points_)
@@ -198,10 +199,8 @@ class LimbSearch {
       const Limb& l = limbs[limb];
       for (std::size_t k = 0; k < l.count; ++k) {
         const std::size_t j = l.joints[k];
-        const Matrix3 r = joint_rotation(h.angles, k);
-        const RigidMotion& parent =
-            k == 0 ? posed.motions[static_cast<std::size_t>(smpl_parents[j])] : h.motions[k - 1];
-        h.motions[k] = parent * RigidMotion{r, posed.joints[j] - r * posed.joints[j]};
+        const Rigid& parent = k == 0 ? posed.motions[static_cast<std::size_t>(smpl_parents[j])] : h.motions[k - 1];
+        h.motions[k] = parent * Rigid::about(posed.joints[j], joint_rotation(h.angles, k));
       }
       h.middle = h.motions[l.middle()](posed.joints[l.joints[l.middle()]]);
       h.end = h.motions[l.middle() + 1](posed.joints[l.joints[l.middle() + 1]]);
@@ -213,7 +212,7 @@ class LimbSearch {
       h.distance = 0;
       std::uint32_t hint = no_index;
       for (std::size_t i = 0; i < count; ++i) {
-        const RigidMotion& motion = h.motions[step_of(limbs[limb], points[i].part)];
+        const Rigid& motion = h.motions[step_of(limbs[limb], points[i].part)];
         const Vec3d normal = motion.rotation * points[i].normal;
         const ClosestPoint c = surface.tree().closest(
             motion(posed.rest[limb][i]),

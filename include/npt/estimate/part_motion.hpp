@@ -16,12 +16,15 @@
 
 #include <npt/base/error.hpp>
 #include <npt/base/matrix3.hpp>
+#include <npt/base/quaternion.hpp>
+#include <npt/base/similarity.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_level.hpp>
 #include <npt/mesh/closest_point.hpp>
+#include <npt/mesh/skinning.hpp>
 #include <npt/solve/nearest_rotation.hpp>
 
 #include <algorithm>
@@ -31,6 +34,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
+#include <ranges>
 #include <span>
 #include <string>
 #include <vector>
@@ -101,17 +105,8 @@ struct SwappedLimbs {
   bool arms = false, legs = false;
 };
 
-/// q -> size rotation q + shift
-struct PartTransform {
-  Matrix3 rotation = Matrix3::identity();
-  double size = 1;
-  Vec3d shift;
-
-  Vec3d operator()(Vec3d q) const { return rotation * q * size + shift; }
-};
-
 struct PartMotion {
-  std::array<PartTransform, smpl_joint_count> parts;
+  std::array<Similarity, smpl_joint_count> parts;    ///< from the places to the points
   double size = 1;                                   ///< of the trunk
   Vec3d translation;                                 ///< as BodyFit's, for a body of the mean shape
   std::vector<double> axis_angles;                   ///< [24, 3] relative to the parent, as BodyFit's
@@ -235,7 +230,7 @@ class PartMotionSolver {
 
   /// What a part is held by besides its points.
   struct Hold {
-    PartTransform from;       ///< the parent's, or the trunk's
+    Similarity from;          ///< the parent's, or the trunk's
     Vec3d joint;              ///< of the rest pose
     double joint_weight = 0;  ///< how firmly the joint stays where `from` puts it
     double stiffness = 0;     ///< how firmly the rotation and the size stay, in weighted square metres
@@ -243,8 +238,8 @@ class PartMotionSolver {
 
   /// Weighted Procrustes with weights iterated from `scales`; share(i) is a point's part in it.
   template <class Share>
-  PartTransform solve(const Hold& hold, std::initializer_list<double> scales, bool by_reach, const Share& share) const {
-    PartTransform part = hold.from;
+  Similarity solve(const Hold& hold, std::initializer_list<double> scales, bool by_reach, const Share& share) const {
+    Similarity part = hold.from;
     const Vec3d joint = hold.from(hold.joint);
     bool first = true;
     for (const double scale : scales) {
@@ -257,10 +252,10 @@ class PartMotionSolver {
         const Vec3d p = points_[i].point, q = reads_[i].own.rest;
         w *= reads_[i].certainty;
         if (!first) {
-          const Vec3d d = (part(q) - p) / part.size;
+          const Vec3d d = (part(q) - p) / part.scale;
           w *= robust(dot(d, d), scale);
         } else if (by_reach) {
-          const double off = length(p - joint) / hold.from.size - length(q - hold.joint);
+          const double off = length(p - joint) / hold.from.scale - length(q - hold.joint);
           w *= robust(off * off, scale);
         }
         weights_[i] = w;
@@ -272,9 +267,9 @@ class PartMotionSolver {
       if (!(total > 0)) return part;
       p_centre = p_centre / total;
       q_centre = q_centre / total;
-      const Matrix3 hold_columns = hold.from.rotation.transposed() * (hold.stiffness * hold.from.size);
+      const Matrix3 hold_columns = hold.from.rotation.transposed() * (hold.stiffness * hold.from.scale);
       std::array<Vec3d, 3> columns = hold_columns.rows;
-      double p_squares = 3 * hold.stiffness * hold.from.size * hold.from.size;
+      double p_squares = 3 * hold.stiffness * hold.from.scale * hold.from.scale;
       const auto add = [&](Vec3d p, Vec3d q, double w) {
         const Vec3d a = (q - q_centre) * w, b = p - p_centre;
         columns[0] += b * a.x, columns[1] += b * a.y, columns[2] += b * a.z;
@@ -283,13 +278,13 @@ class PartMotionSolver {
       if (hold.joint_weight > 0) add(joint, hold.joint, hold.joint_weight);
       for (std::size_t i = 0; i < reads_.size(); ++i)
         if (weights_[i] > 0) add(points_[i].point, reads_[i].own.rest, weights_[i]);
-      const std::array<Vec3d, 3> rotation = nearest_rotation(columns).columns();
-      part.rotation = Matrix3::from_columns(rotation[0], rotation[1], rotation[2]);
+      part.rotation = matrix_of(nearest_rotation(columns));
+      const std::array<Vec3d, 3> rotation = part.rotation.columns();
       // The noise is in the places: the regression of places on points has the slope 1 / size.
       double crossed = 0;
       for (std::size_t c = 0; c < 3; ++c) crossed += dot(columns[c], rotation[c]);
-      if (crossed > 0) part.size = std::clamp(p_squares / crossed, 0.6 * hold.from.size, 1.6 * hold.from.size);
-      part.shift = p_centre - part.rotation * q_centre * part.size;
+      if (crossed > 0) part.scale = std::clamp(p_squares / crossed, 0.6 * hold.from.scale, 1.6 * hold.from.scale);
+      part.shift = p_centre - part.rotation * q_centre * part.scale;
     }
     return part;
   }
@@ -313,8 +308,8 @@ class PartMotionSolver {
       q_squares += dot(reads_[i].own.rest - q_mean, reads_[i].own.rest - q_mean);
     }
     Hold hold;
-    hold.from.size = q_squares > 0 && p_squares > 0 ? std::sqrt(p_squares / q_squares) : 1;
-    hold.from.shift = p_mean - q_mean * hold.from.size;
+    hold.from.scale = q_squares > 0 && p_squares > 0 ? std::sqrt(p_squares / q_squares) : 1;
+    hold.from.shift = p_mean - q_mean * hold.from.scale;
     trunk_ = solve(hold, {1.0, 0.3, 0.2, 0.12, 0.1, 0.1}, false, share);
     parts_.fill(trunk_);
   }
@@ -337,10 +332,8 @@ class PartMotionSolver {
   }
 
   Vec3d predicted(const Read& r) const {
-    Vec3d sum;
-    for (std::size_t j = 0; j < smpl_joint_count; ++j)
-      if (r.skin[j] > 0) sum += parts_[j](r.own.rest) * r.skin[j];
-    return sum;
+    constexpr auto joints = std::views::iota(std::size_t{0}, smpl_joint_count);
+    return skinned(joints, r.skin, [&](std::size_t j) { return parts_[j](r.own.rest); });
   }
 
   void choose_sides_by_reach() {
@@ -351,10 +344,10 @@ class PartMotionSolver {
       const bool arm = r.limb == Limb::arm, left = r.own.rest.x > 0;
       const std::size_t own = joint_index(arm ? left ? left_shoulder : right_shoulder : left ? left_hip : right_hip);
       const std::size_t other = smpl_mirrored_joints[own];
-      const double radius = length(r.own.rest - rest_.joints()[own]) * trunk_.size;
+      const double radius = length(r.own.rest - rest_.joints()[own]) * trunk_.scale;
       const double excess = length(points_[i].point - trunk_(rest_.joints()[own])) - radius;
       const double mirrored = length(points_[i].point - trunk_(rest_.joints()[other])) - radius;
-      if (excess > 0.12 * trunk_.size && mirrored < 0.05 * trunk_.size) mirror(r);
+      if (excess > 0.12 * trunk_.scale && mirrored < 0.05 * trunk_.scale) mirror(r);
     }
   }
 
@@ -362,18 +355,18 @@ class PartMotionSolver {
     for (std::size_t i = 0; i < reads_.size(); ++i) {
       Read& r = reads_[i];
       if (r.limb == Limb::none) continue;
-      const double own = length(predicted(r) - points_[i].point) / trunk_.size;
+      const double own = length(predicted(r) - points_[i].point) / trunk_.scale;
       if (own < 0.12) continue;
       Read other = r;
       mirror(other);
-      if (length(predicted(other) - points_[i].point) / trunk_.size < 0.5 * own) r = other;
+      if (length(predicted(other) - points_[i].point) / trunk_.scale < 0.5 * own) r = other;
     }
   }
 
   PartMotion result() const {
     PartMotion m;
     m.parts = parts_;
-    m.size = trunk_.size;
+    m.size = trunk_.scale;
     m.axis_angles.resize(3 * smpl_joint_count);
     for (std::size_t j = 0; j < smpl_joint_count; ++j) {
       Matrix3 relative = parts_[j].rotation;
@@ -386,7 +379,7 @@ class PartMotionSolver {
     double all = 0;
     for (std::size_t i = 0; i < reads_.size(); ++i) {
       const Read& r = reads_[i];
-      const double off = std::min(length(predicted(r) - points_[i].point) / trunk_.size, cut_off);
+      const double off = std::min(length(predicted(r) - points_[i].point) / trunk_.scale, cut_off);
       // A place that had to be mirrored was read wrong.
       all += r.certainty * (r.mirrored ? std::max(off, 0.1) : off);
       for (std::size_t j = 0; j < smpl_joint_count; ++j) {
@@ -402,7 +395,7 @@ class PartMotionSolver {
       if (j == 0) continue;
       const Vec3d joint = rest_.joints()[j];
       const Vec3d gap = parts_[j](joint) - parts_[static_cast<std::size_t>(smpl_parents[j])](joint);
-      gaps += std::min(length(gap) / trunk_.size, cut_off) / static_cast<double>(smpl_joint_count - 1);
+      gaps += std::min(length(gap) / trunk_.scale, cut_off) / static_cast<double>(smpl_joint_count - 1);
     }
     m.residual = all / total_ + 0.5 * gaps;
     return m;
@@ -414,8 +407,8 @@ class PartMotionSolver {
   std::span<const PointCorrespondence> points_;
   std::vector<Read> reads_;
   double total_ = 0, unit_ = 1;
-  PartTransform trunk_;
-  std::array<PartTransform, smpl_joint_count> parts_;
+  Similarity trunk_;
+  std::array<Similarity, smpl_joint_count> parts_;
   mutable std::vector<double> weights_;
 };
 

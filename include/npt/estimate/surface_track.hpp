@@ -13,7 +13,9 @@
 /// Source    Nocedal and Wright, "Numerical Optimization", 2006, section 10.3 (Levenberg and Marquardt)
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/matrix3.hpp>
+#include <npt/base/rigid.hpp>
 #include <npt/base/sort.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
@@ -27,7 +29,7 @@
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>
-#include <npt/scene/affine.hpp>
+#include <npt/mesh/skinning.hpp>
 #include <npt/solve/nearest_rotation.hpp>
 #include <npt/solve/normal_equations.hpp>
 
@@ -101,8 +103,7 @@ class SurfaceTrack {
     std::vector<Matrix3> rotations(joints);
     for (std::size_t j = 0; j < joints; ++j) {
       const Matrix3 above = j > 0 ? rotations[static_cast<std::size_t>(body_.parents()[j])] : Matrix3::identity();
-      const std::array<Vec3d, 3> own = nearest_rotation(columns[j]).columns();
-      rotations[j] = count[j] < few ? above : Matrix3::from_columns(own[0], own[1], own[2]);
+      rotations[j] = count[j] < few ? above : matrix_of(nearest_rotation(columns[j]));
       const Vec3d angles = axis_angle(above.transposed() * rotations[j]);
       x[3 + 3 * j] = angles.x, x[4 + 3 * j] = angles.y, x[5 + 3 * j] = angles.z;
     }
@@ -220,7 +221,7 @@ class SurfaceTrack {
   static DifferentiableBody tied(const BodyModel& model, const BodyLevel& level, TriangleTree tree,
                                  const FitSurface& surface, const BodyFit& fit, double facing,
                                  std::vector<std::uint32_t>& samples, std::vector<std::uint32_t>& parts) {
-    const std::vector<RigidMotion> motions = model.bone_motions(fit.betas, fit.axis_angles);
+    const std::vector<Rigid> motions = model.bone_motions(fit.betas, fit.axis_angles);
     const std::vector<Vec3d> posed = fitted_points(model, fit);
     tree.move(posed, level.triangles());
     BodyTables tables;
@@ -248,8 +249,7 @@ class SurfaceTrack {
       }
       Affine moved{Matrix3{}, fit.translation};
       for (const auto& [j, w] : weights) {
-        moved.linear = moved.linear + motions[j].rotation * w;
-        moved.shift += motions[j].shift * w;
+        add_motion(moved, motions[j], w);
         tables.weights.append(j, static_cast<float>(w));
       }
       add(inverse(moved)(s.point));

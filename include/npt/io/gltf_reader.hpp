@@ -3,13 +3,14 @@
 /// hasn't checked, and each of its numbers would have to be checked again.
 #pragma once
 
+#include <npt/base/affine.hpp>
+#include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/io/gltf_appearance.hpp>
 #include <npt/io/gltf_clip_reader.hpp>
 #include <npt/io/gltf_document.hpp>
 #include <npt/io/gltf_mesh_reader.hpp>
-#include <npt/scene/affine.hpp>
 #include <npt/scene/scene.hpp>
 
 #include <algorithm>

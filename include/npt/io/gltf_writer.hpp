@@ -4,13 +4,14 @@
 /// Source    glTF 2.0 specification; what it asks for is checked with Khronos' validator in the tests
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/error.hpp>
+#include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/io/glb.hpp>
 #include <npt/io/json.hpp>
 #include <npt/io/text.hpp>
-#include <npt/scene/affine.hpp>
 #include <npt/scene/scene.hpp>
 
 #include <algorithm>

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/lab/draws.hpp>
 #include <npt/lab/transfer_sample.hpp>
 #include <npt/mesh/normalise.hpp>
+#include <npt/mesh/points.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/nn/train/sample.hpp>
 
@@ -49,10 +51,8 @@ inline void gather(const NormalisingTransform& transform, std::span<const float>
                    std::span<const std::uint32_t> rows, std::vector<float>& out) {
   out.resize(3 * rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const std::size_t from = 3 * std::size_t{rows[i]};
-    out[3 * i] = static_cast<float>((static_cast<double>(xyz[from]) - transform.centre.x) * transform.scale);
-    out[3 * i + 1] = static_cast<float>((static_cast<double>(xyz[from + 1]) - transform.centre.y) * transform.scale);
-    out[3 * i + 2] = static_cast<float>((static_cast<double>(xyz[from + 2]) - transform.centre.z) * transform.scale);
+    const Vec3f p = transform.apply(point_at(xyz, rows[i])).as<float>();
+    out[3 * i] = p.x, out[3 * i + 1] = p.y, out[3 * i + 2] = p.z;
   }
 }
 

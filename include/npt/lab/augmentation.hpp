@@ -2,9 +2,13 @@
 /// Shapes    xyz: [V, 3], row major, in the meshes' unit
 #pragma once
 
+#include <npt/base/matrix3.hpp>
 #include <npt/base/random.hpp>
+#include <npt/base/similarity.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/lab/transfer_sample.hpp>
+#include <npt/mesh/points.hpp>
 
 #include <cmath>
 #include <cstddef>
@@ -13,32 +17,24 @@
 
 namespace npt::inline NPT_ABI::data {
 
-/// Turns a mesh about the y axis and scales it.
-struct Placement {
-  double cosine = 1, sine = 0, scale = 1;
-
-  bool is_identity() const { return cosine == 1 && sine == 0 && scale == 1; }
-
-  void apply(std::span<float> xyz) const {
-    if (is_identity()) return;
-    for (std::size_t i = 0; i < xyz.size(); i += 3) {
-      const double x = static_cast<double>(xyz[i]), z = static_cast<double>(xyz[i + 2]);
-      xyz[i] = static_cast<float>((cosine * x + sine * z) * scale);
-      xyz[i + 1] = static_cast<float>(static_cast<double>(xyz[i + 1]) * scale);
-      xyz[i + 2] = static_cast<float>((cosine * z - sine * x) * scale);
-    }
-  }
-};
-
-/// Where the three meshes of a sample are placed.
+/// Where the three meshes of a sample are placed: turned about the y axis, and scaled.
 struct Placements {
-  Placement identity, pose, truth;
+  Similarity identity, pose, truth;
 };
+
+inline void place(const Similarity& placement, std::span<float> xyz) {
+  if (placement == Similarity{}) return;
+  for (std::size_t v = 0; v < xyz.size() / 3; ++v) {
+    const Vec3f p = placement(point_at(xyz, v)).as<float>();
+    xyz[3 * v] = p.x, xyz[3 * v + 1] = p.y, xyz[3 * v + 2] = p.z;
+  }
+}
 
 inline Placements draw_placements(const SampleOptions& options, Random& random) {
-  const auto draw = [&](Placement& p) {
+  const auto draw = [&](Similarity& p) {
     const double angle = random.uniform(-options.yaw, options.yaw) * (std::numbers::pi / 180);
-    if (options.yaw != 0) p.cosine = std::cos(angle), p.sine = std::sin(angle);
+    const double c = std::cos(angle), s = std::sin(angle);
+    if (options.yaw != 0) p.rotation = {{{{c, 0, s}, {0, 1, 0}, {-s, 0, c}}}};
     const double growth = random.uniform();
     if (options.scale_low != 1 || options.scale_high != 1)
       p.scale = options.scale_low * std::pow(options.scale_high / options.scale_low, growth);

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <npt/base/error.hpp>
+#include <npt/base/similarity.hpp>
 #include <npt/base/weighted_choice.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/pose_sampler.hpp>
@@ -145,14 +146,14 @@ class BodySampler : public SampleSource {
     Random augmentation = random(data::Part::augmentation);
     const data::Placements placements = data::draw_placements(options_, augmentation);
     const auto make = [&](const Member& member, const std::vector<float>& shape, const PoseParameters& angles,
-                          bool whole, const data::Placement& placement, std::vector<float>& xyz) {
+                          bool whole, const Similarity& placement, std::vector<float>& xyz) {
       const BodyModel& body = *member.body.model;
       xyz.resize(3 * (whole ? body.vertex_count() : scratch.vertices.size()));
       if (whole)
         body.posed(shape, angles, xyz);
       else
         body.posed(shape, angles, scratch.vertices, xyz);
-      placement.apply(xyz);
+      data::place(placement, xyz);
     };
 
     const bool whole_pose = pose_vertices() == 0, whole = options_.vertices == 0;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <npt/base/error.hpp>
+#include <npt/base/similarity.hpp>
 #include <npt/config.hpp>
 #include <npt/lab/assembly.hpp>
 #include <npt/lab/augmentation.hpp>
@@ -121,13 +122,13 @@ class FamilySampler : public SampleSource {
     Random augmentation = random_for(step, index, data::Part::augmentation);
     const data::Placements placements = data::draw_placements(options_, augmentation);
     const auto make = [&choice](const std::vector<float>& mesh, const std::vector<float>& second, float share,
-                                const data::Placement& placement, std::vector<float>& xyz) {
+                                const Similarity& placement, std::vector<float>& xyz) {
       xyz = mesh;
       if (share > 0)
         for (std::size_t k = 0; k < xyz.size(); ++k) xyz[k] += share * (second[k] - xyz[k]);
       if (choice.mirrored)
         for (std::size_t k = 0; k < xyz.size(); k += 3) xyz[k] = -xyz[k];
-      placement.apply(xyz);
+      data::place(placement, xyz);
     };
     make(identity.meshes[pair.identity_label], identity.meshes[choice.second_identity_label], choice.identity_share,
          placements.identity, scratch.identity);

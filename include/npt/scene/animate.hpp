@@ -3,11 +3,12 @@
 /// Shapes    motions: [J]; frames: [V, 3]
 #pragma once
 
+#include <npt/base/affine.hpp>
+#include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
-#include <npt/scene/affine.hpp>
 #include <npt/scene/clip.hpp>
 #include <npt/scene/from_mesh.hpp>
 #include <npt/scene/largest_influences.hpp>

@@ -3,8 +3,8 @@
 #pragma once
 
 #include <npt/base/as_span.hpp>
+#include <npt/base/quaternion.hpp>
 #include <npt/config.hpp>
-#include <npt/scene/affine.hpp>
 
 #include <algorithm>
 #include <cmath>

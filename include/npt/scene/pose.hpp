@@ -3,19 +3,20 @@
 ///   Mesh mesh = poser.mesh();                                 as the scene stands
 ///   poser.positions(&clip, 0.5, mesh.coordinates());          the same vertices half a second into a clip
 /// Each node that shows a mesh is a part (tag "o", its name); materials are tags "usemtl". Morph targets are added, and
-/// linear blend skinning moves a vertex by its joints alone, as glTF wants it; other meshes are moved by their node.
+/// linear blend skinning by_joints a vertex by its joints alone, as glTF wants it; other meshes are moved by their node.
 /// Numerics  in double, rounded once
 /// Errors    npt::Error for a scene that shows no vertices, and for points that leave the range of a float
 /// Source    glTF 2.0 specification, sections 3.5.3 and 3.7.3
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
+#include <npt/mesh/skinning.hpp>
 #include <npt/mesh/validate.hpp>
-#include <npt/scene/affine.hpp>
 #include <npt/scene/clip.hpp>
 #include <npt/scene/scene.hpp>
 
@@ -159,9 +160,9 @@ class ScenePoser {
   void place(const VertexBlock& block, std::size_t node, const ScenePose& now, std::span<float> xyz,
              std::span<Vec3f> normals) const {
     const std::size_t skin_number = scene_.nodes[node].skin;
-    const bool skinned = skin_number != no_item && block.influences > 0;
+    const bool by_joints = skin_number != no_item && block.influences > 0;
     std::vector<Affine> joints;
-    if (skinned) {
+    if (by_joints) {
       const Skin& skin = scene_.skins[skin_number];
       joints.reserve(skin.joints.size());
       for (std::size_t j = 0; j < skin.joints.size(); ++j)
@@ -177,23 +178,15 @@ class ScenePoser {
         if (!target.positions.empty()) p += target.positions[v].as<double>() * weights[t];
         if (!target.normals.empty()) normal += target.normals[v].as<double>() * weights[t];
       }
-      const Affine motion = skinned ? blend(block, v, joints) : now.worlds[node];
+      const std::size_t first = v * block.influences;
+      const Affine motion = by_joints
+                                ? blended_motion(std::span(block.joints).subspan(first, block.influences),
+                                                 std::span(block.weights).subspan(first, block.influences), joints)
+                                : now.worlds[node];
       const Vec3f moved = motion(p).as<float>();
       xyz[3 * v] = moved.x, xyz[3 * v + 1] = moved.y, xyz[3 * v + 2] = moved.z;
       if (!normals.empty()) normals[v] = normalised(cofactors(motion.linear) * normal).as<float>();
     }
-  }
-
-  static Affine blend(const VertexBlock& block, std::size_t v, const std::vector<Affine>& joints) {
-    Affine sum{{}, {}};
-    for (std::size_t i = v * block.influences; i < (v + 1) * block.influences; ++i) {
-      if (block.weights[i] == 0) continue;
-      const auto w = static_cast<double>(block.weights[i]);
-      const Affine& joint = joints[block.joints[i]];
-      sum.linear += joint.linear * w;
-      sum.shift += joint.shift * w;
-    }
-    return sum;
   }
 
   void add_faces(Mesh& mesh) const {

@@ -3,11 +3,12 @@
 /// Numbers are glTF's: metres, y up, seconds.
 #pragma once
 
+#include <npt/base/affine.hpp>
+#include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/appearance.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/scene/affine.hpp>
 #include <npt/scene/clip.hpp>
 
 #include <array>

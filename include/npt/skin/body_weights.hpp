@@ -318,7 +318,7 @@ class BodyWeights {
   void measure_hands() {
     std::vector<float> skin = model_.tables().weights.to_dense();
     const Neighbours around = neighbours(unique_edges(model_.triangles()), model_.vertex_count());
-    const std::vector<RigidMotion> motions = model_.bone_motions(fit_.betas, fit_.axis_angles);
+    const std::vector<Rigid> motions = model_.bone_motions(fit_.betas, fit_.axis_angles);
     for (std::size_t side = 0; side < 2; ++side) {
       const HandSkin of_body({body_, &around, skin, joints_}, side);
       HandSkin hand({points_, &around_, weights_, stride_}, side);

@@ -3,7 +3,9 @@
 /// Units     metres and radians, in the body's coordinates
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/error.hpp>
+#include <npt/base/rigid.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/joint_names.hpp>
@@ -16,7 +18,7 @@
 #include <npt/estimate/finger_fit.hpp>
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/mesh/mesh_view.hpp>
-#include <npt/scene/affine.hpp>
+#include <npt/mesh/skinning.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/skin/body_weights.hpp>
 #include <npt/skin/hand_skin.hpp>
@@ -50,8 +52,8 @@ struct BoundCharacter {
 
   /// [40] How the joints move to joint angles [40, 3], in the body's coordinates. `fingered`: the body with finger
   /// joints
-  std::vector<RigidMotion> motions(const BodyModel& fingered, std::span<const float> axis_angles) const {
-    std::vector<RigidMotion> result = skeleton_motions(fingered, body, axis_angles);
+  std::vector<Rigid> motions(const BodyModel& fingered, std::span<const float> axis_angles) const {
+    std::vector<Rigid> result = skeleton_motions(fingered, body, axis_angles);
     for (std::size_t j = smpl_joint_count; j < result.size(); ++j) {
       const auto parent = static_cast<std::size_t>(fingered.tables().parents[j]);
       result[j].shift = result[parent](joints[j]) - result[j].rotation * joints[j];
@@ -62,7 +64,7 @@ struct BoundCharacter {
   /// [40] How the joints move to joint angles [40, 3], in the mesh's own unit and place.
   std::vector<Affine> motions_in_place(const BodyModel& fingered, std::span<const float> axis_angles) const {
     std::vector<Affine> result;
-    for (const RigidMotion& m : motions(fingered, axis_angles)) {
+    for (const Rigid& m : motions(fingered, axis_angles)) {
       const Vec3d centre = estimate.centre;
       result.push_back({m.rotation, m.shift / estimate.metres + centre - m.rotation * centre});
     }
@@ -75,7 +77,7 @@ struct BoundCharacter {
       throw Error({.file = "result",
                    .found = std::to_string(result.size()) + " numbers",
                    .expected = "three for each of " + std::to_string(points.size()) + " vertices"});
-    const std::vector<RigidMotion> all = motions(fingered, axis_angles);
+    const std::vector<Rigid> all = motions(fingered, axis_angles);
     for (std::size_t v = 0; v < points.size(); ++v) {
       const Vec3f p = (moved(v, all) / estimate.metres + estimate.centre).as<float>();
       result[3 * v] = p.x, result[3 * v + 1] = p.y, result[3 * v + 2] = p.z;
@@ -98,11 +100,8 @@ struct BoundCharacter {
   }
 
   /// Where the joints' motions [J] bring a vertex, in the body's coordinates.
-  Vec3d moved(std::size_t v, std::span<const RigidMotion> motions) const {
-    Vec3d sum;
-    for (std::size_t i = weights.start[v]; i < weights.start[v + 1]; ++i)
-      sum += motions[weights.column[i]](points[v]) * static_cast<double>(weights.value[i]);
-    return sum;
+  Vec3d moved(std::size_t v, std::span<const Rigid> motions) const {
+    return skinned(weights.columns_of(v), weights.values_of(v), [&](std::size_t j) { return motions[j](points[v]); });
   }
 };
 

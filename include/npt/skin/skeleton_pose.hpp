@@ -53,14 +53,14 @@ NPT_INLINE std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit
 
 /// [J] The motion that takes each bone of the identity's skeleton from where it was fitted to the pose's angles. Bone
 /// lengths are the identity's; its root joint stays in place.
-NPT_INLINE std::vector<RigidMotion> skeleton_motions(const BodyModel& model, const BodyFit& identity,
-                                                     std::span<const float> axis_angles) {
-  std::vector<RigidMotion> from = model.bone_motions(identity.betas, identity.axis_angles);
-  std::vector<RigidMotion> to = model.bone_motions(identity.betas, axis_angles);
+NPT_INLINE std::vector<Rigid> skeleton_motions(const BodyModel& model, const BodyFit& identity,
+                                               std::span<const float> axis_angles) {
+  std::vector<Rigid> from = model.bone_motions(identity.betas, identity.axis_angles);
+  std::vector<Rigid> to = model.bone_motions(identity.betas, axis_angles);
   for (std::size_t j = 0; j < to.size(); ++j) {
     from[j].shift += identity.translation;
     to[j].shift += identity.translation;
-    to[j] = to[j] * from[j].inverse();
+    to[j] = to[j] * inverse(from[j]);
   }
   return to;
 }

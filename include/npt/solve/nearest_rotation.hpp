@@ -8,6 +8,8 @@
 ///           with the second derivative in place of its bound
 #pragma once
 
+#include <npt/base/matrix3.hpp>
+#include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 
@@ -19,33 +21,6 @@
 #include <utility>
 
 namespace npt::inline NPT_ABI {
-
-/// A rotation as a quaternion of length 1.
-struct Rotation {
-  double w = 1, x = 0, y = 0, z = 0;
-
-  /// The rotation's matrix, column by column.
-  constexpr std::array<Vec3d, 3> columns() const {
-    return {{{1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)},
-             {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)},
-             {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)}}};
-  }
-  constexpr Vec3d operator()(Vec3d p) const {
-    const Vec3d axis{x, y, z}, t = cross(axis, p) * 2.0;
-    return p + t * w + cross(axis, t);
-  }
-  /// This rotation, and then a turn by the vector `turn`: its axis times its angle in radians.
-  Rotation turned(Vec3d turn) const {
-    const double angle = length(turn);
-    if (angle == 0) return *this;
-    const Vec3d t = turn * (std::sin(angle / 2) / angle);
-    const double c = std::cos(angle / 2);
-    const Rotation r{c * w - t.x * x - t.y * y - t.z * z, c * x + t.x * w + t.y * z - t.z * y,
-                     c * y - t.x * z + t.y * w + t.z * x, c * z + t.x * y - t.y * x + t.z * w};
-    const double n = std::sqrt(r.w * r.w + r.x * r.x + r.y * r.y + r.z * r.z);
-    return {r.w / n, r.x / n, r.y / n, r.z / n};
-  }
-};
 
 namespace linear::internal {
 
@@ -105,8 +80,8 @@ struct TraceChange {
   Symmetric3 curvature;
 };
 
-NPT_INLINE TraceChange trace_change(const std::array<Vec3d, 3>& columns, const Rotation& rotation) {
-  const std::array<Vec3d, 3> own = rotation.columns();
+NPT_INLINE TraceChange trace_change(const std::array<Vec3d, 3>& columns, const Quaternion& rotation) {
+  const std::array<Vec3d, 3> own = matrix_of(rotation).columns();
   Vec3d slope;
   Symmetric3 s;  // the symmetric part of A R^T
   for (std::size_t c = 0; c < 3; ++c) {
@@ -122,7 +97,7 @@ NPT_INLINE TraceChange trace_change(const std::array<Vec3d, 3>& columns, const R
 
 /// The rotation nearest to the matrix with these columns, sought from `start` in at most `steps` steps. From a start
 /// that is near, two or three give 1e-6; from anywhere, nine at most (20,000 random matrices of rank 2 and 3).
-NPT_INLINE Rotation nearest_rotation(const std::array<Vec3d, 3>& columns, Rotation start = {}, int steps = 100) {
+NPT_INLINE Quaternion nearest_rotation(const std::array<Vec3d, 3>& columns, Quaternion start = {}, int steps = 100) {
   const double size = length(columns[0]) + length(columns[1]) + length(columns[2]);
   if (!(size > 0)) return start;
   for (int i = 0; i < steps; ++i) {

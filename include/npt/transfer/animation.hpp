@@ -4,6 +4,7 @@
 ///   npt::write_scene("result.glb", npt::animation_scene(identity, "hero", animation, "walk", frames.times()));
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/control.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/vec3.hpp>
@@ -14,7 +15,6 @@
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/scene/affine.hpp>
 #include <npt/scene/animate.hpp>
 #include <npt/scene/clip_frames.hpp>
 #include <npt/scene/from_mesh.hpp>

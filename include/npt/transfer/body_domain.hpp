@@ -2,6 +2,7 @@
 /// compile. A weights file with a body estimator is a domain; people's is transfer/people.hpp.
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/control.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/joint_pose.hpp>
@@ -9,7 +10,6 @@
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_list.hpp>
 #include <npt/mesh/mesh_view.hpp>
-#include <npt/scene/affine.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/transfer/options.hpp>
 

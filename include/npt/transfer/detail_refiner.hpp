@@ -23,6 +23,7 @@
 
 #include <npt/base/error.hpp>
 #include <npt/base/pool.hpp>
+#include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/cotangent.hpp>
@@ -121,7 +122,7 @@ class DetailRefiner {
   /// The memory of one call. [P] each
   struct Scratch {
     std::vector<Vec3d> targets, x;
-    std::vector<Rotation> rotations;
+    std::vector<Quaternion> rotations;
     std::array<std::vector<Vec3d>, 3> columns;
     std::vector<Columns> halves;
     std::vector<double> solve;
@@ -207,7 +208,7 @@ class DetailRefiner {
   /// The rotations that carry the mesh's edges best onto those of x.
   void turn(Scratch& memory, bool first) const {
     const std::vector<Vec3d>& x = memory.x;
-    std::vector<Rotation>& rotations = memory.rotations;
+    std::vector<Quaternion>& rotations = memory.rotations;
     auto& columns = memory.columns;
     for (auto& column : columns) column.resize(x.size());
     for (std::size_t p = 0; p < x.size(); ++p) {
@@ -230,12 +231,12 @@ class DetailRefiner {
   /// The points that fit these rotations and the positions best.
   void move(Scratch& memory) const {
     const std::vector<Vec3d>& targets = memory.targets;
-    const std::vector<Rotation>& rotations = memory.rotations;
+    const std::vector<Quaternion>& rotations = memory.rotations;
     std::vector<Vec3d>& x = memory.x;
     std::vector<Columns>& halves = memory.halves;
     halves.resize(x.size());
     for (std::size_t p = 0; p < x.size(); ++p) {
-      halves[p] = rotations[p].columns();
+      halves[p] = matrix_of(rotations[p]).columns();
       for (Vec3d& column : halves[p]) column *= 0.5;
     }
     for (std::size_t p = 0; p < x.size(); ++p) {

@@ -127,7 +127,7 @@ class BasicNetworkCorrection {
 
   static std::vector<Vec3d> posed(const BodyModel& body, const BoundCharacter& identity, const Points& points,
                                   std::span<const float> angles) {
-    const std::vector<RigidMotion> motions = identity.motions(body, angles);
+    const std::vector<Rigid> motions = identity.motions(body, angles);
     std::vector<Vec3d> result;
     result.reserve(points.size());
     for (const std::size_t v : points) result.push_back(identity.moved(v, motions));
@@ -179,8 +179,8 @@ class BasicNetworkCorrection {
     std::vector<double> turned(3 * joints, 0.0);
     NormalEquations equations(3 * joints + 3);
     for (int step = 0; step < steps; ++step) {
-      const std::vector<RigidMotion> bones = body.bone_motions(fitted.betas, angles);
-      const std::vector<RigidMotion> motions = identity.motions(body, angles);
+      const std::vector<Rigid> bones = body.bone_motions(fitted.betas, angles);
+      const std::vector<Rigid> motions = identity.motions(body, angles);
       equations.clear();
       for (std::size_t i = 0; i < points.size(); ++i)
         add_point(identity, points[i], target[i], motions, bones, rest, parents, equations);
@@ -203,8 +203,8 @@ class BasicNetworkCorrection {
 
   /// Three rows: a point's place by turns of all joints above it, and by a shift of all.
   static void add_point(const BoundCharacter& identity, std::size_t vertex, Vec3d target,
-                        std::span<const RigidMotion> motions, std::span<const RigidMotion> bones,
-                        std::span<const Vec3d> rest, std::span<const int> parents, NormalEquations& equations) {
+                        std::span<const Rigid> motions, std::span<const Rigid> bones, std::span<const Vec3d> rest,
+                        std::span<const int> parents, NormalEquations& equations) {
     const SparseMatrix& weights = identity.weights;
     const Vec3d root = identity.body.translation;
     std::array<std::vector<double>, 3> rows;

@@ -9,6 +9,7 @@
 /// Source    Wang et al., CVPR 2020, supplement C.1 (skinning); docs/transfer.md (estimate)
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/as_span.hpp>
 #include <npt/base/control.hpp>
 #include <npt/base/default_executor.hpp>
@@ -28,7 +29,6 @@
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_list.hpp>
 #include <npt/mesh/mesh_view.hpp>
-#include <npt/scene/affine.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/skin/bound_character.hpp>
 #include <npt/transfer/body_domain.hpp>

@@ -13,6 +13,7 @@
 /// normalised by itself (Wang et al., CVPR 2020, section 4.1).
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/aligned.hpp>
 #include <npt/base/as_span.hpp>
 #include <npt/base/control.hpp>
@@ -32,7 +33,6 @@
 #include <npt/nn/engine/core.hpp>
 #include <npt/nn/engine/model.hpp>
 #include <npt/nn/weights/weights_file.hpp>
-#include <npt/scene/affine.hpp>
 #include <npt/transfer/body_domain.hpp>
 #include <npt/transfer/character.hpp>
 #include <npt/transfer/mesh_checks.hpp>

@@ -229,7 +229,7 @@ TEST_CASE("the mannequin bends in Table 6's poses without tearing, turning insid
   for (std::uint64_t i = 0; i < poses; ++i) {
     const std::array<float, 72> pose = table6_pose(i);
     const std::vector<npt::Vec3d> p = vertices({}, pose);
-    const std::vector<npt::RigidMotion> motions = body.bone_motions({}, pose);
+    const std::vector<npt::Rigid> motions = body.bone_motions({}, pose);
     // Where a vertex's bones take a direction.
     const auto turned = [&](std::uint32_t v, npt::Vec3d n) {
       npt::Vec3d sum{};

@@ -26,7 +26,7 @@ inline constexpr std::array<const char*, npt::smpl_joint_count> names{
 inline npt::Scene figure(const Angles& bind = {}, const std::vector<std::vector<Angles>>& clips = {}) {
   const npt::BodyModel& body = npt::mannequin();
   const npt::Mesh mesh = npt::to_mesh(body, {}, bind);
-  const std::vector<npt::RigidMotion> bound = body.bone_motions({}, bind);
+  const std::vector<npt::Rigid> bound = body.bone_motions({}, bind);
   const std::vector<npt::Vec3d> joints = body.joints({});
   npt::SkinnedSkeleton skeleton;
   for (std::size_t j = 0; j < npt::smpl_joint_count; ++j) {
@@ -46,9 +46,9 @@ inline npt::Scene figure(const Angles& bind = {}, const std::vector<std::vector<
     for (const Angles& pose : clips[c]) {
       times.push_back(static_cast<double>(times.size()));
       std::vector<npt::Affine>& frame = frames.emplace_back();
-      const std::vector<npt::RigidMotion> moved = body.bone_motions({}, pose);
+      const std::vector<npt::Rigid> moved = body.bone_motions({}, pose);
       for (std::size_t j = 0; j < moved.size(); ++j) {
-        const npt::RigidMotion m = moved[j] * bound[j].inverse();
+        const npt::Rigid m = moved[j] * inverse(bound[j]);
         frame.push_back({m.rotation, m.shift});
       }
     }

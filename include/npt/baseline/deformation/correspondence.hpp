@@ -15,7 +15,7 @@
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/solve/similarity.hpp>
+#include <npt/solve/best_similarity.hpp>
 
 #include <algorithm>
 #include <compare>

@@ -28,7 +28,7 @@
 #include <npt/baseline/deformation/surface.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/normals.hpp>
-#include <npt/solve/similarity.hpp>
+#include <npt/solve/best_similarity.hpp>
 
 #include <algorithm>
 #include <array>

@@ -4,6 +4,7 @@
 /// 40 degrees, which is what a search finds its way home from.
 #pragma once
 
+#include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/baseline/fit/fit_target.hpp>
 #include <npt/body/skeleton.hpp>
@@ -57,20 +58,13 @@ inline std::array<std::vector<LimbPose>, 4> limb_poses() {
 /// Axis angles of a body that has been turned about its own vertical axis, y, and then laid or stood so that this axis
 /// points elsewhere. All directions of one `up` stand together, [6][yaws]: y first, then z, -z, x, -x, -y.
 inline std::vector<Vec3d> start_directions(int yaws) {
-  /// w, x, y, z
-  using Turn = std::array<double, 4>;
   const double h = std::sqrt(0.5);
-  constexpr Turn none{1, 0, 0, 0}, over{0, 1, 0, 0};
-  const std::array<Turn, 6> ups{none, {h, h, 0, 0}, {h, -h, 0, 0}, {h, 0, 0, -h}, {h, 0, 0, h}, over};
+  const std::array<Quaternion, 6> ups{{{}, {h, 0, 0, h}, {-h, 0, 0, h}, {0, 0, -h, h}, {0, 0, h, h}, {1, 0, 0, 0}}};
   std::vector<Vec3d> result;
-  for (const auto& [w, x, y, z] : ups)
+  for (const Quaternion& up : ups)
     for (int i = 0; i < yaws; ++i) {
-      const double half = std::numbers::pi * i / yaws, c = std::cos(half), s = std::sin(half);
-      double real = w * c - y * s;
-      Vec3d axis{x * c - z * s, y * c + w * s, z * c + x * s};
-      if (real < 0) real = -real, axis = -axis;
-      const double sine = length(axis);
-      result.push_back(sine > 0 ? axis * (2 * std::atan2(sine, real) / sine) : Vec3d{});
+      const double half = std::numbers::pi * i / yaws;
+      result.push_back(axis_angle(up * Quaternion{0, std::sin(half), 0, std::cos(half)}));
     }
   return result;
 }

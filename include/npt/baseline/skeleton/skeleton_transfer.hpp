@@ -23,6 +23,7 @@
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/points.hpp>
+#include <npt/mesh/skinning.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/skin/skeleton_pose.hpp>
@@ -82,12 +83,10 @@ class SkeletonTransfer {
       throw Error({.file = "result",
                    .found = std::to_string(out.size()) + " numbers",
                    .expected = "three for each of " + std::to_string(points_.size()) + " vertices"});
-    const std::vector<RigidMotion> motions = skeleton_motions(fitter_->model(), fit_, axis_angles);
+    const std::vector<Rigid> motions = skeleton_motions(fitter_->model(), fit_, axis_angles);
     for (std::size_t v = 0; v < points_.size(); ++v) {
-      Vec3d sum;
-      for (std::size_t i = weights_.start[v]; i < weights_.start[v + 1]; ++i)
-        sum += motions[weights_.column[i]](points_[v]) * static_cast<double>(weights_.value[i]);
-      const Vec3f p = sum.as<float>();
+      const auto moved = [&](std::size_t j) { return motions[j](points_[v]); };
+      const Vec3f p = skinned(weights_.columns_of(v), weights_.values_of(v), moved).as<float>();
       out[3 * v] = p.x, out[3 * v + 1] = p.y, out[3 * v + 2] = p.z;
     }
   }

@@ -1,12 +1,12 @@
 /// Joints as means of vertices, for bodies that are made from a surface and its joints.
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/scene/affine.hpp>
 
 #include <algorithm>
 #include <array>

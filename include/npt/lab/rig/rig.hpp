@@ -8,12 +8,12 @@
 ///           and surfaces without a triangle
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/scene/affine.hpp>
 #include <npt/scene/clip.hpp>
 #include <npt/scene/pose.hpp>
 #include <npt/scene/scene.hpp>

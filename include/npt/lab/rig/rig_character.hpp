@@ -14,14 +14,17 @@
 /// Threads   all members are const
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/matrix3.hpp>
+#include <npt/base/quaternion.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/lab/rig/humanoid_joints.hpp>
 #include <npt/lab/rig/rig.hpp>
+#include <npt/mesh/skinning.hpp>
 #include <npt/mesh/topology.hpp>
 
 #include <algorithm>
@@ -173,17 +176,12 @@ class RigCharacter {
         for (std::size_t k = 0; k < 3; ++k) xyz[3 * v + k] = xyz[3 * same + k];
         continue;
       }
-      Vec3d rest;
-      for (std::size_t i = weights_.start[v]; i < weights_.start[v + 1]; ++i) {
-        const std::size_t j = weights_.column[i];
-        rest += (grown[j] + stretches[j] * (positions_[v] - joints_[j])) * static_cast<double>(weights_.value[i]);
-      }
-      Vec3d sum;
-      for (std::size_t i = weights_.start[v]; i < weights_.start[v + 1]; ++i) {
-        const std::size_t j = weights_.column[i];
-        sum += (places[j] + rotations[j] * (rest - grown[j])) * static_cast<double>(weights_.value[i]);
-      }
-      const Vec3f p = sum.as<float>();
+      const std::span<const std::uint32_t> joints = weights_.columns_of(v);
+      const std::span<const float> weights = weights_.values_of(v);
+      const Vec3d rest = skinned(joints, weights,
+                                 [&](std::size_t j) { return grown[j] + stretches[j] * (positions_[v] - joints_[j]); });
+      const auto moved = [&](std::size_t j) { return places[j] + rotations[j] * (rest - grown[j]); };
+      const Vec3f p = skinned(joints, weights, moved).as<float>();
       xyz[3 * v] = p.x, xyz[3 * v + 1] = p.y, xyz[3 * v + 2] = p.z;
     }
   }
@@ -200,10 +198,6 @@ class RigCharacter {
     while (!base.empty() && base.back() >= '0' && base.back() <= '9') base.pop_back();
     return base.empty() ? name : base;
   }
-  static Matrix3 rotation_of(const Matrix3& m) {
-    const Vec3d x = normalised(m.rows[0]), y = normalised(m.rows[1] - x * dot(m.rows[1], x));
-    return {{{x, y, cross(x, y)}}};
-  }
 
   /// The bind pose in the scene's axes and unit: turned by whole quarters, as the joints stand on the whole.
   void bring_upright(const Rig& rig) {
@@ -211,7 +205,7 @@ class RigCharacter {
     Matrix3 sum;
     double volume = 0;
     for (const Affine& a : stands) {
-      sum += rotation_of(a.linear);
+      sum += orthonormal(a.linear);
       volume += std::abs(a.linear.determinant()) / static_cast<double>(stands.size());
     }
     axes_ = quarter_turn_near(sum);
@@ -274,7 +268,7 @@ class RigCharacter {
       Moment& m = moments.emplace_back();
       const std::vector<Affine> motions = rig.motions(&clip, time);
       for (std::size_t j = 0; j < motions.size(); ++j) {
-        m.rotations.push_back(rotation_of(motions[j].linear) * axes_.transposed());
+        m.rotations.push_back(orthonormal(motions[j].linear) * axes_.transposed());
         m.places.push_back(motions[j](rig.joint_place(j)));
       }
     }

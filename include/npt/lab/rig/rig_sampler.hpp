@@ -11,6 +11,7 @@
 #pragma once
 
 #include <npt/base/error.hpp>
+#include <npt/base/similarity.hpp>
 #include <npt/base/weighted_choice.hpp>
 #include <npt/config.hpp>
 #include <npt/lab/assembly.hpp>
@@ -157,14 +158,14 @@ class RigSampler : public SampleSource {
     Random augmentation = random(data::Part::augmentation);
     const data::Placements placements = data::draw_placements(options_, augmentation);
     const auto make = [mirrored](const RigCharacter& rig, const RigProportions& proportions, const RigCharacter& source,
-                                 const RigPose& taken, const data::Placement& placement, std::vector<float>& xyz) {
+                                 const RigPose& taken, const Similarity& placement, std::vector<float>& xyz) {
       xyz.resize(3 * rig.vertex_count());
       rig.posed(proportions, source, taken, xyz);
       const auto unit = static_cast<float>(1 / rig.extent());
       for (float& x : xyz) x *= unit;
       if (mirrored)
         for (std::size_t k = 0; k < xyz.size(); k += 3) xyz[k] = -xyz[k];
-      placement.apply(xyz);
+      data::place(placement, xyz);
     };
     make(identity, own, identity, stand, placements.identity, scratch.identity);
     make(identity, own, pose, goal, placements.truth, scratch.truth);

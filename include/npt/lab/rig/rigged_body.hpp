@@ -12,8 +12,10 @@
 ///           limbs that no vertex moves with, left and right exchanged
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/matrix3.hpp>
+#include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
@@ -24,6 +26,7 @@
 #include <npt/lab/rig/rest_surface.hpp>
 #include <npt/lab/rig/rig.hpp>
 #include <npt/mesh/normals.hpp>
+#include <npt/mesh/skinning.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/triangles.hpp>
 
@@ -33,6 +36,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <ranges>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -343,13 +347,11 @@ class RiggedBodyMaker {
     turns_ = turns;
     // A wrist's and a hand's bones as long as they were.
     rest_.points.resize(positions_.size());
+    constexpr auto all_joints = std::views::iota(std::size_t{0}, smpl_joint_count);
     for (std::size_t v = 0; v < positions_.size(); ++v) {
-      Vec3d sum;
-      for (std::size_t j = 0; j < smpl_joint_count; ++j)
-        if (const double w = rest_.weights[v][j]; w > 0)
-          sum += (rest_.joints[j] + turns[j] * (positions_[v] - bind_[j])) * w;
-      rest_.points[v] = sum;
-      share_trunk(rest_.weights[v], sum.y);
+      rest_.points[v] = skinned(all_joints, rest_.weights[v],
+                                [&](std::size_t j) { return rest_.joints[j] + turns[j] * (positions_[v] - bind_[j]); });
+      share_trunk(rest_.weights[v], rest_.points[v].y);
     }
   }
   /// Which joint of the rig turns each of the 24; no_item: none, it goes with the one before it.
@@ -386,20 +388,14 @@ class RiggedBodyMaker {
       for (std::size_t j = 0; j < smpl_joint_count; ++j) {
         const Matrix3 above = j == 0 ? Matrix3::identity() : whole[static_cast<std::size_t>(smpl_parents[j])];
         whole[j] = turning[j] == no_item ? above
-                                         : matrix_of(quaternion_of(without_scale(motions[turning[j]].linear) *
+                                         : matrix_of(quaternion_of(orthonormal(motions[turning[j]].linear) *
                                                                    upright_.transposed() * turns_[j].transposed()));
-        const Quaternion q = quaternion_of(above.transposed() * whole[j]);
-        const double sine = length(Vec3d{q.x, q.y, q.z});
-        const Vec3d angle = Vec3d{q.x, q.y, q.z} * (sine > 1e-9 ? 2 * std::atan2(sine, q.w) / sine : 2.0);
+        const Vec3d angle = axis_angle(quaternion_of(above.transposed() * whole[j]));
         frame[3 * j] = static_cast<float>(angle.x), frame[3 * j + 1] = static_cast<float>(angle.y);
         frame[3 * j + 2] = static_cast<float>(angle.z);
       }
     }
     return frames;
-  }
-  static Matrix3 without_scale(const Matrix3& m) {
-    const Vec3d x = normalised(m.rows[0]), y = normalised(m.rows[1] - x * dot(m.rows[1], x));
-    return {{{x, y, cross(x, y)}}};
   }
 
   /// Hips and spine share the trunk's weight by height, each strongest half way to the next.

@@ -7,6 +7,8 @@
 #pragma once
 
 #include <npt/base/matrix3.hpp>
+#include <npt/base/quaternion.hpp>
+#include <npt/base/similarity.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/solve/nearest_rotation.hpp>
@@ -17,14 +19,6 @@
 #include <span>
 
 namespace npt::inline NPT_ABI {
-
-struct Similarity {
-  Matrix3 rotation = Matrix3::identity();
-  double scale = 1;
-  Vec3d shift;
-
-  Vec3d operator()(Vec3d p) const { return rotation * p * scale + shift; }
-};
 
 /// The similarity that takes `from` to `to` best.
 /// Requires  as many points in `to` as in `from`, at least one
@@ -46,13 +40,11 @@ NPT_INLINE Similarity best_similarity(std::span<const Vec3d> from, std::span<con
     to_squares += dot(b, b);
   }
   Similarity result;
-  const Rotation rotation = nearest_rotation(sums);
+  const Quaternion rotation = nearest_rotation(sums);
   // Where some turn changes hardly anything, the points leave the rotation open.
   const double size = std::sqrt(from_squares * to_squares);
-  if (linear::internal::trace_change(sums, rotation).curvature.is_positive(size, 1e-6)) {
-    const std::array<Vec3d, 3> columns = rotation.columns();
-    result.rotation = Matrix3::from_columns(columns[0], columns[1], columns[2]);
-  }
+  if (linear::internal::trace_change(sums, rotation).curvature.is_positive(size, 1e-6))
+    result.rotation = matrix_of(rotation);
   if (from_squares > 0 && to_squares > 0) result.scale = std::sqrt(to_squares / from_squares);
   result.shift = to_centre - result.rotation * from_centre * result.scale;
   return result;

@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
-#include <npt/solve/similarity.hpp>
+#include <npt/solve/best_similarity.hpp>
 
 #include <cmath>
 #include <span>
@@ -33,8 +33,8 @@ TEST_CASE("any rotation is found, also half turns, and of points in a plane") {
   npt::Random random(10);
   for (int trial = 0; trial < 200; ++trial) {
     const npt::Vec3d axis = normalised(npt::Vec3d{random.normal(), random.normal(), random.normal()});
-    const npt::Rotation turn =
-        npt::Rotation{}.turned(axis * (trial % 4 == 0 ? 3.14159265358979 : random.uniform(0, 3.14)));
+    const npt::Quaternion turn =
+        npt::Quaternion{}.turned(axis * (trial % 4 == 0 ? 3.14159265358979 : random.uniform(0, 3.14)));
     std::vector<npt::Vec3d> from, to;
     for (int i = 0; i < 5; ++i)
       from.push_back({random.normal(), random.normal(), trial % 2 == 0 ? 0 : random.normal()});

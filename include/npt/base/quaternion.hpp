@@ -1,4 +1,4 @@
-/// Affine maps and quaternions, as nodes of a scene have them: x -> linear x + shift.
+/// Quaternions, and rotations as quaternions of length 1.
 /// Source    glTF 2.0 specification, section 3.5.3 (transformations), appendix C (interpolation)
 #pragma once
 
@@ -10,38 +10,41 @@
 
 namespace npt::inline NPT_ABI {
 
-/// x -> linear x + shift
-struct Affine {
-  Matrix3 linear = Matrix3::identity();
-  Vec3d shift;
-
-  constexpr Vec3d operator()(Vec3d p) const { return linear * p + shift; }
-  /// x -> a(b(x))
-  friend constexpr Affine operator*(const Affine& a, const Affine& b) { return {a.linear * b.linear, a(b.shift)}; }
-  friend constexpr bool operator==(const Affine&, const Affine&) = default;
-};
-
-/// What linear algebra calls the cofactors: how normals turn where points move by `m`, up to their length.
-constexpr Matrix3 cofactors(const Matrix3& m) {
-  return {{{cross(m.rows[1], m.rows[2]), cross(m.rows[2], m.rows[0]), cross(m.rows[0], m.rows[1])}}};
-}
-
-/// The map that undoes another. Requires a determinant that isn't 0.
-inline Affine inverse(const Affine& a) {
-  const Matrix3 linear = cofactors(a.linear).transposed() * (1 / a.linear.determinant());
-  return {linear, -(linear * a.shift)};
-}
-
 /// x, y, z, w; a rotation where its length is 1.
 struct Quaternion {
   double x = 0, y = 0, z = 0, w = 1;
 
+  /// The rotation of a point. Requires length 1.
+  constexpr Vec3d operator()(Vec3d p) const {
+    const Vec3d axis{x, y, z}, t = cross(axis, p) * 2.0;
+    return p + t * w + cross(axis, t);
+  }
+  /// This rotation, and then a turn by the vector `turn`: its axis times its angle in radians. Has length 1.
+  Quaternion turned(Vec3d turn) const {
+    const double angle = length(turn);
+    if (angle == 0) return *this;
+    const Vec3d t = turn * (std::sin(angle / 2) / angle);
+    const Quaternion r = Quaternion{t.x, t.y, t.z, std::cos(angle / 2)} * *this;
+    const double n = std::sqrt(r.w * r.w + r.x * r.x + r.y * r.y + r.z * r.z);
+    return {r.x / n, r.y / n, r.z / n, r.w / n};
+  }
+
+  /// As rotations: b, and then a. Sums of products with some signs turned, instead of differences: where sums and
+  /// differences take turns, g++ 12 rounds once for both, in spite of -ffp-contract=off (vfmsubadd).
+  friend constexpr Quaternion operator*(Quaternion a, Quaternion b) {
+    const Vec3d n{-a.x, -a.y, -a.z};
+    return {a.w * b.x + a.x * b.w + a.y * b.z + n.z * b.y, a.w * b.y + n.x * b.z + a.y * b.w + a.z * b.x,
+            a.w * b.z + a.x * b.y + n.y * b.x + a.z * b.w, a.w * b.w + n.x * b.x + n.y * b.y + n.z * b.z};
+  }
   friend constexpr Quaternion operator+(Quaternion a, Quaternion b) {
     return {a.x + b.x, a.y + b.y, a.z + b.z, a.w + b.w};
   }
   friend constexpr Quaternion operator*(Quaternion a, double s) { return {a.x * s, a.y * s, a.z * s, a.w * s}; }
   friend constexpr bool operator==(Quaternion, Quaternion) = default;
 };
+
+/// The rotation that undoes another.
+constexpr Quaternion inverse(Quaternion q) { return {-q.x, -q.y, -q.z, q.w}; }
 
 constexpr double dot(Quaternion a, Quaternion b) { return a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w; }
 
@@ -59,8 +62,16 @@ constexpr Matrix3 matrix_of(Quaternion q) {
             {2 * (q.x * q.z - q.y * q.w), 2 * (q.y * q.z + q.x * q.w), 1 - 2 * (q.x * q.x + q.y * q.y)}}}};
 }
 
+/// The axis times the angle of a rotation, of at most half a turn. Requires a unit quaternion.
+NPT_INLINE Vec3d axis_angle(Quaternion q) {
+  if (q.w < 0) q = q * -1.0;
+  const Vec3d axis{q.x, q.y, q.z};
+  const double sine = length(axis);
+  return axis * (sine < 1e-12 ? 2.0 : 2 * std::atan2(sine, q.w) / sine);
+}
+
 /// The unit quaternion of a rotation, w not negative (Shepperd 1978: from the largest of the four).
-inline Quaternion quaternion_of(const Matrix3& m) {
+NPT_INLINE Quaternion quaternion_of(const Matrix3& m) {
   const double a = m.rows[0].x, b = m.rows[1].y, c = m.rows[2].z, trace = a + b + c;
   const double yz = m.rows[2].y - m.rows[1].z, zx = m.rows[0].z - m.rows[2].x, xy = m.rows[1].x - m.rows[0].y;
   const double yx = m.rows[1].x + m.rows[0].y, xz = m.rows[0].z + m.rows[2].x, zy = m.rows[2].y + m.rows[1].z;
@@ -77,7 +88,7 @@ inline Quaternion quaternion_of(const Matrix3& m) {
 }
 
 /// From a to b by the shorter way, at constant speed; t from 0 to 1. Requires unit quaternions.
-inline Quaternion slerp(Quaternion a, Quaternion b, double t) {
+NPT_INLINE Quaternion slerp(Quaternion a, Quaternion b, double t) {
   double cosine = dot(a, b);
   if (cosine < 0) b = b * -1.0, cosine = -cosine;
   if (cosine > 0.999999) return normalised(a * (1 - t) + b * t);  // so close that sin(angle) loses digits
