@@ -14,6 +14,7 @@
 #include <npt/lab/evaluation.hpp>
 #include <npt/lab/prepared_body.hpp>
 #include <npt/lab/protocol.hpp>
+#include <npt/lab/shuffled_pair.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -30,25 +31,19 @@ namespace data {
 inline EvaluationPair body_evaluation_pair(const PreparedBody& body, const BodyPair& pair, std::uint64_t seed,
                                            std::size_t i) {
   const BodyModel& model = *body.model;
-  const auto count = static_cast<std::uint32_t>(model.vertex_count());
-  VertexChoice choice;
-  std::vector<std::uint32_t> rows, places;
-  const auto shuffle = [&](Part part) {
-    Random random = random_for(Purpose::evaluation, seed, 0, i, part);
-    choice.draw(count, count, random, rows);
-    places_of(rows, places);
+  const auto order_of = [&](Part part) {
+    return VertexOrder(model.vertex_count(), random_for(Purpose::evaluation, seed, 0, i, part));
   };
   EvaluationPair result{
       .name = "pair " + std::to_string(i), .pose = {}, .identity = {}, .truth = {}, .pose_triangles = {}, .edges = {}};
-  for (std::vector<float>* xyz : {&result.pose, &result.identity, &result.truth}) xyz->resize(3 * std::size_t{count});
-  shuffle(Part::pose_order);
-  model.posed(pair.pose_shape, pair.pose, rows, result.pose);
-  renumber(places, model.triangles(), result.pose_triangles);
-  shuffle(Part::identity_order);
-  model.posed(pair.identity_shape, pair.identity_pose, rows, result.identity);
-  model.posed(pair.identity_shape, pair.pose, rows, result.truth);
-  renumber(places, body.edges, result.edges);
-  renumber(places, model.triangles(), result.identity_triangles);
+  for (std::vector<float>* xyz : {&result.pose, &result.identity, &result.truth}) xyz->resize(3 * model.vertex_count());
+  const VertexOrder of_pose = order_of(Part::pose_order), of_identity = order_of(Part::identity_order);
+  model.posed(pair.pose_shape, pair.pose, of_pose.rows, result.pose);
+  renumber(of_pose.places, model.triangles(), result.pose_triangles);
+  model.posed(pair.identity_shape, pair.identity_pose, of_identity.rows, result.identity);
+  model.posed(pair.identity_shape, pair.pose, of_identity.rows, result.truth);
+  renumber(of_identity.places, body.edges, result.edges);
+  renumber(of_identity.places, model.triangles(), result.identity_triangles);
   return result;
 }
 

@@ -12,6 +12,7 @@
 #include <npt/lab/assembly.hpp>
 #include <npt/lab/draws.hpp>
 #include <npt/lab/evaluation.hpp>
+#include <npt/lab/shuffled_pair.hpp>
 #include <npt/mesh/topology.hpp>
 
 #include <algorithm>
@@ -171,25 +172,18 @@ inline std::size_t pick(Random& random, std::size_t count) { return random.below
 inline EvaluationPair family_evaluation_pair(const FamilyIndex& family, const FamilyPair& pair, std::uint64_t seed,
                                              std::size_t i) {
   const Species &identity = family.species(pair.identity), &pose = family.species(pair.pose);
-  EvaluationPair result;
+  const auto order_of = [&](const Species& species, Part part) {
+    return VertexOrder(species.vertex_count(), random_for(Purpose::evaluation, seed, 0, i, part));
+  };
+  EvaluationPair result = shuffled_pair({.pose = pose.meshes[pair.pose_label],
+                                         .identity = identity.meshes[pair.identity_label],
+                                         .truth = identity.meshes[pair.truth_label],
+                                         .pose_triangles = pose.triangles,
+                                         .identity_triangles = identity.triangles,
+                                         .edges = identity.edges},
+                                        order_of(pose, Part::pose_order), order_of(identity, Part::identity_order));
   result.name = identity.name + " " + identity.labels[pair.identity_label] + " as " + pose.name + " " +
                 pose.labels[pair.pose_label];
-  VertexChoice choice;
-  std::vector<std::uint32_t> rows, places;
-  const auto shuffle = [&](const Species& species, Part part) {
-    Random random = random_for(Purpose::evaluation, seed, 0, i, part);
-    const auto count = static_cast<std::uint32_t>(species.vertex_count());
-    choice.draw(count, count, random, rows);
-    places_of(rows, places);
-  };
-  shuffle(pose, Part::pose_order);
-  gather({}, pose.meshes[pair.pose_label], rows, result.pose);
-  renumber(places, pose.triangles, result.pose_triangles);
-  shuffle(identity, Part::identity_order);
-  gather({}, identity.meshes[pair.identity_label], rows, result.identity);
-  gather({}, identity.meshes[pair.truth_label], rows, result.truth);
-  renumber(places, identity.edges, result.edges);
-  renumber(places, identity.triangles, result.identity_triangles);
   return result;
 }
 

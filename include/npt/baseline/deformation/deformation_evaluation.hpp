@@ -20,6 +20,7 @@
 #include <npt/lab/evaluation.hpp>
 #include <npt/lab/prepared_body.hpp>
 #include <npt/lab/protocol.hpp>
+#include <npt/lab/shuffled_pair.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>
 
@@ -48,28 +49,27 @@ struct DeformationCase {
 /// body_pairs(body, pairs, name, seed) gives them.
 inline DeformationCase deformation_case(const BodyModel& body, const BodyPair& pair, std::size_t i, std::uint64_t seed,
                                         std::size_t control_points, ThirdMesh third) {
-  const auto count = static_cast<std::uint32_t>(body.vertex_count());
   const PoseParameters rest{};
   const PoseParameters& reference = third == ThirdMesh::rest ? rest : pair.identity_pose;
-  data::VertexChoice choice;
-  std::vector<std::uint32_t> rows, source_places, target_places;
-  const auto mesh_in_order = [&](data::Part part, const std::vector<float>& shape, std::vector<std::uint32_t>& places,
+  const auto order_of = [&](data::Part part) {
+    return data::VertexOrder(body.vertex_count(), data::random_for(data::Purpose::evaluation, seed, 0, i, part));
+  };
+  const data::VertexOrder of_source = order_of(data::Part::pose_order),
+                          of_target = order_of(data::Part::identity_order);
+  const auto mesh_in_order = [&](const data::VertexOrder& order, const std::vector<float>& shape,
                                  std::vector<float>& posed) {
-    Random random = data::random_for(data::Purpose::evaluation, seed, 0, i, part);
-    choice.draw(count, count, random, rows);
-    data::places_of(rows, places);
     Mesh mesh = to_mesh(body, shape, reference);
-    body.posed(shape, reference, rows, mesh.coordinates());
-    for (std::uint32_t& corner : mesh.corners) corner = places[corner];
-    posed.resize(3 * std::size_t{count});
-    body.posed(shape, pair.pose, rows, posed);
+    body.posed(shape, reference, order.rows, mesh.coordinates());
+    for (std::uint32_t& corner : mesh.corners) corner = order.places[corner];
+    posed.resize(3 * body.vertex_count());
+    body.posed(shape, pair.pose, order.rows, posed);
     return mesh;
   };
   DeformationCase result;
-  result.source = mesh_in_order(data::Part::pose_order, pair.pose_shape, source_places, result.pose);
-  result.target = mesh_in_order(data::Part::identity_order, pair.identity_shape, target_places, result.truth);
+  result.source = mesh_in_order(of_source, pair.pose_shape, result.pose);
+  result.target = mesh_in_order(of_target, pair.identity_shape, result.truth);
   for (const std::uint32_t v : control_vertices(body, control_points))
-    result.markers.push_back({source_places[v], target_places[v]});
+    result.markers.push_back({of_source.places[v], of_target.places[v]});
   return result;
 }
 

@@ -19,6 +19,7 @@
 #include <npt/lab/draws.hpp>
 #include <npt/lab/evaluation.hpp>
 #include <npt/lab/rig/rig_character.hpp>
+#include <npt/lab/shuffled_pair.hpp>
 #include <npt/lab/transfer_sample.hpp>
 #include <npt/mesh/resample.hpp>
 #include <npt/nn/train/sample.hpp>
@@ -295,25 +296,19 @@ inline EvaluationSet rig_pairs(const std::shared_ptr<const RigMixture>& mixture,
             for (float& x : at) x /= static_cast<float>(identity.extent());
             for (float& x : goal_at) x /= static_cast<float>(identity.extent());
             for (float& x : other) x /= static_cast<float>(pose.extent());
-            EvaluationPair result;
+            const auto order_of = [&](const RigCharacter& rig, data::Part part) {
+              return data::VertexOrder(rig.vertex_count(), random(part));
+            };
+            EvaluationPair result = data::shuffled_pair({.pose = other,
+                                                         .identity = at,
+                                                         .truth = goal_at,
+                                                         .pose_triangles = pose.triangles(),
+                                                         .identity_triangles = identity.triangles(),
+                                                         .edges = identity.edges()},
+                                                        order_of(pose, data::Part::pose_order),
+                                                        order_of(identity, data::Part::identity_order));
             result.name = rig::internal::stem(identity.name()) + " as " + rig::internal::stem(pose.name()) + ", " +
                           rig::internal::own_clip_name(pose.clip_names()[clip]);
-            data::VertexChoice order;
-            std::vector<std::uint32_t> rows, places;
-            const auto shuffle = [&](std::size_t vertices, data::Part part) {
-              Random numbers = random(part);
-              const auto n = static_cast<std::uint32_t>(vertices);
-              order.draw(n, n, numbers, rows);
-              data::places_of(rows, places);
-            };
-            shuffle(pose.vertex_count(), data::Part::pose_order);
-            data::gather({}, other, rows, result.pose);
-            data::renumber(places, pose.triangles(), result.pose_triangles);
-            shuffle(identity.vertex_count(), data::Part::identity_order);
-            data::gather({}, at, rows, result.identity);
-            data::gather({}, goal_at, rows, result.truth);
-            data::renumber(places, identity.edges(), result.edges);
-            data::renumber(places, identity.triangles(), result.identity_triangles);
             return result;
           }};
 }
