@@ -27,12 +27,12 @@ npt::Model<Net> model() {
 
 /// Half the sum of squares of the network's results, as its tape computes them.
 template <class Gradients>
-double loss(Gradients& gradients, const npt::Model<Net>& at, std::span<const npt::TransferPair<float>> pairs) {
+double loss(Gradients& gradients, const npt::Model<Net>& at, std::span<const npt::NetworkCall<float>> calls) {
   gradients.load(at.buffer());
-  gradients.forward(pairs);
+  gradients.forward(calls);
   double sum = 0;
-  for (const auto& pair : pairs)
-    for (const float x : pair.result) sum += 0.5 * static_cast<double>(x) * static_cast<double>(x);
+  for (const auto& call : calls)
+    for (const float x : call.result) sum += 0.5 * static_cast<double>(x) * static_cast<double>(x);
   return sum;
 }
 
@@ -49,16 +49,16 @@ void check_step(std::size_t vertices, npt::Precision precision, double tolerance
   const auto pose = support::random_points<float>(vertices, 1), identity = support::random_points<float>(vertices, 2);
   std::vector<float> expected(identity.size()), result(identity.size()), other(identity.size());
   npt::Model<Net> at = model();
-  npt::Engine(at, two, precision)(pose, identity, expected);
+  npt::Engine(at, two, precision)({pose, identity}, expected);
 
   npt::Gradients<Net, float, npt::ThreadExecutor> gradients(two);
   gradients.set_precision(precision);
-  const std::vector<npt::TransferPair<float>> pairs{{pose, identity, result}, {identity, pose, other}};
-  const double before = loss(gradients, at, pairs);
+  const std::vector<npt::NetworkCall<float>> calls{{{pose, identity}, result}, {{identity, pose}, other}};
+  const double before = loss(gradients, at, calls);
   for (std::size_t i = 0; i < result.size(); ++i) other[i] = result[i] - expected[i];
   CHECK(norm(other) <= tolerance * norm(expected));
 
-  loss(gradients, at, pairs);
+  loss(gradients, at, calls);
   npt::Model<Net> slope;
   gradients.backward(std::vector<std::span<const float>>{result, other}, slope.buffer());
   const double length = norm(slope.buffer());
@@ -66,7 +66,7 @@ void check_step(std::size_t vertices, npt::Precision precision, double tolerance
   const double step = 0.01 * before / (length * length);  // 1 % of the loss, where it is straight
   for (std::size_t i = 0; i < slope.buffer().size(); ++i)
     at.buffer()[i] -= static_cast<float>(step) * slope.buffer()[i];
-  const double fall = (before - loss(gradients, at, pairs)) / (0.01 * before);
+  const double fall = (before - loss(gradients, at, calls)) / (0.01 * before);
   CHECK(fall > 0.5);
   CHECK(fall < 1.5);
 }
