@@ -14,13 +14,13 @@
 #include <npt/lab/body_sampler.hpp>
 #include <npt/lab/family_file.hpp>
 #include <npt/lab/family_sampler.hpp>
-#include <npt/lab/rig/clip_poses.hpp>
 #include <npt/lab/rig/humanoid_joints.hpp>
 #include <npt/lab/rig/rig.hpp>
 #include <npt/lab/rig/rig_sampler.hpp>
-#include <npt/lab/rig/rigged_body.hpp>
+#include <training/clip_poses.hpp>
 #include <training/correspondence_sampler.hpp>
 #include <training/objects.hpp>
+#include <training/rigged_body.hpp>
 
 #include <algorithm>
 #include <array>

@@ -23,11 +23,11 @@
 #include <npt/config.hpp>
 #include <npt/estimate/canonical_frame.hpp>
 #include <npt/lab/draws.hpp>
-#include <npt/lab/limbs.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/skinning.hpp>
 #include <npt/nn/train/sample.hpp>
 #include <training/dress.hpp>
+#include <training/limbs.hpp>
 #include <training/surface_cloud.hpp>
 
 #include <algorithm>

@@ -20,15 +20,15 @@
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/lab/rig/canonical_places.hpp>
 #include <npt/lab/rig/humanoid_joints.hpp>
-#include <npt/lab/rig/joint_regression.hpp>
-#include <npt/lab/rig/rest_surface.hpp>
 #include <npt/lab/rig/rig.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/skinning.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/triangles.hpp>
+#include <training/canonical_places.hpp>
+#include <training/joint_regression.hpp>
+#include <training/rest_surface.hpp>
 
 #include <algorithm>
 #include <array>

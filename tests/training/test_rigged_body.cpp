@@ -1,20 +1,19 @@
-#include "rigged_figure.hpp"
-
 #include <doctest/doctest.h>
 
-#include <npt/lab/rig/canonical_places.hpp>
-#include <npt/lab/rig/clip_poses.hpp>
-#include <npt/lab/rig/humanoid_joints.hpp>
-#include <npt/lab/rig/joint_regression.hpp>
-#include <npt/lab/rig/rest_surface.hpp>
 #include <npt/lab/rig/rig.hpp>
-#include <npt/lab/rig/rigged_body.hpp>
+#include <training/canonical_places.hpp>
+#include <training/clip_poses.hpp>
+#include <training/joint_regression.hpp>
+#include <training/rest_surface.hpp>
+#include <training/rigged_body.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "lab/rig/rigged_figure.hpp"
 
 namespace {
 
@@ -48,27 +47,6 @@ double median_distance(const npt::RiggedBody& body, const std::vector<std::uint3
 }
 
 }  // namespace
-
-TEST_CASE("joints of a person are known by the names that tools give them") {
-  using npt::rig::internal::JointName;
-  const auto is = [](const char* name, const char* base, JointName::Side side) {
-    const JointName parsed = npt::rig::internal::parse_joint_name(name);
-    CAPTURE(name);
-    CHECK(parsed.base == base);
-    CHECK(parsed.side == side);
-  };
-  using enum JointName::Side;
-  is("mixamorig:LeftUpLeg", "upleg", left);
-  is("mixamorigLeftForeArm", "forearm", left);
-  is("rightUpperLeg", "upperleg", right);
-  is("DEF-upper_arm.L.001", "upperarm1", left);
-  is("Bip01 R Thigh", "thigh", right);
-  is("J_Bip_C_UpperChest", "upperchest", middle);
-  is("calf_l", "calf", left);
-  is("l_hip", "hip", left);
-  is("Armature|Hips", "hips", middle);
-  is("LeftHandMiddle1", "handmiddle1", left);
-}
 
 TEST_CASE("the mannequin with a rig is a body again: its joints, its places, its clips' angles") {
   const rigged::Angles kick = rigged::turned(left_hip, -0.8F, 0, 0, rigged::turned(right_elbow, 0, 0.9F, 0));

@@ -7,8 +7,8 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/lab/limbs.hpp>
-#include <npt/lab/rig/rest_surface.hpp>
+#include <training/limbs.hpp>
+#include <training/rest_surface.hpp>
 
 #include <algorithm>
 #include <array>

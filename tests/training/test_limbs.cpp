@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/body/skeleton.hpp>
-#include <npt/lab/limbs.hpp>
+#include <training/limbs.hpp>
 
 TEST_CASE("every joint moves a limb, those of one side the side's") {
   using enum npt::SmplJoint;
