@@ -100,7 +100,27 @@ TEST_CASE("a method that was asked for is taken, and one that can't be had is an
                   npt::Error);
   // The weights of animals hold no body estimation: the network's, without a word.
   CHECK_FALSE(npt::PoseTransfer::open(weights_folder / "quadruped.safetensors", {}, 1).has_body());
-  CHECK(npt::PoseTransfer::open(weights_folder / "human-pooled.safetensors", {}, 1).has_body());
+}
+
+TEST_CASE("weights that name another file's body estimation pose people as that file does") {
+  const std::filesystem::path pooled = weights_folder / "human-pooled.safetensors";
+  const npt::Mesh identity = posed_person(0.1F), pose = posed_person(0.6F);
+  CHECK(npt::PoseTransfer::open(pooled, {}, 1)(identity, pose).positions ==
+        open_with(npt::Method::automatic)(identity, pose).positions);
+  // A copy under the other file's name names itself.
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "npt_test_people";
+  std::filesystem::create_directories(folder);
+  const std::filesystem::path copy = folder / "human.safetensors";
+  std::filesystem::copy_file(pooled, copy, std::filesystem::copy_options::overwrite_existing);
+  try {
+    npt::PoseTransfer::open(copy, {}, 1);
+    FAIL("no error");
+  } catch (const npt::Error& error) {
+    CHECK(error.code() == npt::ErrorCode::missing_weights);
+    CHECK(std::string(error.what()).find("human.safetensors: found weights without body estimation") !=
+          std::string::npos);
+  }
+  std::filesystem::remove_all(folder);
 }
 
 TEST_CASE("a unit that can't be inferred is no hindrance to body estimation") {

@@ -407,13 +407,14 @@ class BasicPoseTransfer {
     const std::string* named = file.find_metadata("body");
     if (body == nullptr && named != nullptr) {
       const std::filesystem::path beside = std::filesystem::path(file.name()).parent_path() / *named;
-      if (!std::filesystem::exists(beside))
+      const bool exists = std::filesystem::exists(beside);
+      if (exists) body = open_body_domain(SafetensorsFile::read(beside), options().body, threads);
+      if (body == nullptr)
         throw Error({.file = beside.string(),
-                     .found = "no such file",
+                     .found = exists ? "weights without body estimation" : "no such file",
                      .expected = "the weights of body estimation that " + file.name() + " goes with, beside it",
                      .code = ErrorCode::missing_weights,
                      .remedy = Remedy::give_weights});
-      body = open_body_domain(SafetensorsFile::read(beside), options().body, threads);
     }
     if (body == nullptr && options().method == Method::body)
       throw Error({.file = file.name(),
