@@ -34,7 +34,6 @@
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
-#include <ranges>
 #include <span>
 #include <string>
 #include <vector>
@@ -332,8 +331,7 @@ class PartMotionSolver {
   }
 
   Vec3d predicted(const Read& r) const {
-    constexpr auto joints = std::views::iota(std::size_t{0}, smpl_joint_count);
-    return skinned(joints, r.skin, [&](std::size_t j) { return parts_[j](r.own.rest); });
+    return skinned(r.skin, [&](std::size_t j) { return parts_[j](r.own.rest); });
   }
 
   void choose_sides_by_reach() {

@@ -24,6 +24,15 @@ Vec3d skinned(const Joints& joints, const Weights& weights, const Moved& moved, 
   return sum;
 }
 
+/// The same for weights of all joints, in their order.
+template <class Weights, class Moved>
+Vec3d skinned(const Weights& weights, const Moved& moved) {
+  Vec3d sum;
+  for (std::size_t j = 0; j < std::size(weights); ++j)
+    if (weights[j] != 0) sum += moved(j) * static_cast<double>(weights[j]);
+  return sum;
+}
+
 namespace internal {
 
 constexpr const Matrix3& linear_part(const Rigid& r) { return r.rotation; }
