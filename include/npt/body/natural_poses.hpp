@@ -29,15 +29,19 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
+template <class = void>
+class BasicNaturalPoses;
+using NaturalPoses = BasicNaturalPoses<>;  // templates: NPT_INLINE of config.hpp says why
 
-class NaturalPoses {
+template <class>
+class BasicNaturalPoses {
  public:
   /// [24, 3] axis angles in radians, SMPL's order of joints, the root's direction first.
   using Pose = std::array<float, 3 * smpl_joint_count>;
 
   static constexpr std::size_t components = body::internal::natural_pose_components;
 
-  NaturalPoses()
+  BasicNaturalPoses()
       : weights_(numbers(body::internal::natural_pose_weights, body::internal::natural_pose_weights_largest)),
         means_(numbers(body::internal::natural_pose_means, body::internal::natural_pose_means_largest)),
         deviations_(numbers(body::internal::natural_pose_deviations, body::internal::natural_pose_deviations_largest)),

@@ -81,10 +81,14 @@ struct CorrespondenceFit {
   /// From 0 to 1.
   double confidence() const { return std::min(mesh_explained, body_explained); }
 };
+template <class = void>
+class BasicCorrespondenceFitter;
+using CorrespondenceFitter = BasicCorrespondenceFitter<>;  // templates: NPT_INLINE of config.hpp says why
 
-class CorrespondenceFitter {
+template <class>
+class BasicCorrespondenceFitter {
  public:
-  explicit CorrespondenceFitter(std::shared_ptr<const BodyModel> model, CorrespondenceFitOptions options = {})
+  explicit BasicCorrespondenceFitter(std::shared_ptr<const BodyModel> model, CorrespondenceFitOptions options = {})
       : model_(checked(std::move(model))),
         options_(std::move(options)),
         coarse_(*model_, options_.coarse_vertices),
@@ -99,8 +103,8 @@ class CorrespondenceFitter {
       area_ += 0.5 * length(cross(rest[t[1]] - rest[t[0]], rest[t[2]] - rest[t[0]]));
     }
   }
-  CorrespondenceFitter(const CorrespondenceFitter&) = delete;
-  CorrespondenceFitter& operator=(const CorrespondenceFitter&) = delete;
+  BasicCorrespondenceFitter(const BasicCorrespondenceFitter&) = delete;
+  BasicCorrespondenceFitter& operator=(const BasicCorrespondenceFitter&) = delete;
 
   const BodyModel& model() const noexcept { return *model_; }
   std::shared_ptr<const BodyModel> shared_model() const noexcept { return model_; }

@@ -33,9 +33,13 @@
 namespace npt::inline NPT_ABI {
 
 namespace fit::internal {
+template <class = void>
+class BasicCorrespondenceProblem;
+using CorrespondenceProblem = BasicCorrespondenceProblem<>;  // templates: NPT_INLINE of config.hpp says why
 
 /// One fit: a surface, a reading, and where the body is.
-class CorrespondenceProblem {
+template <class>
+class BasicCorrespondenceProblem {
  public:
   struct Match {
     Vec3d offset;         ///< from the mesh to the body
@@ -48,8 +52,8 @@ class CorrespondenceProblem {
     double robust() const { return squared < 0 ? scale * scale : robust_squared(squared, scale); }
   };
 
-  CorrespondenceProblem(const BodyModel& model, const PosePrior& prior, std::span<const double> deviations,
-                        const FitSurface& surface)
+  BasicCorrespondenceProblem(const BodyModel& model, const PosePrior& prior, std::span<const double> deviations,
+                             const FitSurface& surface)
       : model_(model),
         prior_(prior),
         deviations_(deviations),

@@ -67,8 +67,12 @@ NPT_INLINE Matrix3 right_jacobian(Vec3d a) {
 }
 
 }  // namespace fit::internal
+template <class = void>
+class BasicDifferentiableBody;
+using DifferentiableBody = BasicDifferentiableBody<>;  // templates: NPT_INLINE of config.hpp says why
 
-class DifferentiableBody {
+template <class>
+class BasicDifferentiableBody {
  public:
   /// The pose of every bone for one set of parameters, as forward() leaves it for backward() and for normals.
   struct State {
@@ -89,11 +93,11 @@ class DifferentiableBody {
   };
 
   /// The body with all its vertices.
-  explicit DifferentiableBody(const BodyModel& model) : DifferentiableBody(model, all_of(model)) {}
+  explicit BasicDifferentiableBody(const BodyModel& model) : BasicDifferentiableBody(model, all_of(model)) {}
 
   /// The body with some vertices only.
   /// Requires  vertices below the model's count
-  DifferentiableBody(const BodyModel& model, std::vector<std::uint32_t> vertices)
+  BasicDifferentiableBody(const BodyModel& model, std::vector<std::uint32_t> vertices)
       : vertices_(std::move(vertices)), rest_joints_(model.rest_joints()) {
     const BodyTables& tables = model.tables();
     shapes_ = model.shape_count();

@@ -43,12 +43,16 @@ struct HandPart {
   std::size_t fingers = 0;              ///< how many of the former
   std::vector<Triangle> triangles;      ///< between these vertices, numbered as above
 };
+template <class = void>
+class BasicFingerSearch;
+using FingerSearch = BasicFingerSearch<>;  // templates: NPT_INLINE of config.hpp says why
 
 /// One hand of one mesh.
-class FingerSearch {
+template <class>
+class BasicFingerSearch {
  public:
-  FingerSearch(const BodyModel& model, const HandPart& hand, std::size_t side, const BodyFit& fit,
-               const FitSurface& surface, double facing)
+  BasicFingerSearch(const BodyModel& model, const HandPart& hand, std::size_t side, const BodyFit& fit,
+                    const FitSurface& surface, double facing)
       : model_(model), hand_(hand), side_(side), fit_(fit), facing_(facing) {
     choose_samples(surface);
     place({});

@@ -41,13 +41,17 @@
 namespace npt::inline NPT_ABI {
 
 enum class LimbPair { arms, legs };
+template <class = void>
+class BasicLimbSearch;
+using LimbSearch = BasicLimbSearch<>;  // templates: NPT_INLINE of config.hpp says why
 
-class LimbSearch {
+template <class>
+class BasicLimbSearch {
  public:
   /// Axis angles [24, 3], of which a limb's are taken.
   using Angles = std::vector<float>;
 
-  explicit LimbSearch(std::shared_ptr<const BodyModel> model) : model_(std::move(model)) {
+  explicit BasicLimbSearch(std::shared_ptr<const BodyModel> model) : model_(std::move(model)) {
     const BodyTables& tables = model_->tables();
     const std::vector<std::uint32_t> part = tables.weights.heaviest_columns();
     const auto at = [&tables](std::uint32_t v) {
@@ -181,7 +185,7 @@ class LimbSearch {
 
   /// What a limb's poses are judged by.
   struct Judge {
-    const LimbSearch& search;
+    const BasicLimbSearch& search;
     const FitSurface& surface;
     const Posed& posed;
     std::size_t limb;

@@ -118,11 +118,15 @@ struct PartMotion {
 };
 
 namespace fit::internal {
+template <class = void>
+class BasicPartMotionSolver;
+using PartMotionSolver = BasicPartMotionSolver<>;  // templates: NPT_INLINE of config.hpp says why
 
-class PartMotionSolver {
+template <class>
+class BasicPartMotionSolver {
  public:
-  PartMotionSolver(const CorrespondenceTemplate& rest, std::span<const PointCorrespondence> points,
-                   SwappedLimbs swapped)
+  BasicPartMotionSolver(const CorrespondenceTemplate& rest, std::span<const PointCorrespondence> points,
+                        SwappedLimbs swapped)
       : rest_(rest), points_(points) {
     if (points.size() < 20)
       throw Error({.file = "reading", .found = std::to_string(points.size()) + " points", .expected = "at least 20"});

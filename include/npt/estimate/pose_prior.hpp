@@ -27,8 +27,12 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
+template <class = void>
+class BasicPosePrior;
+using PosePrior = BasicPosePrior<>;  // templates: NPT_INLINE of config.hpp says why
 
-class PosePrior {
+template <class>
+class BasicPosePrior {
  public:
   /// A joint that bends to one side: the axis angle's component along `axis` should not be positive.
   struct Hinge {
@@ -36,7 +40,7 @@ class PosePrior {
     Vec3d axis;
   };
 
-  explicit PosePrior(const BodyModel& model) : means_(model.joint_count()), stiffness_(model.joint_count()) {
+  explicit BasicPosePrior(const BodyModel& model) : means_(model.joint_count()), stiffness_(model.joint_count()) {
     const std::vector<Vec3d> joints = model.joints({});
     const bool human = model.joint_count() == smpl_joint_count;
     for (std::size_t j = 1; j < joints.size(); ++j) {
@@ -60,12 +64,12 @@ class PosePrior {
   /// The angles of all joints but the root together as a Gaussian of natural poses (natural_poses.hpp) with a wide
   /// margin, and the one-sided part.
   /// Requires  SMPL's joints
-  static PosePrior natural(const BodyModel& model) {
+  static BasicPosePrior natural(const BodyModel& model) {
     NPT_ASSERT(model.joint_count() == smpl_joint_count);
     // On 20 pairs of people that no body model of ours made: a mean squared distance of 17.7e-4 m^2 from the truth with
     // each joint by itself (at a strength of 0.3), 15.9 so; a strength of 1 gave 16.8.
     constexpr double margin = 0.15, strength = 3;
-    PosePrior prior(model);
+    BasicPosePrior prior(model);
     const Moments& natural = natural_moments();
     std::vector<double> covariance = natural.covariance;
     for (std::size_t i = 0; i < coupled; ++i) covariance[i * coupled + i] += margin * margin;

@@ -44,8 +44,12 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
+template <class = void>
+class BasicSurfaceTrack;
+using SurfaceTrack = BasicSurfaceTrack<>;  // templates: NPT_INLINE of config.hpp says why
 
-class SurfaceTrack {
+template <class>
+class BasicSurfaceTrack {
  public:
   struct Step {
     BodyFit body;
@@ -53,8 +57,8 @@ class SurfaceTrack {
   };
 
   /// level: the model's full one; tree: of its triangles; facing: as CorrespondenceFit's.
-  SurfaceTrack(const BodyModel& model, const BodyLevel& level, TriangleTree tree, const FitSurface& surface,
-               const BodyFit& fit, double facing)
+  BasicSurfaceTrack(const BodyModel& model, const BodyLevel& level, TriangleTree tree, const FitSurface& surface,
+                    const BodyFit& fit, double facing)
       : body_(tied(model, level, std::move(tree), surface, fit, facing, samples_, parts_)), rest_(samples_.size()) {
     const std::vector<double> x(body_.parameter_count());
     DifferentiableBody::State state;
@@ -119,7 +123,7 @@ class SurfaceTrack {
 
   class Solver {
    public:
-    Solver(const SurfaceTrack& track, const FitSurface& surface, const std::vector<double>& x)
+    Solver(const BasicSurfaceTrack& track, const FitSurface& surface, const std::vector<double>& x)
         : track_(&track), surface_(&surface), anchor_(x), now_(placed(x)), equations_(x.size()), row_(x.size()) {}
 
     const std::vector<double>& x() const noexcept { return now_.x; }
@@ -207,7 +211,7 @@ class SurfaceTrack {
       }
     }
 
-    const SurfaceTrack* track_;
+    const BasicSurfaceTrack* track_;
     const FitSurface* surface_;
     std::vector<double> anchor_;  ///< what the surface doesn't say stays where it begins
     double scale_ = least_scale;

@@ -57,11 +57,15 @@ struct BodyWeightsOptions {
 };
 
 namespace skeleton::internal {
+template <class = void>
+class BasicBodyWeights;
+using BodyWeights = BasicBodyWeights<>;  // templates: NPT_INLINE of config.hpp says why
 
-class BodyWeights {
+template <class>
+class BasicBodyWeights {
  public:
-  BodyWeights(const BodyModel& model, const BodyFit& fit, std::vector<Vec3d> points, std::vector<Triangle> triangles,
-              const BodyWeightsOptions& options)
+  BasicBodyWeights(const BodyModel& model, const BodyFit& fit, std::vector<Vec3d> points,
+                   std::vector<Triangle> triangles, const BodyWeightsOptions& options)
       : model_(model),
         fit_(fit),
         points_(std::move(points)),

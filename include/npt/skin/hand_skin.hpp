@@ -53,12 +53,16 @@ struct HandMeasure {
   bool fingers = false;  ///< whether there are four beside a thumb, as of a body: no mitten, and nothing held
   std::array<FingerMeasure, finger_count> closed;  ///< of a closed hand with fingers
 };
+template <class = void>
+class BasicHandSkin;
+using HandSkin = BasicHandSkin<>;  // templates: NPT_INLINE of config.hpp says why
 
 /// The skin of one hand, of a mesh or of a body.
-class HandSkin {
+template <class>
+class BasicHandSkin {
  public:
   /// side: 0 left, 1 right
-  HandSkin(const WeightRows& mesh, std::size_t side)
+  BasicHandSkin(const WeightRows& mesh, std::size_t side)
       : mesh_(mesh),
         forearm_(joint_index(SmplJoint::left_elbow) + side),
         wrist_(joint_index(SmplJoint::left_wrist) + side),
@@ -84,13 +88,13 @@ class HandSkin {
 
   /// Whether there are four fingers beside a thumb here as there are on the body. What reaches half as far again is no
   /// hand but something that has grown together with it.
-  bool like(const HandSkin& body) const {
+  bool like(const BasicHandSkin& body) const {
     return tips_.size() == finger_count && body.tips_.size() == finger_count && reach_ < 1.5 * body.reach_;
   }
 
   /// Weights as in `body`'s hand.
   /// Requires  like(body)
-  void take(const HandSkin& body) {
+  void take(const BasicHandSkin& body) {
     const Profile profile = body.profile();
     const auto fingers = fingers_as_in(body);
     for (std::size_t p = 0; p < place_.size(); ++p) {
@@ -119,7 +123,7 @@ class HandSkin {
 
   /// By the middles of the phalanges. hinge: what the body's fingers turn about, unit.
   /// Requires  like(body)
-  std::array<FingerMeasure, finger_count> beside(const HandSkin& body, Vec3d hinge) const {
+  std::array<FingerMeasure, finger_count> beside(const BasicHandSkin& body, Vec3d hinge) const {
     std::array<FingerMeasure, finger_count> result;
     const Profile profile = body.profile();
     const auto crossing = [&](const auto& share) {
@@ -185,7 +189,7 @@ class HandSkin {
 
   /// [tips] which of a body's fingers each of this mesh's is, as they lie beside each other.
   /// Requires  four here and there
-  std::array<std::size_t, finger_count> fingers_as_in(const HandSkin& body) const {
+  std::array<std::size_t, finger_count> fingers_as_in(const BasicHandSkin& body) const {
     std::array<Vec3d, finger_count> ends;  // the body's, by finger
     for (const std::uint32_t tip : body.tips_) {
       const float* row = body.mesh_.row(tip);

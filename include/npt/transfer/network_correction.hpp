@@ -169,21 +169,26 @@ class BasicNetworkCorrection {
     return xyz;
   }
 
+  /// The body at the angles of a step of the fit.
+  struct PosedBody {
+    std::span<const int> parents;
+    std::vector<Vec3d> rest;                ///< its joints at rest
+    std::vector<Rigid> bones{}, motions{};  ///< of its joints, and of what the identity is bound to
+  };
+
   /// Angles that bring the points nearest to `target`, both about their centres.
   static void fit(const BodyModel& body, const BoundCharacter& identity, const Points& points,
                   std::span<const Vec3d> target, std::vector<float>& angles) {
     const BodyFit& fitted = identity.body;
-    const std::span<const int> parents = body.tables().parents;
     constexpr std::size_t joints = smpl_joint_count;  // no network knows fingers
-    const std::vector<Vec3d> rest = body.joints(fitted.betas);
+    PosedBody at{.parents = body.tables().parents, .rest = body.joints(fitted.betas)};
     std::vector<double> turned(3 * joints, 0.0);
     NormalEquations equations(3 * joints + 3);
     for (int step = 0; step < steps; ++step) {
-      const std::vector<Rigid> bones = body.bone_motions(fitted.betas, angles);
-      const std::vector<Rigid> motions = identity.motions(body, angles);
+      at.bones = body.bone_motions(fitted.betas, angles);
+      at.motions = identity.motions(body, angles);
       equations.clear();
-      for (std::size_t i = 0; i < points.size(); ++i)
-        add_point(identity, points[i], target[i], motions, bones, rest, parents, equations);
+      for (std::size_t i = 0; i < points.size(); ++i) add_point(identity, points[i], target[i], at, equations);
       const double hold = stiffness * static_cast<double>(points.size());
       for (std::size_t k = 0; k < turned.size(); ++k) {
         equations.add_to_matrix(k, k, hold);
@@ -194,7 +199,7 @@ class BasicNetworkCorrection {
       for (std::size_t j = 0; j < joints; ++j) {
         // A turn in space, of the joint and all that is attached to it, is one in the parent's frame.
         const Matrix3 parent =
-            parents[j] < 0 ? Matrix3::identity() : bones[static_cast<std::size_t>(parents[j])].rotation;
+            at.parents[j] < 0 ? Matrix3::identity() : at.bones[static_cast<std::size_t>(at.parents[j])].rotation;
         const Matrix3 turn = rotation_matrix({turns[3 * j], turns[3 * j + 1], turns[3 * j + 2]});
         set_joint_rotation(angles, j, parent.transposed() * turn * parent * joint_rotation(angles, j));
       }
@@ -202,9 +207,8 @@ class BasicNetworkCorrection {
   }
 
   /// Three rows: a point's place by turns of all joints above it, and by a shift of all.
-  static void add_point(const BoundCharacter& identity, std::size_t vertex, Vec3d target,
-                        std::span<const Rigid> motions, std::span<const Rigid> bones, std::span<const Vec3d> rest,
-                        std::span<const int> parents, NormalEquations& equations) {
+  static void add_point(const BoundCharacter& identity, std::size_t vertex, Vec3d target, const PosedBody& at,
+                        NormalEquations& equations) {
     const SparseMatrix& weights = identity.weights;
     const Vec3d root = identity.body.translation;
     std::array<std::vector<double>, 3> rows;
@@ -215,13 +219,13 @@ class BasicNetworkCorrection {
     Vec3d place;
     for (std::size_t i = weights.start[vertex]; i < weights.start[vertex + 1]; ++i) {
       const auto weight = static_cast<double>(weights.value[i]);
-      const Vec3d moved = motions[weights.column[i]](identity.points[vertex]);
+      const Vec3d moved = at.motions[weights.column[i]](identity.points[vertex]);
       place += moved * weight;
       for (int joint = static_cast<int>(weights.column[i]); joint >= 0;) {
         const auto j = static_cast<std::size_t>(joint);
-        joint = parents[j];
+        joint = at.parents[j];
         if (j >= smpl_joint_count) continue;
-        const Vec3d arm = (moved - bones[j](rest[j]) - root) * weight;  // a turn w moves it by w x arm
+        const Vec3d arm = (moved - at.bones[j](at.rest[j]) - root) * weight;  // a turn w moves it by w x arm
         rows[0][3 * j + 1] += arm.z, rows[0][3 * j + 2] -= arm.y;
         rows[1][3 * j] -= arm.z, rows[1][3 * j + 2] += arm.x;
         rows[2][3 * j] += arm.y, rows[2][3 * j + 1] -= arm.x;
