@@ -1,0 +1,183 @@
+#!/usr/bin/env python3
+"""Measures the numbers that the guides state, and writes them with the machine and the commit that they are of.
+usage: bench/results.py [--build FOLDER] [--out FOLDER] [accuracy] [paper] [speed] [size]
+  --build FOLDER   a release build with its tests (default: build/release)
+  --out FOLDER     where the JSON files go (default: docs/results)
+  accuracy         accuracy.json: the sets of tests/accuracy, those of ../shared/data where it is there; two minutes
+  paper            paper.json: the paper's protocol, and 200 pairs in natural poses; three minutes
+  speed            speed.json: the network, whole transfers, and the program from its start; two minutes
+  size             size.json: the program, the weights, and the page where it is built
+Without names: all of them. Python's standard library is enough. tests/guides compares the guides' numbers with these
+files: `key: accuracy.natural.mean_mm` in a comment names a value of accuracy.json. The last part of a key names the
+unit: _mm, _ms, _s, _mb, _percent, or pmd for square metres.
+"""
+
+import argparse
+import gzip
+import json
+import os
+import platform
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def run(*command, cwd=None):
+    """What a command prints; with an error it ends the program."""
+    done = subprocess.run([str(part) for part in command], cwd=cwd, capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"results.py: {' '.join(map(str, command))}: exit status {done.returncode}\n{done.stderr}")
+    return done.stdout
+
+
+def json_of(*command):
+    return json.loads(run(*command, "--json"))
+
+
+def machine_of(npt):
+    """The processor, its cores, the compiler and the instruction set, as `npt doctor` says them."""
+    doctor = dict(re.findall(r"^(\S.*?) {2,}(\S.*)$", run(npt, "doctor"), re.MULTILINE))
+    return {"processor": doctor.get("processor", ""), "threads": int(doctor.get("threads allowed", 0)),
+            "instructions": doctor.get("compiled for", ""), "compiler": doctor.get("compiler", ""),
+            "system": f"{platform.system()} {platform.machine()}"}
+
+
+def commit():
+    """The commit, with a plus sign where files that git follows differ from it, other than results themselves."""
+    try:
+        name = run("git", "-C", ROOT, "rev-parse", "--short=12", "HEAD").strip()
+        changed = run("git", "-C", ROOT, "status", "--porcelain", "-uno", "--", ".", ":!docs").strip()
+        return name + ("+" if changed else "")
+    except (OSError, SystemExit):
+        return "unknown"
+
+
+def accuracy(build):
+    """Every set's mean, median and worst error of the pairs that are neither wrong nor listed as wrong."""
+    sets = {}
+    row = None
+    for line in run(build / "bin" / "npt_accuracy", "--table", "--pairs").split("\n"):
+        cells = [cell.strip() for cell in line.split("|")[1:-1]]
+        if len(cells) == 7 and cells[1].isdigit():
+            row = cells
+            continue
+        pair = re.match(r"\s+\S+ mm\s+(?:wrong\s+)?([\w-]+): ", line)
+        if pair and pair.group(1) not in sets:
+            title, pairs, wrong, mean, median, worst, pmd = row
+            sets[pair.group(1)] = {"title": title, "pairs": int(pairs), "wrong": int(wrong), "mean_mm": float(mean),
+                                   "median_mm": float(median), "worst_mm": float(worst),
+                                   "pmd": float(f"{pmd}e-4")}
+    return "npt_accuracy --table --pairs", sets
+
+
+def of_set(found):
+    """One set of `npt evaluate --json`: root mm of the mean PMD is the RMS over all pairs."""
+    return {"pairs": found["pairs"], "rms_mm": round(found["root_mm"], 2),
+            "median_mm": round(1000 * found["pmd_median"] ** 0.5, 2),
+            "worst_mm": round(1000 * found["pmd_worst"] ** 0.5, 2),
+            "pmd": float(f"{found['pmd']:.4g}"), "pmd_worst": float(f"{found['pmd_worst']:.4g}"),
+            "pmd_per_coordinate": float(f"{found['pmd_per_coordinate']:.4g}"),
+            "edge_percent": round(100 * found["edge_error"], 2)}
+
+
+def paper(build):
+    npt = build / "bin" / "npt"
+    pooled = ROOT / "examples" / "weights" / "human-pooled.safetensors"
+    values = {}
+    for name, arguments in {"body": [], "network": ["--method", "network"],
+                            "network_best": ["--method", "network", "--pairings", 8, "--mirror", "--refine"],
+                            "pooled": ["--method", "network", "--weights", pooled],
+                            "pooled_best": ["--method", "network", "--weights", pooled, "--mirror", "--refine"]}.items():
+        seen, unseen = json_of(npt, "evaluate", *arguments)["sets"]
+        values[name] = {"seen": of_set(seen), "unseen": of_set(unseen)}
+    values["natural"] = of_set(json_of(npt, "evaluate", "--pairs", 200, "--poses", "natural")["sets"][0])
+    return "npt evaluate [--method network ...]; npt evaluate --pairs 200 --poses natural", values
+
+
+def seconds_of(command, cwd, repeats=5):
+    """The median time of a process from its start to its end."""
+    times = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        run(*command, cwd=cwd)
+        times.append(time.perf_counter() - begin)
+    return statistics.median(times)
+
+
+def speed(build):
+    npt = build / "bin" / "npt"
+    values = {}
+    for name, threads in {"one_thread": 1, "all_threads": 0}.items():
+        found = json_of(npt, "bench", "forward", "--seed", 1, "--threads", threads)
+        values.setdefault("forward", {})[name] = {
+            "median_ms": round(1000 * found["seconds_median"], 1), "gflops": found["gflops"],
+            "peak_percent": round(100 * found["share"], 1), "peak_memory_mb": found["peak_memory_mb"]}
+        transfer = json_of(npt, "bench", "transfer", "--seed", 1, "--threads", threads, "--repeats", 9,
+                           "--frames", 20)
+        for row in transfer["rows"]:
+            kind = "large_" if row["vertices"] > 6890 else ""
+            place = values.setdefault(kind + re.sub(r"\W+", "_", row["name"]).removeprefix("a_"), {})
+            place = place.setdefault(name, {})
+            place["vertices"] = row["vertices"]
+            place["median_ms"] = round(1000 * row["seconds_median"], 2)
+            for key in row:
+                if "memory" in key and isinstance(row[key], (int, float)):
+                    place["peak_memory_mb"] = round(row[key], 1)
+    with tempfile.TemporaryDirectory() as folder:
+        run(ROOT / "examples" / "animate.sh", folder, npt)
+        run(npt, "generate", "--out", "identity.obj", "--seed", 3, "--pose", "rest", cwd=folder)
+        run(npt, "generate", "--out", "pose.obj", "--seed", 8, "--pose", "natural", cwd=folder)
+        jobs = {"transfer_s": "transfer --identity identity.obj --pose pose.obj --out out.obj",
+                "clip_s": "transfer --identity character.glb --pose walker.glb --clip walk --fps 24 --out out.glb",
+                "rig_s": "rig --mesh identity.obj --out rig.glb"}
+        values["program"] = {key: round(seconds_of([npt, *job.split()], folder), 3) for key, job in jobs.items()}
+    return "npt bench forward; npt bench transfer; npt transfer, timed from outside", values
+
+
+def megabytes(path):
+    return round(path.stat().st_size / 1e6, 2)
+
+
+def size(build):
+    values = {"program_mb": megabytes(build / "bin" / "npt"), "weights": {}}
+    for path in sorted((ROOT / "examples" / "weights").glob("*.safetensors")):
+        values["weights"][path.stem.replace("-", "_") + "_mb"] = megabytes(path)
+    page = ROOT / "build" / "web"
+    files = [path for path in page.rglob("*") if path.suffix in (".wasm", ".js", ".mjs", ".html", ".css")]
+    if files:
+        values["page_gzipped_mb"] = round(sum(len(gzip.compress(p.read_bytes(), 9)) for p in files) / 1e6, 2)
+    return "sizes of files", values
+
+
+def main():
+    parts = {"accuracy": accuracy, "paper": paper, "speed": speed, "size": size}
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--build", type=Path, default=ROOT / "build" / "release")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "results")
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    options = parser.parse_args()
+    names = options.names or list(parts)
+    for name in names:
+        if name not in parts:
+            parser.error(f"{name}: {', '.join(parts)} are known")
+    build = options.build.resolve()
+    options.out.mkdir(parents=True, exist_ok=True)
+    for name in names:
+        begin = time.monotonic()
+        command, values = parts[name](build)
+        result = {"command": command, "machine": machine_of(build / "bin" / "npt"), "commit": commit(),
+                  "values": values}
+        path = options.out / f"{name}.json"
+        path.write_text(json.dumps(result, indent=2) + "\n")
+        print(f"{path} ({time.monotonic() - begin:.0f} s)", flush=True)
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("LC_ALL", "C")
+    main()
