@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Installs the Debian 12 packages that npt needs, only those that are missing; done at once when none is.
-# usage: cmake/install-dependencies.sh [--tests] [--browser] [--dev]
+# usage: cmake/install-dependencies.sh [--tests] [--browser] [--docs] [--dev]
 #   --tests     also what tests need that the program doesn't: numpy, for the converters; where npm is installed, two of its packages
 #               into build/npm: playwright-core for pages in a browser, gltf-validator for GLB files
 #   --browser   also what shows pages to the tests: Chromium, node, npm, and its two packages
+#   --docs      also what makes the site (docs/site.sh) and the moving picture (docs/images/hero.sh): doxygen, markdown-it, webp
 #   --dev       also the tools for work on npt itself: clang, clang-format, clang-tidy, doxygen, Google Benchmark, peers
 set -euo pipefail
 
@@ -23,9 +24,10 @@ for argument in "$@"; do
       command -v node > /dev/null || packages+=(nodejs)
       command -v npm > /dev/null || packages+=(npm)
       ;;
+    --docs) packages+=(doxygen python3-markdown-it python3-pygments webp) ;;
     --dev) packages+=(clang clang-format clang-tidy doxygen libbenchmark-dev libdnnl-dev) ;;
-    -h | --help) sed -n '2,8s/^# //p' "$0"; exit 0 ;;
-    *) echo "install-dependencies.sh: unknown argument '$argument' (--tests, --browser and --dev are known)" >&2; exit 2 ;;
+    -h | --help) sed -n '2,9s/^# //p' "$0"; exit 0 ;;
+    *) echo "install-dependencies.sh: unknown argument '$argument' (--tests, --browser, --docs and --dev are known)" >&2; exit 2 ;;
   esac
 done
 
