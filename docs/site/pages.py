@@ -224,11 +224,8 @@ class Site:
         assets = self.out / "assets"
         assets.mkdir(parents=True, exist_ok=True)
         here = Path(__file__).resolve().parent
-        colours = HtmlFormatter(style="default").get_style_defs("main pre")
-        dark = HtmlFormatter(style="monokai").get_style_defs("main pre")
-        dark = "@media (prefers-color-scheme: dark) {\n" + dark + "\n}\n"
-        (assets / "site.css").write_text(colours + "\n" + dark + (here / "site.css").read_text(), encoding="utf-8")
-        shutil.copyfile(here / "diagrams.js", assets / "diagrams.js")
+        for name in ("site.css", "diagrams.js"):
+            shutil.copyfile(here / name, assets / name)
         for name in self.guides:
             self.guide(name)
         while self.wanted:
