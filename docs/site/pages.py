@@ -21,16 +21,15 @@ from pygments.formatters import HtmlFormatter
 from pygments.lexers import TextLexer, get_lexer_by_name, get_lexer_for_filename
 from pygments.util import ClassNotFound
 
+# The order of guides: names in docs, or paths; those that aren't there are passed over, the others come last.
 GROUPS = (
-    ("Start", ("README.md", "docs/quickstart-artist.md", "docs/quickstart-cpp.md", "docs/quickstart-python.md",
-               "docs/quickstart-research.md")),
-    ("What it does", ("docs/how-it-works.md", "docs/results.md", "docs/limits.md", "docs/gallery.md",
-                      "docs/troubleshooting.md", "docs/alternatives.md", "docs/glossary.md")),
-    ("Reference", ("docs/program.md", "docs/transfer.md", "docs/formats.md", "docs/api.md", "docs/embedding.md",
-                   "docs/python.md", "docs/web.md", "docs/training.md", "examples/weights/README.md",
-                   "docs/performance.md", "docs/numerics.md", "docs/reproduction.md", "docs/baselines.md",
-                   "docs/design.md")),
+    ("Start", "README.md quickstart-artist quickstart-cpp quickstart-python quickstart-research"),
+    ("What it does", "how-it-works results limits gallery troubleshooting alternatives glossary"),
+    ("Reference", "program transfer formats api embedding python web training examples/weights/README.md performance "
+                  "numerics reproduction baselines design"),
 )
+GROUPS = tuple((title, [name if name.endswith(".md") else f"docs/{name}.md" for name in names.split()])
+               for title, names in GROUPS)
 PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".gif", ".svg", ".mp4")
 TEXT_LIMIT = 400_000  # a longer file is copied instead of shown
 FORMATTER = HtmlFormatter(nowrap=True)
