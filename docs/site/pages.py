@@ -67,7 +67,8 @@ class Site:
 
     def find_guides(self):
         names = {"README.md", "CHANGELOG.md", "bench/README.md"}
-        for pattern in ("docs/*.md", "docs/notes/*.md", "docs/images/*.md", "examples/*/README.md", "bench/*/README.md"):
+        for pattern in ("docs/*.md", "docs/notes/*.md", "docs/images/*.md", "examples/*/README.md",
+                        "bench/*/README.md"):
             names.update(path.relative_to(self.root).as_posix() for path in self.root.glob(pattern))
         return sorted(name for name in names if (self.root / name).is_file())
 
@@ -128,8 +129,8 @@ class Site:
         page = self.out / page_of(name) if not name.endswith("/index") else self.out / (name + ".html")
         page.parent.mkdir(parents=True, exist_ok=True)
         up = os.path.relpath(self.out, page.parent)
-        script = f'\n<script src="{up}/assets/mermaid.min.js"></script>\n<script src="{up}/assets/diagrams.js"></script>' \
-            if "mermaid" in self.extras and 'class="mermaid"' in body else ""
+        drawn = ("mermaid.min.js", "diagrams.js") if "mermaid" in self.extras and 'class="mermaid"' in body else ()
+        script = "".join(f'\n<script src="{up}/assets/{source}"></script>' for source in drawn)
         page.write_text(f"""<!doctype html>
 <html lang="en">
 <head>
@@ -157,8 +158,8 @@ class Site:
         count = {}
         for i, token in enumerate(tokens):
             if token.type == "heading_open":
-                text = "".join(child.content for child in tokens[i + 1].children if child.type in ("text", "code_inline"))
-                slug = slug_of(text)
+                slug = slug_of("".join(child.content for child in tokens[i + 1].children
+                                       if child.type in ("text", "code_inline")))
                 number = count.get(slug, 0)
                 count[slug] = number + 1
                 token.attrSet("id", slug if number == 0 else f"{slug}-{number}")
@@ -211,7 +212,8 @@ class Site:
                 lexer = get_lexer_for_filename(place.name)
             except ClassNotFound:
                 lexer = TextLexer()
-            self.write(name, name, f'<h1>{html.escape(name)}</h1>\n<pre tabindex="0"><code>{coloured(text, lexer)}</code></pre>')
+            code = f'<pre tabindex="0"><code>{coloured(text, lexer)}</code></pre>'
+            self.write(name, name, f"<h1>{html.escape(name)}</h1>\n{code}")
 
     def target_of(self, name):
         if name in self.guides:

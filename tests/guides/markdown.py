@@ -39,7 +39,7 @@ def read_list(name):
 
 
 class Block:
-    """A fenced block: its language, the comment in the line before it, its code, and the line of its fence."""
+    """A fenced block: its language, the comment that ends in the line before it, its code, and the line of its fence."""
 
     def __init__(self, language, tag, line):
         self.language, self.tag, self.line, self.lines = language, tag, line, []
@@ -82,8 +82,7 @@ class Document:
             if fence is None and match:
                 fence = match.group(2)
                 indent = len(match.group(1))
-                before = self.lines[i - 1].strip() if i else ""
-                tag = before[4:-3].strip() if before.startswith("<!--") and before.endswith("-->") else None
+                tag = self._comment_before(i)
                 self.blocks.append(Block((match.group(3).strip().split() or [""])[0].lower(), tag, i + 1))
                 self.in_code[i] = True
             elif fence is not None:
@@ -92,6 +91,18 @@ class Document:
                     fence = None
                 else:
                     self.blocks[-1].lines.append(line[indent:] if not line[:indent].strip() else line.lstrip())
+
+    def _comment_before(self, i):
+        """The inside of the comment that ends in the line before; None: there is none."""
+        first = i - 1
+        if first < 0 or not self.lines[first].strip().endswith("-->"):
+            return None
+        while first > 0 and not self.lines[first].strip().startswith("<!--"):
+            first -= 1
+            if "-->" in self.lines[first]:
+                return None
+        text = "\n".join(line.strip() for line in self.lines[first:i])
+        return text[4:-3].strip() if text.startswith("<!--") else None
 
     def _find_comments(self):
         inside = False

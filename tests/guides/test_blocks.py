@@ -77,7 +77,7 @@ def code_to_run(block):
         raise BadTag("no tag in the line before: run, run small: COMMAND, or not run: REASON")
     if re.match(r"not run:\s*\S", tag):
         return None
-    small = re.match(r"run small:\s*(\S.*)$", tag)
+    small = re.match(r"run small:\s*(\S.*)$", tag, re.DOTALL)
     if tag != "run" and not small:
         raise BadTag(f"unknown tag '{tag}', expected run, run small: COMMAND, or not run: REASON")
     if small and not re.match(r"s[^\w\s]", small.group(1)):
@@ -268,12 +268,15 @@ def check_rule():
     assert run_of("run small: npt --version", "text") == ("bash", "npt --version\n")
     assert run_of("not run: needs a GPU", "text") is None
     assert run_of("run", "console", "$ npt\nprinted\n") == ("console", "npt\n")
+    assert run_of("run small: cd x\nnpt") == ("bash", "cd x\nnpt\n")
     assert is_bad(None) and is_bad("runs") and is_bad("not run:") and is_bad("run", "text")
     assert is_bad("run small: s/200/1/") and is_bad("run small: s/100/1") and is_bad("run small:")
     text = "- item\n\n  <!-- run -->\n  ```sh\n  a\n    b\n  ```\n\n````md\n```\n````\n"
     blocks = markdown.Document(text).blocks
     assert [(block.language, block.tag, block.line, block.code) for block in blocks] == \
         [("sh", "run", 4, "a\n  b\n"), ("md", None, 9, "```\n")]
+    blocks = markdown.Document("<!-- run small:\nnpt -->\n```sh\na\n```\nText -->\n```sh\nb\n```\n").blocks
+    assert [block.tag for block in blocks] == ["run small:\nnpt", None]
 
 
 def parse():
