@@ -148,7 +148,7 @@ def size(build):
     values = {"program_mb": megabytes(build / "bin" / "npt"), "weights": {}}
     for path in sorted((ROOT / "examples" / "weights").glob("*.safetensors")):
         values["weights"][path.stem.replace("-", "_") + "_mb"] = megabytes(path)
-    page = ROOT / "build" / "web"
+    page = ROOT / "build" / "web" / "page"
     files = [path for path in page.rglob("*") if path.suffix in (".wasm", ".js", ".mjs", ".html", ".css")]
     if files:
         values["page_gzipped_mb"] = round(sum(len(gzip.compress(p.read_bytes(), 9)) for p in files) / 1e6, 2)
