@@ -133,7 +133,7 @@ typedef enum npt_method {
 
 /* How much time an estimate of a body may take. */
 typedef enum npt_quality {
-  NPT_FAST = 0,     /* half of the views, and fewer points of a mesh: about half of the time */
+  NPT_FAST = 0,     /* half of the views, and fewer points of a mesh: about two thirds of the time */
   NPT_BALANCED = 1, /* the default */
   NPT_BEST = 2      /* all views of every mesh */
 } npt_quality;

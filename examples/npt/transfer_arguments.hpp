@@ -64,8 +64,9 @@ inline void add_transfer_options(CLI::App& command, TransferArguments& arguments
       ->check(CLI::IsMember({"auto", "body", "network"}))
       ->capture_default_str();
   command
-      .add_option("--quality", arguments.quality,
-                  "Of body estimation: fast (about half of the time), balanced, or best (all views of every mesh)")
+      .add_option(
+          "--quality", arguments.quality,
+          "Of body estimation: fast (about two thirds of the time), balanced, or best (all views of every mesh)")
       ->check(CLI::IsMember({"fast", "balanced", "best"}))
       ->capture_default_str();
   command.add_option("--threads", arguments.threads, "Threads; 0: all that the process may use")

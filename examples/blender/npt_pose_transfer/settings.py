@@ -23,7 +23,7 @@ METHODS = [
 
 
 QUALITIES = [
-    ("fast", "Fast", "Half of the views: about half of the time"),
+    ("fast", "Fast", "Half of the views: about two thirds of the time"),
     ("balanced", "Balanced", "The default"),
     ("best", "Best", "All views of every mesh"),
 ]
