@@ -2,8 +2,8 @@
 
 #include <doctest/doctest.h>
 
-#include <npt/lab/rig/rig_character.hpp>
 #include <npt/lab/rig/rig.hpp>
+#include <npt/lab/rig/rig_character.hpp>
 #include <npt/lab/rig/rig_sampler.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/scene/pose.hpp>
