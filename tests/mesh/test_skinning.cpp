@@ -25,6 +25,8 @@ TEST_CASE("a point goes to the weighted mean of where its joints bring it") {
   CHECK(length(npt::skinned(joints, weights, moved) - expected) < 1e-14);
   CHECK(length(npt::skinned(joints, weights, moved, {1, 1, 1}) - (expected + npt::Vec3d{1, 1, 1})) < 1e-14);
   CHECK(length(npt::blended_motion(joints, weights, bone_motions)(p) - expected) < 1e-14);
+  const std::array<double, 3> of_all{0.75, 0.25, 0};  // of the joints in their order
+  CHECK(length(npt::skinned(of_all, moved) - expected) < 1e-14);
 }
 
 TEST_CASE("affine motions are blended in their own type") {

@@ -7,6 +7,7 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
+#include <npt/mesh/skinning.hpp>
 #include <training/limbs.hpp>
 #include <training/rest_surface.hpp>
 
@@ -40,9 +41,7 @@ class CanonicalPlaces {
     for (std::size_t v = 0; v < own_.points.size(); ++v) {
       const JointWeights& row = own_.weights[v];
       const Vec3d p = own_.points[v];
-      Vec3d goal;
-      for (std::size_t j = 0; j < smpl_joint_count; ++j)
-        if (row[j] > 0) goal += stretched(j, p) * row[j];
+      Vec3d goal = skinned(row, [&](std::size_t j) { return stretched(j, p); });
       if (left_out_[v]) {
         const auto part = static_cast<std::size_t>(std::ranges::max_element(row) - row.begin());
         goal = model_.spread[part].mean;

@@ -24,16 +24,15 @@ Vec3d skinned(const Joints& joints, const Weights& weights, const Moved& moved, 
   return sum;
 }
 
-/// The same for weights of all joints, in their order.
-template <class Weights, class Moved>
-Vec3d skinned(const Weights& weights, const Moved& moved) {
-  Vec3d sum;
-  for (std::size_t j = 0; j < std::size(weights); ++j)
-    if (weights[j] != 0) sum += moved(j) * static_cast<double>(weights[j]);
-  return sum;
-}
-
 namespace internal {
+
+/// The joints 0 .. count - 1.
+struct AllJoints {
+  std::size_t count = 0;
+
+  constexpr std::size_t size() const { return count; }
+  constexpr std::size_t operator[](std::size_t i) const { return i; }
+};
 
 constexpr const Matrix3& linear_part(const Rigid& r) { return r.rotation; }
 template <class T>
@@ -42,6 +41,12 @@ constexpr const BasicMatrix3<T>& linear_part(const BasicAffine<T>& a) {
 }
 
 }  // namespace internal
+
+/// The same for weights of all joints, in their order.
+template <class Weights, class Moved>
+Vec3d skinned(const Weights& weights, const Moved& moved) {
+  return skinned(internal::AllJoints{std::size(weights)}, weights, moved);
+}
 
 /// sum += weight * motion
 template <class T, class Motion>
