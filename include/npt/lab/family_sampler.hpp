@@ -66,9 +66,6 @@ class FamilySampler : public SampleSource {
   std::size_t max_vertices() const override {
     return data::most_vertices(options_.vertices, index_.species(), &Species::vertex_count);
   }
-  std::size_t max_pose_vertices() const {
-    return data::most_vertices(pose_vertices(), index_.species(), &Species::vertex_count);
-  }
   bool equal_counts() const override {
     return data::have_equal_counts(options_, index_.species(), &Species::vertex_count);
   }

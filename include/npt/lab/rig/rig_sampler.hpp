@@ -137,7 +137,6 @@ class RigSampler : public SampleSource {
   std::size_t max_vertices() const override {
     return data::most_vertices(options_.vertices, mixture_->rigs(), count_of);
   }
-  std::size_t max_pose_vertices() const { return data::most_vertices(pose_vertices(), mixture_->rigs(), count_of); }
   bool equal_counts() const override { return data::have_equal_counts(options_, mixture_->rigs(), count_of); }
 
   void fill(std::uint64_t step, std::uint64_t index, Sample& sample) const override {
