@@ -31,7 +31,7 @@ namespace npt::inline NPT_ABI {
 /// PoseTransfer::open<NetworkList<...>>(...).
 template <class... Nets>
 struct NetworkList {
-  /// Calls f.template operator()<Net>() for each.
+  /// Calls `f.template operator()<Net>()` for each.
   template <class F>
   static void for_each(F&& f) {
     (f.template operator()<Nets>(), ...);
