@@ -1,0 +1,84 @@
+#!/usr/bin/env bash
+# Makes the pictures gallery-*.png of docs/gallery.md. Needs the built program.
+# usage: docs/images/gallery.sh CHARACTERS [OUT] [PROGRAM]
+#   CHARACTERS   folder with the files that are named below; CREDITS.md says whose they are; they are no part of npt
+#   OUT          folder for the pictures (default: this one)
+#   PROGRAM      npt (default build/release/bin/npt)
+set -euo pipefail
+
+case "${1:-}" in
+  -h | --help) sed -n '2,6s/^# //p' "$0"; exit 0 ;;
+  "" | -*) echo "gallery.sh: no folder of characters (usage: docs/images/gallery.sh CHARACTERS [OUT] [PROGRAM])" >&2; exit 2 ;;
+esac
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+characters=$(realpath "$1")
+out=$(realpath -m "${2:-$here}")
+npt=$(realpath "${3:-$here/../../build/release/bin/npt}")
+
+# Two people made with MakeHuman, running and seated: heavy-run.ply, heavy-sit.ply, slim-run.ply and slim-sit.ply, and in
+# poses of Table 6: heavy-six.ply, slim-six.ply.
+run=heavy-run.ply seat=slim-sit.ply
+needed=("$run" heavy-sit.ply slim-run.ply "$seat" heavy-six.ply slim-six.ply rbox_male_06.fbx rbox_female_12.fbx
+  qmen_king.glb qmen_swat.glb sf_base_male.glb sf_base_female.glb proxy741_m_heavy_tpose.obj parts_f_slim_tpose.ply
+  qposed_male_sitting.fbx qposed_female_pickingup.fbx qmon_orc.glb qskeleton2018.glb q2019_woman_dress.fbx
+  quac_wizard.glb quac_viking_male.glb person_on_floor.obj person_on_pedestal.obj not_a_body_cube.obj
+  kk_skeleton_warrior.glb)
+for name in "${needed[@]}"; do
+  [ -f "$characters/$name" ] || { echo "gallery.sh: $characters has no $name; CREDITS.md says whose it is" >&2; exit 1; }
+done
+mkdir -p "$out"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$characters"
+
+# The character in a pose, in the variable `made`. usage: pose NAME CHARACTER POSE [OPTION ...]
+pose() {
+  local name=$1 character=$2 source=$3
+  shift 3
+  made=$work/$name.${character##*.}
+  made=${made/%.fbx/.glb}
+  "$npt" transfer --identity "$character" --pose "$source" --out "$made" "$@"
+}
+# usage: draw PICTURE COLOURS MESH ...
+draw() {
+  local picture=$1 colours=$2
+  shift 2
+  "$npt" render "$@" --colours "$colours" --background transparent --samples 3 --width 170 --height 230 --gap 4 \
+    --out "$out/gallery-$picture.png"
+}
+# Characters beside their results in the runner's pose. usage: beside PICTURE [--runner] CHARACTER ...
+beside() {
+  local picture=$1 colours= meshes=()
+  shift
+  if [ "$1" = --runner ]; then colours=sand meshes=("$run"); shift; fi
+  for character in "$@"; do
+    pose "${character%.*}" "$character" "$run"
+    meshes+=("$character" "$made")
+    colours+=${colours:+,}blue,blue
+  done
+  draw "$picture" "$colours" "${meshes[@]}"
+}
+
+beside avatars --runner rbox_male_06.fbx rbox_female_12.fbx
+beside modular --runner qmen_king.glb qmen_swat.glb
+beside base --runner sf_base_male.glb sf_base_female.glb
+beside few --runner proxy741_m_heavy_tpose.obj parts_f_slim_tpose.ply
+beside posed qposed_male_sitting.fbx qposed_female_pickingup.fbx
+beside stylised qmon_orc.glb qskeleton2018.glb
+beside beard quac_viking_male.glb
+beside objects not_a_body_cube.obj kk_skeleton_warrior.glb
+
+pose sit heavy-six.ply "$seat"
+pose run slim-six.ply "$run"
+"$npt" render heavy-six.ply "$seat" "$work/sit.ply" "$work/run.ply" --colour error --truth -,-,heavy-sit.ply,slim-run.ply \
+  --colours blue,sand,-,- --samples 3 --width 200 --height 280 --background '#eef0f3' --out "$out/gallery-error.png"
+
+pose dress-run q2019_woman_dress.fbx "$run"
+pose dress-sit q2019_woman_dress.fbx heavy-sit.ply
+draw skirt blue,blue,blue q2019_woman_dress.fbx "$work/dress-run.glb" "$work/dress-sit.glb"
+pose wizard-network quac_wizard.glb "$run" --method network
+pose wizard-body quac_wizard.glb "$run" --method body
+draw wizard blue,blue,blue quac_wizard.glb "$work/wizard-network.glb" "$work/wizard-body.glb"
+pose floor person_on_floor.obj "$run" --method network
+pose pedestal person_on_pedestal.obj "$run" --method network
+draw floor blue,blue,blue,blue person_on_floor.obj "$work/floor.obj" person_on_pedestal.obj "$work/pedestal.obj"
