@@ -113,11 +113,19 @@ class Site:
             return target  # found at the end
         if name in self.guides:
             return self.relative(current, page_of(name)) + mark + anchor
+        generated = self.generated_page(name) if current == "docs/api.md" else None
+        if generated:
+            return self.relative(current, generated)
         self.wanted.append(name)
         if place.is_dir():
             return self.relative(current, name + "/index.html")
         shown = name if self.is_copied(place) else page_of(name)
         return self.relative(current, shown) + mark + anchor
+
+    def generated_page(self, name):
+        """Doxygen's page of a header, which the API overview links to where there is one."""
+        page = "api/" + os.path.basename(name).replace("_", "__").replace(".", "_8") + ".html"
+        return page if "api" in self.extras and name.endswith(".hpp") and (self.out / page).is_file() else None
 
     @staticmethod
     def is_copied(place):
