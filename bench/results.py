@@ -5,7 +5,7 @@ usage: bench/results.py [--build FOLDER] [--out FOLDER] [accuracy] [paper] [bodi
   --out FOLDER     where the JSON files go (default: docs/results)
   accuracy         accuracy.json: the sets of tests/accuracy, those of ../shared/data where it is there; two minutes
   paper            paper.json: the paper's protocol, and 200 pairs in natural poses; three minutes
-  bodies           bodies.json: bodies of ../shared/data, which npt's template is not, and the template in fresh pairs; six
+  bodies           bodies.json: bodies of ../shared/data, which npt's template is not, and the template in fresh pairs; 18
                    minutes
   speed            speed.json: the network, whole transfers, and the program from its start; two minutes
   size             size.json: the program, the weights, and the page where it is built
