@@ -97,9 +97,10 @@ class Reader : private std::streambuf {
   int_type pass_on() {
     line_ = statement_ == Statement::element ? "f" : check_.keyword();
     line_.append(check_.keyword().data() + check_.keyword().size(), check_.end());
-    std::ranges::replace_if(
-        line_, [](char c) { return c == '\t' || c == '\v' || c == '\f'; }, ' ');
-    for (std::size_t i = line_.size(); i-- > 0;)
+    // Characters are searched, not looped over: few lines have any, and this is each line of a file.
+    for (const char blank : {'\t', '\v', '\f'})
+      for (std::size_t i = line_.find(blank); i != std::string::npos; i = line_.find(blank, i + 1)) line_[i] = ' ';
+    for (std::size_t i = line_.find('/') == std::string::npos ? 0 : line_.size(); i-- > 0;)
       if (line_[i] == '/' && (i + 1 == line_.size() || line_[i + 1] == ' ')) line_[i] = ' ';
     line_ += '\n';
     setg(line_.data(), line_.data(), line_.data() + line_.size());

@@ -1,5 +1,5 @@
 /// A sequence of poses on one character, and the moving scene that it becomes.
-///   npt::ClipFrames frames(npt::read_glb_scene("walker.glb"), "walker.glb", {.clip = "walk"});
+///   npt::ClipFrames frames(npt::read_scene("walker.glb"), "walker.glb", {.clip = "walk"});
 ///   npt::Animation animation = npt::animate(transfer, hero, npt::frame_source(frames));
 ///   npt::write_scene("result.glb", npt::animation_scene(identity, "hero", animation, "walk", frames.times()));
 #pragma once
