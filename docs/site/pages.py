@@ -124,8 +124,11 @@ class Site:
 
     def generated_page(self, name):
         """Doxygen's page of a header, which the API overview links to where there is one."""
-        page = "api/" + os.path.basename(name).replace("_", "__").replace(".", "_8") + ".html"
-        return page if "api" in self.extras and name.endswith(".hpp") and (self.out / page).is_file() else None
+        parts = [part.replace("_", "__").replace(".", "_8") for part in name.split("/")]
+        for page in (f"api/{parts[-1]}.html", "api/" + "_2".join(parts[-2:]) + ".html"):  # the second where names repeat
+            if "api" in self.extras and name.endswith(".hpp") and (self.out / page).is_file():
+                return page
+        return None
 
     @staticmethod
     def is_copied(place):
