@@ -25,8 +25,8 @@ from pygments.util import ClassNotFound
 GROUPS = (
     ("Start", "README.md quickstart-artist quickstart-cpp quickstart-python quickstart-research"),
     ("What it does", "how-it-works results limits gallery troubleshooting alternatives glossary"),
-    ("Reference", "program transfer formats api embedding python web training examples/weights/README.md performance "
-                  "numerics reproduction baselines design"),
+    ("Reference", "program transfer network-options formats api embedding python web training "
+                  "examples/weights/README.md performance numerics reproduction baselines design"),
 )
 GROUPS = tuple((title, [name if name.endswith(".md") else f"docs/{name}.md" for name in names.split()])
                for title, names in GROUPS)
@@ -125,7 +125,8 @@ class Site:
     def generated_page(self, name):
         """Doxygen's page of a header, which the API overview links to where there is one."""
         parts = [part.replace("_", "__").replace(".", "_8") for part in name.split("/")]
-        for page in (f"api/{parts[-1]}.html", "api/" + "_2".join(parts[-2:]) + ".html"):  # the second where names repeat
+        # The second where names repeat.
+        for page in (f"api/{parts[-1]}.html", "api/" + "_2".join(parts[-2:]) + ".html"):
             if "api" in self.extras and name.endswith(".hpp") and (self.out / page).is_file():
                 return page
         return None
