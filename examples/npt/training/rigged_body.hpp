@@ -36,7 +36,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <ranges>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -347,9 +346,8 @@ class RiggedBodyMaker {
     turns_ = turns;
     // A wrist's and a hand's bones as long as they were.
     rest_.points.resize(positions_.size());
-    constexpr auto all_joints = std::views::iota(std::size_t{0}, smpl_joint_count);
     for (std::size_t v = 0; v < positions_.size(); ++v) {
-      rest_.points[v] = skinned(all_joints, rest_.weights[v],
+      rest_.points[v] = skinned(rest_.weights[v],
                                 [&](std::size_t j) { return rest_.joints[j] + turns[j] * (positions_[v] - bind_[j]); });
       share_trunk(rest_.weights[v], rest_.points[v].y);
     }
