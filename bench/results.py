@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """Measures the numbers that the guides state, and writes them with the machine and the commit that they are of.
-usage: bench/results.py [--build FOLDER] [--out FOLDER] [accuracy] [paper] [speed] [size]
+usage: bench/results.py [--build FOLDER] [--out FOLDER] [accuracy] [paper] [bodies] [speed] [size]
   --build FOLDER   a release build with its tests (default: build/release)
   --out FOLDER     where the JSON files go (default: docs/results)
   accuracy         accuracy.json: the sets of tests/accuracy, those of ../shared/data where it is there; two minutes
   paper            paper.json: the paper's protocol, and 200 pairs in natural poses; three minutes
+  bodies           bodies.json: bodies of ../shared/data, which npt's template is not, and the template in fresh pairs; 18
+                   minutes
   speed            speed.json: the network, whole transfers, and the program from its start; two minutes
   size             size.json: the program, the weights, and the page where it is built
 Without names: all of them. Python's standard library is enough. tests/guides compares the guides' numbers with these
@@ -100,6 +102,26 @@ def paper(build):
     return "npt evaluate [--method network ...]; npt evaluate --pairs 200 --poses natural", values
 
 
+def bodies(build):
+    """Fresh pairs of bodies: of two other models, where they are there, and of the mannequin."""
+    npt = build / "bin" / "npt"
+    kinds = {"natural": ["--poses", "natural"], "wide": ["--poses", "wide"],
+             "clothes": ["--poses", "natural", "--clothes"], "proportions": ["--poses", "natural", "--proportions"]}
+    values = {}
+    for name in ("human_6890", "human_13380", "mannequin"):
+        file = ROOT.parent / "shared" / "data" / f"{name}.safetensors"
+        if name != "mannequin" and not file.is_file():
+            print(f"results.py: left out: {name}, for {file} is not there", file=sys.stderr)
+            continue
+        body = [] if name == "mannequin" else ["--body", file]
+        for kind, arguments in kinds.items():
+            found = json_of(npt, "evaluate", *body, "--pairs", 60, *arguments)["sets"]
+            values.setdefault(name, {})[kind] = of_set(found[0])
+        seen, unseen = json_of(npt, "evaluate", *body)["sets"]
+        values[name] |= {"seen": of_set(seen), "unseen": of_set(unseen)}
+    return "npt evaluate --body BODY --pairs 60 --poses KIND; npt evaluate --body BODY", values
+
+
 def seconds_of(command, cwd, repeats=5):
     """The median time of a process from its start to its end."""
     times = []
@@ -158,7 +180,7 @@ def size(build):
 
 
 def main():
-    parts = {"accuracy": accuracy, "paper": paper, "speed": speed, "size": size}
+    parts = {"accuracy": accuracy, "paper": paper, "bodies": bodies, "speed": speed, "size": size}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=Path, default=ROOT / "build" / "release")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "results")

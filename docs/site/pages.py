@@ -25,8 +25,8 @@ from pygments.util import ClassNotFound
 GROUPS = (
     ("Start", "README.md quickstart-artist quickstart-cpp quickstart-python quickstart-research"),
     ("What it does", "how-it-works results limits gallery troubleshooting alternatives glossary"),
-    ("Reference", "program transfer formats api embedding python web training examples/weights/README.md performance "
-                  "numerics reproduction baselines design"),
+    ("Reference", "program transfer network-options formats api embedding python web training "
+                  "examples/weights/README.md performance numerics reproduction baselines design"),
 )
 GROUPS = tuple((title, [name if name.endswith(".md") else f"docs/{name}.md" for name in names.split()])
                for title, names in GROUPS)
@@ -113,11 +113,23 @@ class Site:
             return target  # found at the end
         if name in self.guides:
             return self.relative(current, page_of(name)) + mark + anchor
+        generated = self.generated_page(name) if current == "docs/api.md" else None
+        if generated:
+            return self.relative(current, generated)
         self.wanted.append(name)
         if place.is_dir():
             return self.relative(current, name + "/index.html")
         shown = name if self.is_copied(place) else page_of(name)
         return self.relative(current, shown) + mark + anchor
+
+    def generated_page(self, name):
+        """Doxygen's page of a header, which the API overview links to where there is one."""
+        parts = [part.replace("_", "__").replace(".", "_8") for part in name.split("/")]
+        # The second where names repeat.
+        for page in (f"api/{parts[-1]}.html", "api/" + "_2".join(parts[-2:]) + ".html"):
+            if "api" in self.extras and name.endswith(".hpp") and (self.out / page).is_file():
+                return page
+        return None
 
     @staticmethod
     def is_copied(place):

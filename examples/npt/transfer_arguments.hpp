@@ -1,5 +1,5 @@
 /// How a command opens a pose transfer: which network, which weights, and what makes results better at the cost of
-/// time. Shared by the subcommands that run or explain a network; docs/transfer.md has the options' measured effect.
+/// time. Shared by the subcommands that run or explain a network; docs/network-options.md has what the options gain.
 #pragma once
 
 #include <npt/transfer/options.hpp>

@@ -5,7 +5,7 @@
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Numerics  the same bits for any number of threads
 /// Errors    npt::Error for a mesh without triangles that have an area, and for coordinates that are not finite
-/// Source    docs/transfer.md
+/// Source    docs/how-it-works.md
 #pragma once
 
 #include <npt/base/control.hpp>

@@ -6,7 +6,7 @@
 ///                result, and from the identity's own posture at rest
 ///   4. skinning  the identity's root joint stays in its place
 /// Weights   tensors and texts under "correspondence/", "network_correction/" and "fit_bias/" of a file
-/// Source    Wang et al., CVPR 2020, supplement C.1 (skinning); docs/transfer.md (estimate)
+/// Source    Wang et al., CVPR 2020, supplement C.1 (skinning); docs/how-it-works.md (estimate)
 #pragma once
 
 #include <npt/base/affine.hpp>
