@@ -135,8 +135,9 @@
 /// the header pays for it, a fifth of the umbrella's time in the compiler. `inline` stays beside it, as it lets g++
 /// expand more. Where a library were compiled, NPT_INLINE would be empty, and the definitions in units of their own.
 ///
-/// The large classes of body estimation are templates with a parameter of that kind, and an alias, for the same reason:
-/// their eleven took a third of the umbrella's time.
+/// Classes whose members are compiled by units that call them only are templates with a parameter of that kind, and an
+/// alias, for the same reason: g++ takes 23 % fewer instructions for the umbrella than it did with 26 of the 37 as
+/// ordinary classes.
 ///
 /// Not for: what is constexpr, operators, functions whose address is taken, what several units must agree on without a
 /// header (NPT_PREBUILT declares it).

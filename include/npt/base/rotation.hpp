@@ -33,7 +33,7 @@ NPT_INLINE Vec3d axis_angle(const Matrix3& r) {
   if (cosine > 0) return skew * 0.5;
   // Half a turn: r + I = 2 a a^T.
   const std::array<double, 3> d{r.rows[0].x, r.rows[1].y, r.rows[2].z};
-  const std::size_t k = static_cast<std::size_t>(std::ranges::max_element(d) - d.begin());
+  const std::size_t k = static_cast<std::size_t>(std::max_element(d.begin(), d.end()) - d.begin());
   const Vec3d e{k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0};
   return normalised(r.transposed() * e + e) * std::numbers::pi;
 }

@@ -33,10 +33,15 @@
 
 namespace npt::inline NPT_ABI {
 
+template <class = void>
+class BasicRestJoints;
+using RestJoints = BasicRestJoints<>;  // templates: NPT_INLINE of config.hpp says why
+
 /// The joints of the rest pose as they depend on the shape: the regressor applied to the tables, once.
-class RestJoints {
+template <class>
+class BasicRestJoints {
  public:
-  explicit RestJoints(const BodyTables& tables)
+  explicit BasicRestJoints(const BodyTables& tables)
       : shapes_(tables.shape_count()),
         template_(3 * tables.joint_count(), 0.0),
         shapedirs_(3 * tables.joint_count() * shapes_, 0.0) {
@@ -75,10 +80,15 @@ class RestJoints {
   std::vector<double> shapedirs_;  ///< [J, 3, S] J_regressor * shapedirs
 };
 
-class BodyModel {
+template <class = void>
+class BasicBodyModel;
+using BodyModel = BasicBodyModel<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicBodyModel {
  public:
   /// Checks the tables (`source` names them in errors) and prepares what makes subsets cheap.
-  explicit BodyModel(BodyTables tables, const std::string& source = "body")
+  explicit BasicBodyModel(BodyTables tables, const std::string& source = "body")
       : tables_(checked(std::move(tables), source)), rest_joints_(tables_) {}
 
   std::size_t vertex_count() const noexcept { return tables_.vertex_count(); }

@@ -18,8 +18,13 @@
 
 namespace npt::inline NPT_ABI {
 
+template <class = void>
+struct BasicBodyTables;
+using BodyTables = BasicBodyTables<>;  // templates: NPT_INLINE of config.hpp says why
+
 /// A plain table: anybody fills it, check_tables() judges it, BodyModel computes with it.
-struct BodyTables {
+template <class>
+struct BasicBodyTables {
   std::vector<float> v_template;                ///< [V, 3] mean shape in the rest pose
   std::vector<float> shapedirs;                 ///< [V, 3, S] vertex = v_template + shapedirs * betas
   std::vector<float> posedirs;                  ///< [V, 3, 9 (J - 1)] corrections for bent joints, or empty

@@ -11,7 +11,12 @@
 
 namespace npt::inline NPT_ABI {
 
-struct SparseMatrix {
+template <class = void>
+struct BasicSparseMatrix;
+using SparseMatrix = BasicSparseMatrix<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+struct BasicSparseMatrix {
   std::size_t rows = 0;
   std::size_t columns = 0;
   std::vector<std::uint32_t> start{0};  ///< [rows + 1]
@@ -90,7 +95,7 @@ struct SparseMatrix {
     return result;
   }
 
-  friend bool operator==(const SparseMatrix&, const SparseMatrix&) = default;
+  friend bool operator==(const BasicSparseMatrix&, const BasicSparseMatrix&) = default;
 };
 
 }  // namespace npt::inline NPT_ABI

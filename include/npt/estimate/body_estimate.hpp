@@ -31,8 +31,13 @@
 
 namespace npt::inline NPT_ABI {
 
+template <class = void>
+struct BasicBodyEstimate;
+using BodyEstimate = BasicBodyEstimate<>;  // templates: NPT_INLINE of config.hpp says why
+
 /// A mesh as a body: p -> (p - centre) metres lies where the fitted body does.
-struct BodyEstimate {
+template <class>
+struct BasicBodyEstimate {
   Vec3d centre;                               ///< of the surface, in the mesh's unit
   double metres = 1;                          ///< in a unit of the mesh, for a body of usual size
   CorrespondenceFit fit;                      ///< without angles where no body has the mesh's size

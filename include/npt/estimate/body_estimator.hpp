@@ -200,7 +200,7 @@ class BasicBodyEstimator {
     std::vector<std::pair<double, std::size_t>> ranked;
     ranked.reserve(readings.size());
     for (const Correspondences& r : readings) ranked.emplace_back(motion_of(r).residual, ranked.size());
-    std::ranges::sort(ranked);
+    std::sort(ranked.begin(), ranked.end());
     Searched searched;
     search_limbs(surface, readings, reading, searched);
     for (std::size_t i = 0; in_doubt(reading) && i < std::min(looks, ranked.size()); ++i) {

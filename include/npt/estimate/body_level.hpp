@@ -21,7 +21,12 @@
 
 namespace npt::inline NPT_ABI {
 
-class BodyLevel {
+template <class = void>
+class BasicBodyLevel;
+using BodyLevel = BasicBodyLevel<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicBodyLevel {
  public:
   /// A vertex that distances are measured at.
   struct Probe {
@@ -31,7 +36,7 @@ class BodyLevel {
   };
 
   /// A level of at most `count` vertices, each a probe.
-  BodyLevel(const BodyModel& model, std::size_t count) : BodyLevel(of_probes(model, choose(model, count))) {}
+  BasicBodyLevel(const BodyModel& model, std::size_t count) : BodyLevel(of_probes(model, choose(model, count))) {}
 
   /// The level of all vertices and triangles, with at most `probe_count` probes.
   static BodyLevel full(const BodyModel& model, std::size_t probe_count) {
@@ -51,7 +56,7 @@ class BodyLevel {
     std::vector<std::uint32_t> cell;      ///< [V] which of them each vertex belongs to, or no_index
   };
 
-  BodyLevel(const BodyModel& model, const Choice& choice) : body_(model, choice.vertices) {
+  BasicBodyLevel(const BodyModel& model, const Choice& choice) : body_(model, choice.vertices) {
     const std::vector<Vec3d> all = rest_of(model);
     for (const std::uint32_t v : choice.vertices) rest_.push_back(all[v]);
     for (const Triangle& t : model.triangles()) {

@@ -29,10 +29,15 @@ struct BodyPlace {
   std::uint32_t part = 0;  ///< the SMPL joint that moves it most; a finger counts as its hand
 };
 
-class BodyLookUp {
+template <class = void>
+class BasicBodyLookUp;
+using BodyLookUp = BasicBodyLookUp<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicBodyLookUp {
  public:
   /// facing: 1: the mesh's triangles turn outwards; -1: inwards; 0: that is not known
-  BodyLookUp(const BodyModel& model, const BodyFit& fit, double facing)
+  BasicBodyLookUp(const BodyModel& model, const BodyFit& fit, double facing)
       : model_(model), facing_(facing), body_(fitted_points(model, fit)), tree_(body_, model.triangles()) {
     normals_.reserve(model.triangles().size());
     for (const Triangle& t : model.triangles())
@@ -70,7 +75,8 @@ class BodyLookUp {
       const float* rest = &model_.tables().v_template[3 * std::size_t{t[k]}];
       place.rest += Vec3f{rest[0], rest[1], rest[2]}.as<double>() * on.weights[k];
     }
-    place.part = parts_[t[static_cast<std::size_t>(std::ranges::max_element(on.weights) - on.weights.begin())]];
+    place.part = parts_[t[static_cast<std::size_t>(std::max_element(on.weights.begin(), on.weights.end()) -
+                                                   on.weights.begin())]];
     return place;
   }
 

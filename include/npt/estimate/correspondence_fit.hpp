@@ -23,6 +23,7 @@
 
 #include <npt/base/error.hpp>
 #include <npt/base/executor.hpp>
+#include <npt/base/sort.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/skeleton.hpp>
@@ -131,7 +132,7 @@ class BasicCorrespondenceFitter {
       if (options_.ranked_points < reading.size()) c.motion = part_motion(template_, reading, c.swapped);
       fit_places(surface, reading, c);
     });
-    std::ranges::stable_sort(candidates, {}, &Candidate::value);
+    stable_sort_by(candidates, &Candidate::value);
     // Distances after the places alone tell candidates apart where they differ much.
     while (candidates.size() > 1 && candidates.back().value > 1.3 * candidates.front().value) candidates.pop_back();
     for_each_of(candidates, executor, [&](Candidate& c) { fit_coarsely(surface, readings[c.reading], c); });
@@ -164,7 +165,7 @@ class BasicCorrespondenceFitter {
     });
     int evaluations = 0;
     for (const Candidate& c : candidates) evaluations += c.evaluations;
-    std::ranges::stable_sort(candidates, {}, &Candidate::value);
+    stable_sort_by(candidates, &Candidate::value);
     std::erase_if(candidates, [limit = candidates.empty() ? 0 : 1.3 * candidates.front().value](const Candidate& c) {
       return c.value > limit;
     });
@@ -234,7 +235,7 @@ class BasicCorrespondenceFitter {
       const Correspondences& r = readings[reading];
       c.motion = part_motion(template_, std::span(r).first(std::min(options_.ranked_points, r.size())), swapped);
     };
-    const auto sort = [&] { std::ranges::stable_sort(all, {}, [](const Candidate& c) { return c.motion.residual; }); };
+    const auto sort = [&] { stable_sort_by(all, [](const Candidate& c) { return c.motion.residual; }); };
     for (std::size_t i = 0; i < readings.size(); ++i) add(i, {});
     sort();
     const std::size_t whole = std::min<std::size_t>(all.size(), 2);
@@ -247,7 +248,7 @@ class BasicCorrespondenceFitter {
     for (Candidate& c : all) {
       if (kept.size() == std::max<std::size_t>(1, options_.candidates)) break;
       if (!kept.empty() && c.motion.residual > 1.4 * kept.front().motion.residual) break;
-      if (std::ranges::none_of(kept, [&](const Candidate& other) { return same(c.motion, other.motion); }))
+      if (std::none_of(kept.begin(), kept.end(), [&](const Candidate& other) { return same(c.motion, other.motion); }))
         kept.push_back(std::move(c));
     }
     return kept;

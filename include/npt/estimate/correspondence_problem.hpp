@@ -267,7 +267,7 @@ class BasicCorrespondenceProblem {
 
   double prior_value(std::span<const double> x) {
     const std::size_t angles = 3 * model_.joint_count();
-    std::ranges::fill(row_, 0.0);
+    std::fill(row_.begin(), row_.end(), 0.0);
     double value = prior_(x.subspan(3, angles), prior_share_ * stage_->pose_prior, prior_share_ * stage_->bend_prior,
                           std::span(row_).subspan(3, angles));
     for (std::size_t b = 0; b < model_.shape_count(); ++b) {
@@ -298,7 +298,7 @@ class BasicCorrespondenceProblem {
       add_row(body, m, {0, 0, 1}, weight, m.offset.z);
     }
     const std::size_t angles = 3 * model_.joint_count();
-    std::ranges::fill(row_, 0.0);
+    std::fill(row_.begin(), row_.end(), 0.0);
     const std::span<const double> theta = std::span<const double>(x_).subspan(3, angles);
     prior_(theta, prior_share_ * stage_->pose_prior, prior_share_ * stage_->bend_prior,
            std::span(row_).subspan(3, angles));

@@ -215,10 +215,15 @@ class BasicFingerSearch {
 
 }  // namespace fit::internal
 
-class FingerFitter {
+template <class = void>
+class BasicFingerFitter;
+using FingerFitter = BasicFingerFitter<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicFingerFitter {
  public:
   /// `fingered`: a body with finger joints.
-  explicit FingerFitter(std::shared_ptr<const BodyModel> fingered) : model_(std::move(fingered)) {
+  explicit BasicFingerFitter(std::shared_ptr<const BodyModel> fingered) : model_(std::move(fingered)) {
     NPT_ASSERT(model_->joint_count() == fingered_joint_count);
     const std::vector<std::uint32_t> part = model_->tables().weights.heaviest_columns();
     for (std::size_t side = 0; side < 2; ++side) {

@@ -39,7 +39,12 @@
 
 namespace npt::inline NPT_ABI {
 
-class FitBias {
+template <class = void>
+class BasicFitBias;
+using FitBias = BasicFitBias<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicFitBias {
  public:
   static constexpr std::size_t angle_count = 3 * (smpl_joint_count - 1);
   static constexpr std::size_t shape_count = anatomy::mannequin_shape_count + body_proportion_count;
@@ -49,8 +54,8 @@ class FitBias {
   static constexpr const char* tensor = "joints";
   static TensorShape shape() { return {smpl_joint_count, 3, columns}; }
 
-  explicit FitBias(const SafetensorsFile& file) : FitBias(read(file)) {}
-  explicit FitBias(std::vector<float> b) : b_(std::move(b)) { NPT_ASSERT(b_.size() == rows * columns); }
+  explicit BasicFitBias(const SafetensorsFile& file) : BasicFitBias(read(file)) {}
+  explicit BasicFitBias(std::vector<float> b) : b_(std::move(b)) { NPT_ASSERT(b_.size() == rows * columns); }
 
   /// How much it counts for a pair, from 0 to 1: where both meshes keep a distance from the body as people of other
   /// models do. The mannequin's is 0.001, other models' bodies' and dressed people's 0.006 to 0.008; a stylised man's,

@@ -26,7 +26,12 @@
 
 namespace npt::inline NPT_ABI {
 
-class FitSurface {
+template <class = void>
+class BasicFitSurface;
+using FitSurface = BasicFitSurface<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicFitSurface {
  public:
   struct Sample {
     Vec3d point;
@@ -36,14 +41,14 @@ class FitSurface {
   static constexpr std::size_t default_count = 5000;
 
   /// `name` stands in errors.
-  FitSurface(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::size_t count = default_count,
-             const std::string& name = "mesh")
+  BasicFitSurface(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::size_t count = default_count,
+                  const std::string& name = "mesh")
       : FitSurface(
             AnyPoints{}, [points](std::uint32_t v) { return points[v]; }, triangles, count, name) {}
 
   /// xyz: [V, 3]
-  FitSurface(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count = default_count,
-             const std::string& name = "mesh")
+  BasicFitSurface(std::span<const float> xyz, std::span<const Triangle> triangles, std::size_t count = default_count,
+                  const std::string& name = "mesh")
       : FitSurface(
             AnyPoints{}, [xyz](std::uint32_t v) { return point_of(xyz, v); }, triangles, count, name) {}
 
@@ -78,12 +83,12 @@ class FitSurface {
 
   /// point(v): vertex v.
   template <class PointOf>
-  FitSurface(AnyPoints, const PointOf& point, std::span<const Triangle> triangles, std::size_t count,
-             const std::string& name)
+  BasicFitSurface(AnyPoints, const PointOf& point, std::span<const Triangle> triangles, std::size_t count,
+                  const std::string& name)
       : samples_(spread(point, triangles, std::max<std::size_t>(count, 1), name)), tree_(tree_of(samples_)) {}
 
   template <class PointOf>
-  FitSurface(const FitSurface& before, const PointOf& point, std::span<const Triangle> triangles)
+  BasicFitSurface(const FitSurface& before, const PointOf& point, std::span<const Triangle> triangles)
       : centroid_(before.centroid_),
         area_(before.area_),
         picks_(before.picks_),

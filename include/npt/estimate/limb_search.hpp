@@ -16,6 +16,7 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/rigid.hpp>
+#include <npt/base/sort.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
@@ -163,7 +164,7 @@ class BasicLimbSearch {
   }
 
   static bool in_limb(std::size_t limb, std::size_t part) {
-    return std::ranges::find(limbs[limb].joints, part) != limbs[limb].joints.end();
+    return std::find(limbs[limb].joints.begin(), limbs[limb].joints.end(), part) != limbs[limb].joints.end();
   }
 
   /// Points of the surface that nothing but the two limbs can be near.
@@ -245,7 +246,7 @@ class BasicLimbSearch {
     const Limb& l = limbs[judge.limb];
     std::vector<Hypothesis> all;
     for (const Angles& a : natural_) all.push_back(judge(angles_of(l, a), screened_points));
-    std::ranges::stable_sort(all, {}, &Hypothesis::distance);
+    stable_sort_by(all, &Hypothesis::distance);
     all.resize(std::min(screened, all.size()));
     for (Hypothesis& h : all) judge.measure(h, points_of_limb);
     const Hypothesis now = judge(angles_of(l, fit.axis_angles));
@@ -256,7 +257,7 @@ class BasicLimbSearch {
                 other_end = judge.posed.motions[o.joints[o.middle() + 1]](judge.posed.joints[o.joints[o.middle() + 1]]);
     all.push_back(judge(aimed(judge, now, other_middle, other_end)));
     all.push_back(judge(aimed(judge, now, now.middle, other_end)));
-    std::ranges::stable_sort(all, {}, &Hypothesis::distance);
+    stable_sort_by(all, &Hypothesis::distance);
     std::vector<Hypothesis> best = distinct(all, shaken, 0.08);
     Random random(20260621);
     for (std::size_t i = 0, n = best.size(); i < n; ++i)
@@ -265,7 +266,7 @@ class BasicLimbSearch {
         for (float& a : angles) a += 0.2F * static_cast<float>(random.normal());
         all.push_back(judge(angles));
       }
-    std::ranges::stable_sort(all, {}, &Hypothesis::distance);
+    stable_sort_by(all, &Hypothesis::distance);
     return distinct(all, kept_of_limb, 0.05);
   }
 
@@ -290,7 +291,7 @@ class BasicLimbSearch {
   }
 
   static std::size_t step_of(const Limb& l, std::size_t part) {
-    return static_cast<std::size_t>(std::ranges::find(l.joints, part) - l.joints.begin());
+    return static_cast<std::size_t>(std::find(l.joints.begin(), l.joints.end(), part) - l.joints.begin());
   }
 
   /// The best ones of a sorted list that differ.
@@ -298,7 +299,7 @@ class BasicLimbSearch {
     std::vector<Hypothesis> kept;
     for (Hypothesis& h : sorted) {
       if (kept.size() == count) break;
-      if (std::ranges::none_of(kept, [&](const Hypothesis& other) {
+      if (std::none_of(kept.begin(), kept.end(), [&](const Hypothesis& other) {
             return length(h.middle - other.middle) < apart && length(h.end - other.end) < apart;
           }))
         kept.push_back(std::move(h));
@@ -335,7 +336,7 @@ class BasicLimbSearch {
         const double points = static_cast<double>(left_alone);
         pairs.push_back({a, b, (left_alone > 0 ? value / points : 0) + (l.distance + r.distance) / 2});
       }
-    std::ranges::stable_sort(pairs, {}, &Pair::value);
+    stable_sort_by(pairs, &Pair::value);
     std::vector<BodyFit> result;
     std::vector<Pair> kept;
     for (const Pair& p : pairs) {
@@ -343,7 +344,7 @@ class BasicLimbSearch {
       const auto near = [](const Hypothesis& x, const Hypothesis& y) {
         return length(x.middle - y.middle) < 0.1 && length(x.end - y.end) < 0.1;
       };
-      if (std::ranges::any_of(kept, [&](const Pair& other) {
+      if (std::any_of(kept.begin(), kept.end(), [&](const Pair& other) {
             return near(best[0][p.left], best[0][other.left]) && near(best[1][p.right], best[1][other.right]);
           }))
         continue;

@@ -50,11 +50,16 @@ NPT_INLINE bool limbs_touch(const BodyModel& model, const BodyFit& fit, double n
   return false;
 }
 
+template <class = void>
+class BasicLimbSwap;
+using LimbSwap = BasicLimbSwap<>;  // templates: NPT_INLINE of config.hpp says why
+
 /// A mesh and where its points lie on a body that was fitted to it.
-class LimbSwap {
+template <class>
+class BasicLimbSwap {
  public:
   /// points: [P], of a mesh whose vertices in one place are one
-  LimbSwap(const BodyLookUp& body, std::span<const Vec3d> points, std::span<const Triangle> triangles)
+  BasicLimbSwap(const BodyLookUp& body, std::span<const Vec3d> points, std::span<const Triangle> triangles)
       : points_(points),
         triangles_(triangles),
         places_(looked_up(body, points, triangles)),
@@ -68,7 +73,7 @@ class LimbSwap {
   /// belongs to the other side, or hardly a point is left.
   std::optional<Correspondences> mended() const {
     const std::vector<State> states = judged();
-    if (std::ranges::find(states, State::mirrored) == states.end()) return std::nullopt;
+    if (std::find(states.begin(), states.end(), State::mirrored) == states.end()) return std::nullopt;
     WeightedChoice areas;
     weigh_by_area(
         triangles_, [this](std::uint32_t v) { return points_[v]; }, areas);

@@ -55,14 +55,20 @@ struct BodyPoint {
   Vec3d rest;  ///< where it is on the mean shape in the rest pose
 };
 
+template <class = void>
+class BasicCorrespondenceTemplate;
+using CorrespondenceTemplate = BasicCorrespondenceTemplate<>;  // templates: NPT_INLINE of config.hpp says why
+
 /// The resting body that places are read on. The level must outlive it.
-class CorrespondenceTemplate {
+template <class>
+class BasicCorrespondenceTemplate {
  public:
   using Skin = std::array<double, smpl_joint_count>;
 
-  CorrespondenceTemplate(const BodyModel& model, const BodyLevel& level)
+  BasicCorrespondenceTemplate(const BodyModel& model, const BodyLevel& level)
       : level_(level), tree_(level.rest_points(), level.triangles()), joints_(model.joints({})) {
-    if (model.joint_count() != smpl_joint_count || !std::ranges::equal(model.tables().parents, smpl_parents))
+    const std::vector<int>& parents = model.tables().parents;
+    if (!std::equal(parents.begin(), parents.end(), smpl_parents.begin(), smpl_parents.end()))
       throw Error({.file = "body",
                    .found = std::to_string(model.joint_count()) + " joints",
                    .expected = "the 24 joints of SMPL's skeleton"});

@@ -33,10 +33,15 @@ NPT_INLINE bool continuous_places(const BodyPlace& a, const BodyPlace& b, double
          bones_between(smpl_parents, a.part, b.part) <= (across ? 2 : 3);
 }
 
-class PlacePatches {
+template <class = void>
+class BasicPlacePatches;
+using PlacePatches = BasicPlacePatches<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicPlacePatches {
  public:
-  PlacePatches(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::span<const Edge> edges,
-               std::span<const BodyPlace> places) {
+  BasicPlacePatches(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::span<const Edge> edges,
+                    std::span<const BodyPlace> places) {
     UnionFind patches(points.size()), pieces(points.size());
     for (const Edge& e : edges) {
       pieces.unite(e[0], e[1]);

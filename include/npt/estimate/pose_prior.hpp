@@ -82,7 +82,7 @@ class BasicPosePrior {
       factor.solve_upper(row);
     }
     prior.means_ = natural.mean;
-    std::ranges::fill(prior.stiffness_, Matrix3{});
+    prior.stiffness_.assign(prior.stiffness_.size(), Matrix3{});
     return prior;
   }
 

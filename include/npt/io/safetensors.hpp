@@ -32,8 +32,13 @@
 
 namespace npt::inline NPT_ABI {
 
+template <class = void>
+class BasicSafetensorsFile;
+using SafetensorsFile = BasicSafetensorsFile<>;  // templates: NPT_INLINE of config.hpp says why
+
 /// A safetensors file in memory. Copies share the bytes, which live as long as one of the copies.
-class SafetensorsFile {
+template <class>
+class BasicSafetensorsFile {
  public:
   /// Bytes of JSON in a header; the format allows no more.
   static constexpr std::uint64_t max_header = internal::max_safetensors_header;
@@ -94,7 +99,7 @@ class SafetensorsFile {
   }
 
  private:
-  SafetensorsFile() = default;
+  BasicSafetensorsFile() = default;
 
   static std::span<const std::byte> as_bytes(const std::string& text) {
     return {reinterpret_cast<const std::byte*>(text.data()), text.size()};

@@ -19,8 +19,13 @@
 
 namespace npt::inline NPT_ABI {
 
+template <class = void>
+class BasicTensorList;
+using TensorList = BasicTensorList<>;  // templates: NPT_INLINE of config.hpp says why
+
 /// Keeps copies of what is added.
-class TensorList {
+template <class>
+class BasicTensorList {
  public:
   /// T: float, double, std::int64_t or std::uint32_t
   template <class T>

@@ -39,11 +39,16 @@ struct Attachment {
   std::vector<Contact> contacts;  ///< at least one
 };
 
-class Attachments {
+template <class = void>
+class BasicAttachments;
+using Attachments = BasicAttachments<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicAttachments {
  public:
   /// parents: [J] of the joints, -1 for the root
-  Attachments(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::span<const std::uint32_t> joints,
-              std::span<const int> parents)
+  BasicAttachments(std::span<const Vec3d> points, std::span<const Triangle> triangles,
+                   std::span<const std::uint32_t> joints, std::span<const int> parents)
       : points_(points), joints_(joints), parents_(parents) {
     sort_out(triangles);
   }
@@ -113,7 +118,8 @@ class Attachments {
       if (!(c.squared_distance < reach * reach)) continue;
       ++near;
       const Triangle& t = large_[c.triangle];
-      const std::uint32_t corner = t[static_cast<std::size_t>(std::ranges::max_element(c.weights) - c.weights.begin())];
+      const std::uint32_t corner =
+          t[static_cast<std::size_t>(std::max_element(c.weights.begin(), c.weights.end()) - c.weights.begin())];
       if (bones_between(parents_, own, joints_[corner]) > distant) contacts.push_back({t, c.weights});
     }
     if (2 * contacts.size() <= near) contacts.clear();
@@ -124,7 +130,7 @@ class Attachments {
   std::uint32_t joint_of(const Piece& piece) const {
     std::vector<std::size_t> votes(parents_.size());
     for (const std::uint32_t p : piece.points) ++votes[joints_[p]];
-    return static_cast<std::uint32_t>(std::ranges::max_element(votes) - votes.begin());
+    return static_cast<std::uint32_t>(std::max_element(votes.begin(), votes.end()) - votes.begin());
   }
 
   std::span<const Vec3d> points_;

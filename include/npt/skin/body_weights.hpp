@@ -175,7 +175,7 @@ class BasicBodyWeights {
   }
 
   bool anything_far() const {
-    return std::ranges::any_of(distances_, [this](double d) { return d > options_.far; });
+    return std::any_of(distances_.begin(), distances_.end(), [this](double d) { return d > options_.far; });
   }
 
   /// What is far from the body, with what is off it in between; and the tips of those that come near another limb,
@@ -221,7 +221,7 @@ class BasicBodyWeights {
 
   /// A piece that is attached to nothing goes as a whole with the limb that it comes nearest to.
   void stiffen_loose() {
-    if (std::ranges::find(firm_, false) == firm_.end()) return;
+    if (std::find(firm_.begin(), firm_.end(), false) == firm_.end()) return;
     UnionFind pieces(points_.size());
     for (const Edge& e : edges_) pieces.unite(e[0], e[1]);
     std::vector<std::uint32_t> nearest(points_.size(), no_index);
@@ -242,7 +242,7 @@ class BasicBodyWeights {
     std::vector<std::uint32_t> joints(points_.size());
     for (std::size_t p = 0; p < points_.size(); ++p) {
       const auto row = std::span(weights_).subspan(p * stride_, joints_);
-      joints[p] = static_cast<std::uint32_t>(std::ranges::max_element(row) - row.begin());
+      joints[p] = static_cast<std::uint32_t>(std::max_element(row.begin(), row.end()) - row.begin());
     }
     for (const Attachment& piece : Attachments(points_, triangles_, joints, model_.tables().parents).misplaced()) {
       std::vector<float> mean(stride_);
@@ -251,7 +251,7 @@ class BasicBodyWeights {
           for (std::size_t j = 0; j < joints_; ++j)
             mean[j] += static_cast<float>(weights[k]) * weights_[triangle[k] * stride_ + j];
       for (float& w : mean) w /= static_cast<float>(piece.contacts.size());
-      for (const std::uint32_t p : piece.points) std::ranges::copy(mean, &weights_[p * stride_]);
+      for (const std::uint32_t p : piece.points) std::copy(mean.begin(), mean.end(), &weights_[p * stride_]);
     }
   }
 

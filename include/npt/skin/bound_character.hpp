@@ -35,8 +35,13 @@
 
 namespace npt::inline NPT_ABI {
 
+template <class = void>
+struct BasicBoundCharacter;
+using BoundCharacter = BasicBoundCharacter<>;  // templates: NPT_INLINE of config.hpp says why
+
 /// An identity bound to the body that was fitted to it.
-struct BoundCharacter {
+template <class>
+struct BasicBoundCharacter {
   BodyEstimate estimate;
   BodyFit body;                   ///< the estimate's, with finger joints: 40
   std::vector<Vec3d> joints;      ///< [40] where they are, in the body's coordinates
@@ -79,7 +84,7 @@ struct BoundCharacter {
                    .expected = "three for each of " + std::to_string(points.size()) + " vertices"});
     const std::vector<Rigid> all = motions(fingered, axis_angles);
     for (std::size_t v = 0; v < points.size(); ++v) {
-      const Vec3f p = (moved(v, all) / estimate.metres + estimate.centre).as<float>();
+      const Vec3f p = (moved(v, all) / estimate.metres + estimate.centre).template as<float>();
       result[3 * v] = p.x, result[3 * v + 1] = p.y, result[3 * v + 2] = p.z;
     }
   }

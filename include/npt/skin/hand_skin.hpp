@@ -9,6 +9,7 @@
 /// Meshes    a hand that isn't attached to a forearm counts as one without fingers
 #pragma once
 
+#include <npt/base/sort.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
@@ -78,7 +79,7 @@ class BasicHandSkin {
     Geodesics tips = paths(tips_, [&](std::size_t p) { return from_wrist[p] < far; });
     const std::vector<double>& from_tips = tips.distance;
     tip_of_ = std::move(tips.nearest);
-    std::ranges::replace(tip_of_, no_index, 0U);
+    std::replace(tip_of_.begin(), tip_of_.end(), no_index, 0U);
     for (const double d : from_wrist)
       if (d < far) reach_ = std::max(reach_, d);
     for (std::size_t p = 0; p < place_.size(); ++p)
@@ -216,7 +217,7 @@ class BasicHandSkin {
     for (std::uint32_t p = 0; p < from_wrist.size(); ++p)
       if (from_wrist[p] < far) order.push_back(p);
     if (order.empty()) return;
-    std::ranges::stable_sort(order, std::greater{}, [&](std::uint32_t p) { return from_wrist[p]; });
+    stable_sort_by(order, [&](std::uint32_t p) { return -from_wrist[p]; });
     const double least = 0.12 * from_wrist[order.front()];  // a finger stands out by more
     std::vector<Tip> found;
     std::vector<bool> seen(from_wrist.size(), false);

@@ -30,11 +30,16 @@ namespace npt::inline NPT_ABI {
 
 namespace skeleton::internal {
 
-class Props {
+template <class = void>
+class BasicProps;
+using Props = BasicProps<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicProps {
  public:
   /// off: distance from the body from which on a point stands off it. hands: points of the left and the right one
-  Props(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::span<const double> distances,
-        double off, const std::array<std::vector<Vec3d>, 2>& hands)
+  BasicProps(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::span<const double> distances,
+             double off, const std::array<std::vector<Vec3d>, 2>& hands)
       : points_(points), hands_(hands), pieces_(points.size()) {
     for (const Triangle& t : triangles) pieces_.unite(t[0], t[1]), pieces_.unite(t[1], t[2]);
     measure(triangles, distances, off);

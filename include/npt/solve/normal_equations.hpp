@@ -31,14 +31,14 @@ class NormalEquations {
   std::size_t size() const noexcept { return size_; }
 
   void clear() {
-    std::ranges::fill(matrix_, 0.0);
-    std::ranges::fill(right_, 0.0);
+    std::fill(matrix_.begin(), matrix_.end(), 0.0);
+    std::fill(right_.begin(), right_.end(), 0.0);
   }
 
   /// row: [n]
   void add(std::span<const double> row, double weight, double residual) {
     NPT_ASSERT(row.size() == size_);
-    std::ranges::copy(row, row_.begin());
+    std::copy(row.begin(), row.end(), row_.begin());
     for (std::size_t i = 0; i < size_; ++i) {
       if (row[i] == 0) continue;
       const double factor = weight * row[i];

@@ -46,7 +46,12 @@ struct Prepared {
 
 }  // namespace transfer::internal
 
-class Character {
+template <class = void>
+class BasicCharacter;
+using Character = BasicCharacter<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicCharacter {
  public:
   /// V, of the mesh and of results; 0: nothing prepared yet.
   std::size_t vertex_count() const noexcept { return xyz_.size() / 3; }

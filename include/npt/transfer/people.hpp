@@ -48,18 +48,28 @@ namespace npt::inline NPT_ABI {
 
 namespace transfer::internal {
 
-class PersonEstimate final : public DomainEstimate {
+template <class = void>
+class BasicPersonEstimate;
+using PersonEstimate = BasicPersonEstimate<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicPersonEstimate final : public DomainEstimate {
  public:
-  explicit PersonEstimate(BodyEstimate estimate) : body(std::move(estimate)) {
+  explicit BasicPersonEstimate(BodyEstimate estimate) : body(std::move(estimate)) {
     confidence = body.confidence();
     warnings = body.warnings();
   }
   BodyEstimate body;
 };
 
-class PersonBinding final : public DomainBinding {
+template <class = void>
+class BasicPersonBinding;
+using PersonBinding = BasicPersonBinding<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicPersonBinding final : public DomainBinding {
  public:
-  explicit PersonBinding(BoundCharacter bound) : character(std::move(bound)) {}
+  explicit BasicPersonBinding(BoundCharacter bound) : character(std::move(bound)) {}
   BoundCharacter character;
 };
 

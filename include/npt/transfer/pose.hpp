@@ -22,7 +22,12 @@ class BasicPoseTransfer;
 template <class Exec>
 class PoseTracker;
 
-class Pose {
+template <class = void>
+class BasicPose;
+using Pose = BasicPose<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicPose {
  public:
   /// Whether there is a pose in it.
   bool prepared() const noexcept { return own_.owner != nullptr; }

@@ -26,8 +26,13 @@ struct Warning {
   friend bool operator==(const Warning&, const Warning&) = default;
 };
 
+template <class = void>
+class BasicWarnings;
+using Warnings = BasicWarnings<>;  // templates: NPT_INLINE of config.hpp says why
+
 /// A list of warnings in place, so that a warm transfer allocates nothing.
-class Warnings {
+template <class>
+class BasicWarnings {
  public:
   /// Each code at most once a mesh, and no mesh has more than seven at a time.
   static constexpr std::size_t capacity = 16;

@@ -41,10 +41,16 @@ NPT_INLINE LocalFrame make_frame(Vec3d origin, Vec3d axis, Vec3d towards) {
   return {origin, a, u, cross(a, u)};
 }
 
+template <class = void>
+class BasicLoft;
+using Loft = BasicLoft<>;  // templates: NPT_INLINE of config.hpp says why
+
 /// Cubic Hermite interpolation through sections (slopes by finite differences), closed by half ellipsoids at both ends.
-class Loft {
+template <class>
+class BasicLoft {
  public:
-  Loft(LocalFrame frame, std::span<const Section> sections, double cap_start, double cap_end, double blend, bool paired)
+  BasicLoft(LocalFrame frame, std::span<const Section> sections, double cap_start, double cap_end, double blend,
+            bool paired)
       : frame_(frame), cap_start_(cap_start), cap_end_(cap_end), blend_(blend), paired_(paired) {
     const std::size_t n = sections.size();
     for (std::size_t i = 0; i < n; ++i) {
@@ -127,10 +133,15 @@ class Loft {
   Vec3d low_, high_;
 };
 
+template <class = void>
+class BasicBlendedLofts;
+using BlendedLofts = BasicBlendedLofts<>;  // templates: NPT_INLINE of config.hpp says why
+
 /// The union of lofts and their mirror images, smooth where they meet.
-class BlendedLofts {
+template <class>
+class BasicBlendedLofts {
  public:
-  explicit BlendedLofts(std::vector<Loft> lofts) : lofts_(std::move(lofts)) {}
+  explicit BasicBlendedLofts(std::vector<Loft> lofts) : lofts_(std::move(lofts)) {}
 
   double operator()(Vec3d p) const {
     const Vec3d mirrored{-p.x, p.y, p.z};

@@ -52,7 +52,7 @@ NPT_INLINE BodyTables mannequin_tables() {
 #ifdef NPT_PREBUILT
 BodyTables make_mannequin_tables();
 #else
-inline BodyTables make_mannequin_tables() { return internal::mannequin_tables(); }
+NPT_INLINE BodyTables make_mannequin_tables() { return internal::mannequin_tables(); }
 #endif
 
 NPT_INLINE BodyModel make_mannequin() { return BodyModel(make_mannequin_tables(), "mannequin"); }

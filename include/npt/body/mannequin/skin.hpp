@@ -105,7 +105,7 @@ NPT_INLINE SparseMatrix mannequin_weights(std::span<const Vec3d> positions, std:
   for (const Vec3d p : positions) {
     const JointWeights w = joint_weights(p);
     std::array<double, smpl_joint_count> sorted = w;
-    std::ranges::sort(sorted, std::greater<>());
+    std::sort(sorted.begin(), sorted.end(), std::greater<>());
     const double least = std::max(sorted[bones - 1], 2e-3);
     double sum = 0.0;
     for (const double x : w) sum += x >= least ? x : 0.0;

@@ -28,9 +28,15 @@ std::vector<OperationName> operation_names(OperationList<Ops...>) {
   return {{operation_id<Ops>, Ops::name}...};
 }
 
-class Explanation {
+template <class = void>
+class BasicExplanation;
+using Explanation = BasicExplanation<>;  // templates: NPT_INLINE of config.hpp says why
+
+template <class>
+class BasicExplanation {
  public:
-  Explanation(const Program& program, std::vector<NamedParameter> parameters, std::vector<OperationName> operations)
+  BasicExplanation(const Program& program, std::vector<NamedParameter> parameters,
+                   std::vector<OperationName> operations)
       : program_(program), parameters_(std::move(parameters)), operations_(std::move(operations)) {}
 
   std::string text() {
