@@ -58,14 +58,6 @@ static_assert(static_cast<int>(npt::JointNames::vrm) == NPT_VRM &&
               static_cast<int>(npt::JointNames::mixamo) == NPT_MIXAMO &&
               static_cast<int>(npt::JointNames::smpl) == NPT_SMPL);
 
-/// Of the work from one fraction to another.
-npt::Control part_of(const npt::Control& whole, double first, double last) {
-  npt::Control part{.progress = {}, .stop = whole.stop};
-  if (whole.progress)
-    part.progress = [&whole, first, last](double done) { whole.progress(first + (last - first) * done); };
-  return part;
-}
-
 void expect_finite(const npt::Mesh& identity, const npt::Animation& animation, const std::string& name) {
   npt::Mesh mesh = identity;
   for (const std::vector<float>& xyz : animation.positions) {
@@ -89,9 +81,9 @@ void animate(const npt::PoseTransfer& transfer, const Files& files, const npt_cl
   const std::string name = identity.string();
   const npt::MeshView view{mesh.coordinates(), triangles, name};
   const double share = 1 / (1 + static_cast<double>(frames.size()));  // estimating it takes about as long as a frame
-  const npt::Character character = transfer.character(view, part_of(control, 0, share));
+  const npt::Character character = transfer.character(view, control.part(0, share));
   npt::Animation made = npt::animate(transfer, character, source, options.in_place == 0,
-                                     static_cast<npt::JointNames>(options.names), part_of(control, share, 1));
+                                     static_cast<npt::JointNames>(options.names), control.part(share, 1));
   expect_finite(mesh, made, name);
   const double unit = npt::output_unit(transfer, view, is_scene(identity));
   npt::write_scene(

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/control.hpp>
 #include <npt/base/error.hpp>
 #include <npt/mesh/permute.hpp>
 #include <npt/transfer/pose_transfer.hpp>
@@ -368,6 +369,37 @@ TEST_CASE("what another transfer prepared is refused") {
   CHECK_THROWS_AS(plain.apply(prepared, npt::Pose{}, result), npt::Error);
   CHECK_THROWS_AS(plain.apply(npt::Character{}, posed, std::span<float>()), npt::Error);
   CHECK_THROWS_AS(plain.apply(prepared, plain.pose(pose, 100), result), npt::Error);  // for 100 vertices
+}
+
+TEST_CASE("the network says how far it is, and stops between its sweeps") {
+  const auto transfer = random_transfer<Paired>({.network = {.pairings = 2, .mirror = true}});
+  const npt::Mesh identity = bumpy_sphere(8, 12, 1), mesh = bumpy_sphere(9, 10, 2);
+  const npt::Character hero = transfer.character(identity);
+  const auto made = [&](const npt::Control& control) {
+    const npt::Pose pose = transfer.pose(mesh, hero.vertex_count(), "pose", control);
+    return transfer.apply(hero, pose, control).mesh;
+  };
+  const npt::Mesh plain = made({});
+  std::vector<double> done;
+  CHECK(same_bits(made({.progress = [&](double x) { done.push_back(x); }}), plain));
+  // Twice through four runs: the pose's sweeps, then the others.
+  const auto turn = std::is_sorted_until(done.begin(), done.end());
+  CHECK(std::is_sorted(turn, done.end()));
+  CHECK(done.front() == 0);
+  CHECK(*turn == 0);
+  CHECK(done.back() > 0.9);
+  CHECK(done.size() == 4 * 10);
+  for (const std::size_t last : {std::size_t{3}, done.size() - 1}) {
+    std::size_t asked = 0;
+    try {
+      (void)made({.stop = [&] { return asked++ == last; }});
+      FAIL("not stopped");
+    } catch (const npt::Error& error) {
+      CHECK(error.code() == npt::ErrorCode::stopped);
+    }
+    CHECK(asked == last + 1);
+  }
+  CHECK(same_bits(made({}), plain));
 }
 
 TEST_CASE("threads share a transfer and get the same bits") {

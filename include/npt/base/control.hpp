@@ -18,6 +18,13 @@ struct Control {
     if (stop && stop()) throw Error({.file = "work", .found = "a request to stop", .code = ErrorCode::stopped});
     if (progress) progress(done);
   }
+
+  /// Of the part of this work from one fraction to another. This control must outlive it.
+  Control part(double first, double last) const {
+    Control result{.progress = {}, .stop = stop};
+    if (progress) result.progress = [this, first, last](double done) { progress(first + (last - first) * done); };
+    return result;
+  }
 };
 
 }  // namespace npt::inline NPT_ABI

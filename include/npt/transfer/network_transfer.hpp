@@ -9,6 +9,7 @@
 #pragma once
 
 #include <npt/base/as_span.hpp>
+#include <npt/base/control.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/pool.hpp>
 #include <npt/base/vec3.hpp>
@@ -109,12 +110,20 @@ class NetworkTransfer {
                    .found = std::to_string(choice.pairings_.size()) + " pairings",
                    .expected = std::to_string(pairing_count()) + ", as this transfer's choose_points makes"});
   }
-  void encode(const MeshView& pose, const PoseChoice& choice, NetworkPose& prepared) const {
+  void encode(const MeshView& pose, const PoseChoice& choice, NetworkPose& prepared,
+              const Control& control = {}) const {
     const auto lease = pool_.lease();
-    encode(pose, choice, *lease, prepared);
+    const NormalisingTransform transform = transform_of(pose, unit_of(pose));
+    prepared.codes.resize(run_count());
+    for (std::size_t r = 0; r < run_count(); ++r) {
+      pose_input(pose, transform, choice, r, lease->points);
+      engine_.encode(lease->points, prepared.codes[r], run_of(r, control));
+    }
+    prepared.count = paired_ ? choice.pairings_.front().count() : 0;
   }
   /// Writes a prepared identity's new positions [V, 3].
-  void decode(const NetworkIdentity& identity, const NetworkPose& pose, std::span<float> result) const {
+  void decode(const NetworkIdentity& identity, const NetworkPose& pose, std::span<float> result,
+              const Control& control = {}) const {
     if (options_.network.mirror && identity.mirrored.empty())
       throw Error({.file = "identity",
                    .found = "one prepared without its mirror image",
@@ -124,7 +133,7 @@ class NetworkTransfer {
     lease->results.resize(result.size());
     for (std::size_t r = 0; r < run_count(); ++r) {
       const std::span<float> own = as_span(lease->results);
-      engine_.decode(pose.codes[r], {input_of(identity, r)}, own);
+      engine_.decode(pose.codes[r], {input_of(identity, r)}, own, run_of(r, control));
       add(own, mirrors(r), lease->sum);
     }
     finish(identity, lease->sum, result);
@@ -162,6 +171,12 @@ class NetworkTransfer {
   bool mirrors(std::size_t r) const noexcept { return r >= pairing_count(); }
   std::span<const float> input_of(const NetworkIdentity& identity, std::size_t r) const {
     return as_span(mirrors(r) ? identity.mirrored : identity.coordinates);
+  }
+
+  /// The share of run number r.
+  Control run_of(std::size_t r, const Control& control) const {
+    const auto runs = static_cast<double>(run_count());
+    return control.part(static_cast<double>(r) / runs, static_cast<double>(r + 1) / runs);
   }
 
   /// From a mesh's coordinates to the network's, the unit included.
@@ -215,16 +230,6 @@ class NetworkTransfer {
     transform.apply(as_span(std::as_const(points)), as_span(points));
     if (mirrors(r))
       for (std::size_t i = 0; i < points.size(); i += 3) points[i] = -points[i];
-  }
-
-  void encode(const MeshView& pose, const PoseChoice& choice, Scratch& scratch, NetworkPose& prepared) const {
-    const NormalisingTransform transform = transform_of(pose, unit_of(pose));
-    prepared.codes.resize(run_count());
-    for (std::size_t r = 0; r < run_count(); ++r) {
-      pose_input(pose, transform, choice, r, scratch.points);
-      engine_.encode(scratch.points, prepared.codes[r]);
-    }
-    prepared.count = paired_ ? choice.pairings_.front().count() : 0;
   }
 
   /// The first jobs of a batch, as many as share the network's sweeps; returns their number.

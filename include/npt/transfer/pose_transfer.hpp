@@ -230,7 +230,8 @@ class BasicPoseTransfer {
   }
   void prepare(const MeshView& pose, std::size_t identity_vertices, Pose& prepared, const Control& control = {}) const {
     const MeshView mesh = checked(pose, "pose");
-    finish_pose(mesh, estimate(mesh, control), identity_vertices, prepared);
+    const double share = has_body() ? 0.7 : 0;  // of estimating a body, beside encoding it
+    finish_pose(mesh, estimate(mesh, control.part(0, share)), identity_vertices, prepared, control.part(share, 1));
   }
   /// An identity and the first pose for it, the bodies of both estimated side by side.
   void prepare(const MeshView& identity, const MeshView& pose, Character& character, Pose& prepared_pose) const {
@@ -274,7 +275,7 @@ class BasicPoseTransfer {
   }
 
   /// The character in the pose.
-  Result apply(const Character& character, const Pose& pose) const {
+  Result apply(const Character& character, const Pose& pose, const Control& control = {}) const {
     Result result;
     if (character.mesh_ != nullptr) {
       result.mesh = *character.mesh_;
@@ -282,18 +283,19 @@ class BasicPoseTransfer {
       result.mesh.positions.resize(character.vertex_count());
       set_faces(result.mesh, character.triangles());
     }
-    static_cast<TransferReport&>(result) = apply(character, pose, result.mesh.coordinates());
+    static_cast<TransferReport&>(result) = apply(character, pose, result.mesh.coordinates(), control);
     recompute_normals(result.mesh);
     return result;
   }
   /// Writes the character's new positions [V, 3].
-  TransferReport apply(const Character& character, const Pose& pose, std::span<float> result) const {
+  TransferReport apply(const Character& character, const Pose& pose, std::span<float> result,
+                       const Control& control = {}) const {
     const TransferReport report = this->report(character, pose);
     internal::expect_result(result.size(), character.xyz_.size());
     if (report.method == Method::body)
       character.own_.body->pose(*character.binding_, *pose.own_.estimate, result);
     else
-      by_network(character, pose, report, result);
+      by_network(character, pose, report, result, control);
     if (character.refinement_ != nullptr) character.refinement_->refine(result);
     if (report.method == Method::network) expect_undistorted(character, pose, report, result);
     return report;
@@ -508,18 +510,19 @@ class BasicPoseTransfer {
             : std::shared_ptr<const Refinement>(options().refinement(mesh, *network.options().refine_radius));
   }
 
-  void finish_pose(const MeshView& mesh, Found found, std::size_t identity_vertices, Pose& pose) const {
+  void finish_pose(const MeshView& mesh, Found found, std::size_t identity_vertices, Pose& pose,
+                   const Control& control = {}) const {
     take(mesh, MeshRole::pose, std::move(found), pose.own_);
     if (pose.own_.recognised || (identity_vertices == 0 && pairs_vertices())) return keep_for_network(mesh, pose);
     const auto lease = pool_.lease();
     domains_[pose.own_.domain]->network.choose(mesh, identity_vertices, lease->choice);
-    keep_or_encode(mesh, lease->choice, pose);
+    keep_or_encode(mesh, lease->choice, pose, control);
   }
-  void keep_or_encode(const MeshView& mesh, const PoseChoice& choice, Pose& pose) const {
+  void keep_or_encode(const MeshView& mesh, const PoseChoice& choice, Pose& pose, const Control& control = {}) const {
     const NetworkTransfer<Exec>& network = domains_[pose.own_.domain]->network;
     if (pose.own_.recognised) return keep_for_network(mesh, pose);
     try {
-      network.encode(mesh, choice, pose.network_);
+      network.encode(mesh, choice, pose.network_, control);
       note_unit(network.unit_of(mesh), MeshRole::pose, pose.own_);
     } catch (const Error& error) {
       throw with_recognition(error, pose.own_);
@@ -547,23 +550,23 @@ class BasicPoseTransfer {
       own.by_network.push_back({WarningCode::unit_assumed, role, unit, Remedy::give_unit});
   }
 
-  void by_network(const Character& character, const Pose& pose, const TransferReport& report,
-                  std::span<float> result) const {
+  void by_network(const Character& character, const Pose& pose, const TransferReport& report, std::span<float> result,
+                  const Control& control) const {
     if (character.network_refusal_) throw with_recognition(Error(*character.network_refusal_), weaker(character, pose));
     const NetworkTransfer<Exec>& network = domains_[character.own_.domain]->network;
     const bool encoded = pose.network_.codes.size() == network.run_count() && character.own_.domain == pose.own_.domain;
-    if (encoded) return network.decode(character.network_, pose.network_, result);
+    if (encoded) return network.decode(character.network_, pose.network_, result, control);
     if (pose.xyz_.empty()) throw foreign("pose");
     // Recognised so well that it wasn't encoded, but the character isn't, or encoded for no character yet.
     const auto lease = pool_.lease();
     const MeshView mesh{pose.xyz_, pose.triangles_, pose.own_.name};
     try {
       network.choose(mesh, character.vertex_count(), lease->choice);
-      network.encode(mesh, lease->choice, lease->late);
+      network.encode(mesh, lease->choice, lease->late, control.part(0, 0.3));
     } catch (const Error& error) {
       throw report.confidence ? with_recognition(error, weaker(character, pose)) : error;
     }
-    network.decode(character.network_, lease->late, result);
+    network.decode(character.network_, lease->late, result, control.part(0.3, 1));
   }
 
   static const transfer::internal::Prepared& weaker(const Character& character, const Pose& pose) {
@@ -576,7 +579,7 @@ class BasicPoseTransfer {
 
   /// The network's refusal of a mesh that wasn't recognised: that is what a user can change.
   static Error with_recognition(const Error& refusal, const transfer::internal::Prepared& own) {
-    if (own.estimate == nullptr) return refusal;
+    if (own.estimate == nullptr || refusal.code() == ErrorCode::stopped) return refusal;
     ErrorParts parts = refusal.parts();
     parts.expected = "a person; the network, which takes other meshes, refuses it: found " + parts.found +
                      (parts.expected.empty() ? "" : ", expected " + parts.expected);

@@ -2,6 +2,7 @@
 /// however many networks a program has.
 #pragma once
 
+#include <npt/base/control.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/executor.hpp>
 #include <npt/base/pool.hpp>
@@ -145,16 +146,16 @@ class Core {
     }
   }
 
-  /// Encodes the encoded input (inputs().encoded) once, for many calls.
+  /// Encodes the encoded input (inputs().encoded) once, for many calls. control: asked before each sweep
   /// Errors  npt::Error for a network of one input
-  NPT_NOINLINE void encode(std::span<const T> values, EncodedInput<T>& code) const {
+  NPT_NOINLINE void encode(std::span<const T> values, EncodedInput<T>& code, const Control& control = {}) const {
     const std::size_t vertices = count_vertices(encoded_input("a network"), values.size());
     const auto lease = pool_.lease();
     WorkspaceStorage<T>& memory = lease->storage_;
     memory.encoded.clear();
     add_encoded(memory.encoded, values, vertices);
     code.vertices_ = 0;  // should anything be thrown
-    forward(memory).encode(code.storage_, executor_);
+    forward(memory).encode(code.storage_, executor_, control);
     code.vertices_ = static_cast<int>(vertices);
     code.program_ = packed_->id();
   }
@@ -166,7 +167,8 @@ class Core {
 
   /// Runs the rest of the network. `others`: all inputs but the encoded one.
   /// Errors  npt::Error for a code of another engine, even one with the same weights
-  NPT_NOINLINE void decode(const EncodedInput<T>& code, const Inputs<T>& others, std::span<T> result) const {
+  NPT_NOINLINE void decode(const EncodedInput<T>& code, const Inputs<T>& others, std::span<T> result,
+                           const Control& control = {}) const {
     const Input& input = encoded_input("a code");
     if (code.vertices_ == 0)
       throw Error({.file = input.name, .found = "an empty code", .expected = "one made by encode"});
@@ -182,7 +184,7 @@ class Core {
     for (int i = 0, place = 0; i < inputs().count; ++i)
       if (i != inputs().encoded) mesh.inputs[static_cast<std::size_t>(i)] = others[place++].data();
     memory.main.add(mesh);
-    forward(memory).decode(code.storage_, executor_);
+    forward(memory).decode(code.storage_, executor_, control);
   }
 
  private:

@@ -1,6 +1,7 @@
 /// Interprets a packed program: the forward pass.
 #pragma once
 
+#include <npt/base/control.hpp>
 #include <npt/base/executor.hpp>
 #include <npt/config.hpp>
 #include <npt/nn/engine/packed_program.hpp>
@@ -27,7 +28,7 @@ class Forward : View<T> {
 
   /// The encoder: memory.encoded to `code`.
   template <Executor E>
-  void encode(CodeStorage<T>& code, const E& executor) {
+  void encode(CodeStorage<T>& code, const E& executor, const Control& control = {}) {
     this->use(code, &code);
     const MeshBatch<T>& batch = memory_.encoded;
     const int input = program_.inputs.encoded;
@@ -35,14 +36,14 @@ class Forward : View<T> {
     code.first_item.clear();
     for (const BatchMesh<T>& mesh : batch.meshes) code.first_item.push_back(mesh.first_item);
     this->prepare(batch, true, executor.slots());
-    for (int s = 0; s < program_.encoder_sweeps; ++s) run(program_.sweep(s), batch, executor);
+    run_sweeps(0, program_.encoder_sweeps, batch, executor, control);
   }
 
   /// The decoder: `code` and memory.main to the results.
   template <Executor E>
-  void decode(const CodeStorage<T>& code, const E& executor) {
+  void decode(const CodeStorage<T>& code, const E& executor, const Control& control = {}) {
     this->use(code, nullptr);
-    run_decoder(executor);
+    run_decoder(executor, control);
   }
 
   /// The decoder for a code that nobody reads afterwards and of which each call takes its own mesh, group by group:
@@ -50,7 +51,7 @@ class Forward : View<T> {
   template <Executor E>
   void decode_and_consume(CodeStorage<T>& code, const E& executor) {
     this->use(code, program_.code_alias >= 0 ? &code : nullptr);
-    run_decoder(executor);
+    run_decoder(executor, {});
   }
 
  private:
@@ -68,12 +69,20 @@ class Forward : View<T> {
   };
 
   template <Executor E>
-  void run_decoder(const E& executor) {
+  void run_decoder(const E& executor, const Control& control) {
     const MeshBatch<T>& batch = memory_.main;
     for (int i = 0; i < program_.inputs.count; ++i)
       if (i != program_.inputs.encoded) batch.split(i, program_.inputs[i].channels, memory_.inputs[index(i)]);
     this->prepare(batch, false, executor.slots());
-    for (int s = program_.encoder_sweeps; s < program_.sweep_count; ++s) run(program_.sweep(s), batch, executor);
+    run_sweeps(program_.encoder_sweeps, program_.sweep_count, batch, executor, control);
+  }
+
+  template <Executor E>
+  void run_sweeps(int first, int end, const MeshBatch<T>& batch, const E& executor, const Control& control) {
+    for (int s = first; s < end; ++s) {
+      control.step(static_cast<double>(s - first) / (end - first));
+      run(program_.sweep(s), batch, executor);
+    }
   }
 
   // ---- one sweep ----
