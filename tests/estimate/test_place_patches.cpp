@@ -26,7 +26,7 @@ struct Strip {
     triangles.push_back({next - 2, next, next - 1});
     triangles.push_back({next - 1, next, next + 1});
   }
-  npt::PlacePatches patches() const { return {points, triangles, npt::unique_edges(triangles), places}; }
+  npt::PlacePatches patches() const { return {points, triangles, npt::edges_of_triangles(triangles), places}; }
 };
 
 }  // namespace

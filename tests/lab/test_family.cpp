@@ -37,7 +37,7 @@ npt::Species make_species(const std::string& name, std::uint64_t number, std::si
   species.labels = labels;
   for (std::size_t i = 0; i < labels.size(); ++i) species.meshes.push_back(mesh_of(number, i, vertices));
   for (std::uint32_t v = 0; v + 2 < vertices; ++v) species.triangles.push_back({v, v + 1, v + 2});
-  species.edges = npt::unique_edges(species.triangles);
+  species.edges = npt::edges_of_triangles(species.triangles);
   return species;
 }
 

@@ -14,7 +14,7 @@ TEST_CASE("a prepared body has SMPL's joints and its edges once") {
   const npt::BodyModel body(stick_figure(1));
   const npt::data::PreparedBody prepared(npt::borrowed(body));
   CHECK(prepared.model.get() == &body);
-  CHECK(prepared.edges == npt::unique_edges(body.triangles()));
+  CHECK(prepared.edges == npt::edges_of_triangles(body.triangles()));
   CHECK_THROWS_AS(npt::data::PreparedBody{nullptr}, npt::Error);
 }
 

@@ -78,7 +78,7 @@ double edge_rms(const Floats& a, const Floats& b, const std::vector<Triangle>& t
     return Vec3f{xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]}.as<double>();
   };
   double sum = 0;
-  const std::vector<npt::Edge> edges = npt::unique_edges(triangles);
+  const std::vector<npt::Edge> edges = npt::edges_of_triangles(triangles);
   for (const auto& [u, v] : edges) {
     const double d = npt::length(at(a, u) - at(a, v)) / npt::length(at(b, u) - at(b, v)) - 1;
     sum += d * d;

@@ -292,7 +292,7 @@ class RiggedBodyMaker {
   /// Halves every edge that is longer than asked for, once; false where there is none.
   bool halve_edges(double longest) {
     std::vector<Edge> edges;
-    for (const auto& [a, b] : unique_edges(as_span(triangles_)))
+    for (const auto& [a, b] : edges_of_triangles(as_span(triangles_)))
       if (length(positions_[a] - positions_[b]) > longest) edges.push_back({a, b});
     if (edges.empty()) return false;
     const auto before = static_cast<std::uint32_t>(positions_.size());

@@ -122,7 +122,7 @@ class BasicBodyLevel {
     }
     choice.vertices = farthest_points(points, count);
     choice.cell =
-        geodesics(points, neighbours(unique_edges(model.triangles()), points.size()), choice.vertices).nearest;
+        geodesics(points, neighbours(edges_of_triangles(model.triangles()), points.size()), choice.vertices).nearest;
     return choice;
   }
 

@@ -63,7 +63,7 @@ class BasicLimbSwap {
       : points_(points),
         triangles_(triangles),
         places_(looked_up(body, points, triangles)),
-        patches_(points, triangles, unique_edges(triangles), places_) {}
+        patches_(points, triangles, edges_of_triangles(triangles), places_) {}
 
   /// PlacePatches::torn
   double torn() const { return patches_.torn(); }

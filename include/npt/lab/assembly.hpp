@@ -63,7 +63,7 @@ inline void places_of(std::span<const std::uint32_t> rows, std::vector<std::uint
 }
 
 /// Edges between the new places of their vertices, a < b; in the old order of the edges.
-inline void renumber(std::span<const std::uint32_t> places, std::span<const Edge> edges, std::vector<Edge>& out) {
+inline void renumber_edges(std::span<const std::uint32_t> places, std::span<const Edge> edges, std::vector<Edge>& out) {
   out.resize(edges.size());
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const std::uint32_t a = places[edges[e][0]], b = places[edges[e][1]];
@@ -71,8 +71,8 @@ inline void renumber(std::span<const std::uint32_t> places, std::span<const Edge
   }
 }
 
-inline void renumber(std::span<const std::uint32_t> places, std::span<const Triangle> triangles,
-                     std::vector<Triangle>& out) {
+inline void renumber_triangles(std::span<const std::uint32_t> places, std::span<const Triangle> triangles,
+                               std::vector<Triangle>& out) {
   out.resize(triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t)
     out[t] = {places[triangles[t][0]], places[triangles[t][1]], places[triangles[t][2]]};

@@ -39,11 +39,11 @@ inline EvaluationPair body_evaluation_pair(const PreparedBody& body, const BodyP
   for (std::vector<float>* xyz : {&result.pose, &result.identity, &result.truth}) xyz->resize(3 * model.vertex_count());
   const VertexOrder of_pose = order_of(Part::pose_order), of_identity = order_of(Part::identity_order);
   model.posed(pair.pose_shape, pair.pose, of_pose.rows, result.pose);
-  renumber(of_pose.places, model.triangles(), result.pose_triangles);
+  renumber_triangles(of_pose.places, model.triangles(), result.pose_triangles);
   model.posed(pair.identity_shape, pair.identity_pose, of_identity.rows, result.identity);
   model.posed(pair.identity_shape, pair.pose, of_identity.rows, result.truth);
-  renumber(of_identity.places, body.edges, result.edges);
-  renumber(of_identity.places, model.triangles(), result.identity_triangles);
+  renumber_edges(of_identity.places, body.edges, result.edges);
+  renumber_triangles(of_identity.places, model.triangles(), result.identity_triangles);
   return result;
 }
 

@@ -91,9 +91,6 @@ class BodySampler : public SampleSource {
   std::size_t max_vertices() const override {
     return data::most_vertices(options_.vertices, members_, &Member::vertex_count);
   }
-  std::size_t max_pose_vertices() const {
-    return data::most_vertices(pose_vertices(), members_, &Member::vertex_count);
-  }
   bool equal_counts() const override {
     const std::size_t mixed = options_.mix_bodies ? members_.size() : 1;
     return data::have_equal_counts(options_, std::span(members_).first(mixed), &Member::vertex_count);
@@ -175,8 +172,8 @@ class BodySampler : public SampleSource {
     sample.triangles.clear();
     if (!whole || !options_.topology) return;
     data::places_of(scratch.identity_rows, scratch.places);
-    data::renumber(scratch.places, identity.body.edges, sample.edges);
-    data::renumber(scratch.places, identity.body.model->triangles(), sample.triangles);
+    data::renumber_edges(scratch.places, identity.body.edges, sample.edges);
+    data::renumber_triangles(scratch.places, identity.body.model->triangles(), sample.triangles);
   }
 
  private:

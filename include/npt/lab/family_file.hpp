@@ -78,7 +78,7 @@ inline Species species_of_tensors(const std::filesystem::path& path) {
     if (i % 3 == 0) species.triangles.emplace_back();
     species.triangles.back()[i % 3] = static_cast<std::uint32_t>(corners[i]);
   }
-  species.edges = unique_edges(species.triangles);
+  species.edges = edges_of_triangles(species.triangles);
   return species;
 }
 

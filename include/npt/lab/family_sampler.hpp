@@ -148,8 +148,8 @@ class FamilySampler : public SampleSource {
     sample.triangles.clear();
     if (options_.vertices != 0 || !options_.topology) return;
     data::places_of(scratch.identity_rows, scratch.places);
-    data::renumber(scratch.places, identity.edges, sample.edges);
-    data::renumber(scratch.places, identity.triangles, sample.triangles);
+    data::renumber_edges(scratch.places, identity.edges, sample.edges);
+    data::renumber_triangles(scratch.places, identity.triangles, sample.triangles);
   }
 
  private:

@@ -26,7 +26,7 @@ struct PreparedBody {
       throw Error({.file = "body",
                    .found = std::to_string(model->joint_count()) + " joints",
                    .expected = std::to_string(smpl_joint_count) + ", which random poses are made for"});
-    edges = unique_edges(model->triangles());
+    edges = edges_of_triangles(model->triangles());
   }
 };
 

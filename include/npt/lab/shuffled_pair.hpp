@@ -38,11 +38,11 @@ struct KnownPair {
 inline EvaluationPair shuffled_pair(const KnownPair& pair, const VertexOrder& of_pose, const VertexOrder& of_identity) {
   EvaluationPair result;
   gather({}, pair.pose, of_pose.rows, result.pose);
-  renumber(of_pose.places, pair.pose_triangles, result.pose_triangles);
+  renumber_triangles(of_pose.places, pair.pose_triangles, result.pose_triangles);
   gather({}, pair.identity, of_identity.rows, result.identity);
   gather({}, pair.truth, of_identity.rows, result.truth);
-  renumber(of_identity.places, pair.edges, result.edges);
-  renumber(of_identity.places, pair.identity_triangles, result.identity_triangles);
+  renumber_edges(of_identity.places, pair.edges, result.edges);
+  renumber_triangles(of_identity.places, pair.identity_triangles, result.identity_triangles);
   return result;
 }
 

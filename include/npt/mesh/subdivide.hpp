@@ -21,7 +21,7 @@ namespace npt::inline NPT_ABI {
 /// are cut into triangles first.
 NPT_INLINE Mesh subdivide(const Mesh& mesh) {
   const std::vector<Triangle> triangles = triangulate(mesh);
-  const std::vector<Edge> edges = unique_edges(as_span(triangles));
+  const std::vector<Edge> edges = edges_of_triangles(as_span(triangles));
   Mesh result;
   result.positions = mesh.positions;
   result.positions.reserve(mesh.vertex_count() + edges.size());

@@ -47,7 +47,7 @@ NPT_INLINE std::vector<Edge> unique_edges(const Mesh& mesh) {
 }
 
 /// The undirected edges {a, b}, a < b, of triangles, each once, ascending. A side from a vertex to itself is none.
-NPT_INLINE std::vector<Edge> unique_edges(std::span<const Triangle> triangles) {
+NPT_INLINE std::vector<Edge> edges_of_triangles(std::span<const Triangle> triangles) {
   std::vector<Edge> edges;
   edges.reserve(3 * triangles.size());
   for (const Triangle& t : triangles)

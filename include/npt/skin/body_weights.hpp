@@ -74,7 +74,7 @@ class BasicBodyWeights {
         joints_(model.joint_count()),
         stride_((joints_ + lanes - 1) / lanes * lanes) {
     locate();
-    edges_ = unique_edges(triangles_);
+    edges_ = edges_of_triangles(triangles_);
     around_ = neighbours(edges_, points_.size());
     doubt_patches();
     doubt_far();
@@ -321,7 +321,7 @@ class BasicBodyWeights {
 
   void measure_hands() {
     std::vector<float> skin = model_.tables().weights.to_dense();
-    const Neighbours around = neighbours(unique_edges(model_.triangles()), model_.vertex_count());
+    const Neighbours around = neighbours(edges_of_triangles(model_.triangles()), model_.vertex_count());
     const std::vector<Rigid> motions = model_.bone_motions(fit_.betas, fit_.axis_angles);
     for (std::size_t side = 0; side < 2; ++side) {
       const HandSkin of_body({body_, &around, skin, joints_}, side);

@@ -71,7 +71,7 @@ class RigCharacter {
                      .expected = "names of their own: poses are shared by them"});
       bases_.push_back(base_of(names_.back()));
     }
-    edges_ = unique_edges(as_span(triangles_));
+    edges_ = edges_of_triangles(as_span(triangles_));
     bring_upright(rig);
     find_doubles();
     std::vector<std::vector<Moment>> moments;
