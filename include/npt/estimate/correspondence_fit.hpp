@@ -1,7 +1,7 @@
 /// Fits a body to a surface of which it was read where each point belongs: Gauss-Newton steps from the motion in closed
 /// form, in place of a search. Several candidate readings may be given, such as those of the mesh in turned directions.
-///   E(x) = place weight * mean_k rho(|body(place_k) - point_k|^2)
-///        + sum_i a_i rho(|v_i - surface|^2) + mean_k rho(|q_k - body|^2) + priors
+///   E(x) = place weight * mean_k rho(|body(place_k) - point_k|^2) +
+///          sum_i a_i rho(|v_i - surface|^2) + mean_k rho(|q_k - body|^2) + priors
 ///   1. motion    of every reading, from few points, and of the best ones with limbs swapped (part_motion.hpp)
 ///   2. coarse    a coarse body, first to the places of up to three of these, then, where it comes near, to the surface
 ///   3. finish    all vertices, both ways, with a kernel that narrows; where the body keeps a distance from it,

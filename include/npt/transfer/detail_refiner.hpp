@@ -1,7 +1,7 @@
 /// Gives positions that are right as a whole but rough in detail, such as a network's, the surface detail of the mesh
 /// that they belong to: hands, faces, cloth and hair come out crisp, limbs where the positions put them.
-///   minimise over x, R   sum over points of area_i / radius^2 |x_i - t_i|^2
-///                      + sum over edges of w_ij |(x_i - x_j) - (R_i + R_j)/2 (p_i - p_j)|^2
+///   minimise over x, R   sum over points of area_i / radius^2 |x_i - t_i|^2 +
+///                        sum over edges of w_ij |(x_i - x_j) - (R_i + R_j)/2 (p_i - p_j)|^2
 /// The first sum follows the positions, the second keeps the shape:
 /// t are the positions, p the unmodified mesh, R_i a rotation for each point and w cotangents. x and R are found in
 /// turn; for x this is a linear system that depends on the mesh only and is factored once. The first rotations are

@@ -1,8 +1,8 @@
 /// Non-rigid registration: the source deforms until it lies on the target, markers on markers. In two phases, each of
 /// them linear least squares problems in the source's points and fourth vertices:
-///   E = wS sum over ordered pairs of adjacent triangles ||T_i - T_j||_F^2
-///     + wI sum over triangles ||T_i - I||_F^2
-///     + wC sum over points |v_i - c_i|^2,   the markers as hard constraints
+///   E = wS sum over ordered pairs of adjacent triangles ||T_i - T_j||_F^2 +
+///       wI sum over triangles ||T_i - I||_F^2 +
+///       wC sum over points |v_i - c_i|^2,   the markers as hard constraints
 ///   1. wC = 0
 ///   2. wC grows geometrically, with c_i the closest point of the target whose normal is less than 90 degrees away,
 ///      found anew before each step. A point whose closest one lies on an open border has no such term.
