@@ -70,10 +70,10 @@ TEST_CASE("edges and triangles follow vertices to their new places") {
   places_of(std::vector<std::uint32_t>{2, 0, 1}, places);
   CHECK(places == std::vector<std::uint32_t>{1, 2, 0});
   std::vector<npt::Edge> edges;
-  renumber(places, std::vector<npt::Edge>{{0, 1}, {1, 2}}, edges);
+  renumber_edges(places, std::vector<npt::Edge>{{0, 1}, {1, 2}}, edges);
   CHECK(edges == std::vector<npt::Edge>{{1, 2}, {0, 2}});
   std::vector<npt::Triangle> triangles;
-  renumber(places, std::vector<npt::Triangle>{{0, 1, 2}}, triangles);
+  renumber_triangles(places, std::vector<npt::Triangle>{{0, 1, 2}}, triangles);
   CHECK(triangles == std::vector<npt::Triangle>{{1, 2, 0}});
 }
 

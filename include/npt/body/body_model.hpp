@@ -33,10 +33,7 @@
 
 namespace npt::inline NPT_ABI {
 
-template <class = void>
-class BasicRestJoints;
-using RestJoints = BasicRestJoints<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, RestJoints);
 /// The joints of the rest pose as they depend on the shape: the regressor applied to the tables, once.
 template <class>
 class BasicRestJoints {
@@ -80,10 +77,7 @@ class BasicRestJoints {
   std::vector<double> shapedirs_;  ///< [J, 3, S] J_regressor * shapedirs
 };
 
-template <class = void>
-class BasicBodyModel;
-using BodyModel = BasicBodyModel<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, BodyModel);
 template <class>
 class BasicBodyModel {
  public:

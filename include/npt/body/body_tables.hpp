@@ -18,10 +18,7 @@
 
 namespace npt::inline NPT_ABI {
 
-template <class = void>
-struct BasicBodyTables;
-using BodyTables = BasicBodyTables<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(struct, BodyTables);
 /// A plain table: anybody fills it, check_tables() judges it, BodyModel computes with it.
 template <class>
 struct BasicBodyTables {

@@ -29,10 +29,7 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
-template <class = void>
-class BasicNaturalPoses;
-using NaturalPoses = BasicNaturalPoses<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, NaturalPoses);
 template <class>
 class BasicNaturalPoses {
  public:

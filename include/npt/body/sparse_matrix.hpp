@@ -11,10 +11,7 @@
 
 namespace npt::inline NPT_ABI {
 
-template <class = void>
-struct BasicSparseMatrix;
-using SparseMatrix = BasicSparseMatrix<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(struct, SparseMatrix);
 template <class>
 struct BasicSparseMatrix {
   std::size_t rows = 0;

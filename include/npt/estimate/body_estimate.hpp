@@ -31,10 +31,7 @@
 
 namespace npt::inline NPT_ABI {
 
-template <class = void>
-struct BasicBodyEstimate;
-using BodyEstimate = BasicBodyEstimate<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(struct, BodyEstimate);
 /// A mesh as a body: p -> (p - centre) metres lies where the fitted body does.
 template <class>
 struct BasicBodyEstimate {

@@ -21,10 +21,7 @@
 
 namespace npt::inline NPT_ABI {
 
-template <class = void>
-class BasicBodyLevel;
-using BodyLevel = BasicBodyLevel<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, BodyLevel);
 template <class>
 class BasicBodyLevel {
  public:

@@ -29,10 +29,7 @@ struct BodyPlace {
   std::uint32_t part = 0;  ///< the SMPL joint that moves it most; a finger counts as its hand
 };
 
-template <class = void>
-class BasicBodyLookUp;
-using BodyLookUp = BasicBodyLookUp<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, BodyLookUp);
 template <class>
 class BasicBodyLookUp {
  public:

@@ -82,10 +82,7 @@ struct CorrespondenceFit {
   /// From 0 to 1.
   double confidence() const { return std::min(mesh_explained, body_explained); }
 };
-template <class = void>
-class BasicCorrespondenceFitter;
-using CorrespondenceFitter = BasicCorrespondenceFitter<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, CorrespondenceFitter);
 template <class>
 class BasicCorrespondenceFitter {
  public:

@@ -33,10 +33,7 @@
 namespace npt::inline NPT_ABI {
 
 namespace fit::internal {
-template <class = void>
-class BasicCorrespondenceProblem;
-using CorrespondenceProblem = BasicCorrespondenceProblem<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, CorrespondenceProblem);
 /// One fit: a surface, a reading, and where the body is.
 template <class>
 class BasicCorrespondenceProblem {

@@ -67,10 +67,7 @@ NPT_INLINE Matrix3 right_jacobian(Vec3d a) {
 }
 
 }  // namespace fit::internal
-template <class = void>
-class BasicDifferentiableBody;
-using DifferentiableBody = BasicDifferentiableBody<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, DifferentiableBody);
 template <class>
 class BasicDifferentiableBody {
  public:

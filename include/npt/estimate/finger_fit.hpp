@@ -43,10 +43,7 @@ struct HandPart {
   std::size_t fingers = 0;              ///< how many of the former
   std::vector<Triangle> triangles;      ///< between these vertices, numbered as above
 };
-template <class = void>
-class BasicFingerSearch;
-using FingerSearch = BasicFingerSearch<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, FingerSearch);
 /// One hand of one mesh.
 template <class>
 class BasicFingerSearch {
@@ -215,10 +212,7 @@ class BasicFingerSearch {
 
 }  // namespace fit::internal
 
-template <class = void>
-class BasicFingerFitter;
-using FingerFitter = BasicFingerFitter<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, FingerFitter);
 template <class>
 class BasicFingerFitter {
  public:

@@ -39,10 +39,7 @@
 
 namespace npt::inline NPT_ABI {
 
-template <class = void>
-class BasicFitBias;
-using FitBias = BasicFitBias<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, FitBias);
 template <class>
 class BasicFitBias {
  public:

@@ -26,10 +26,7 @@
 
 namespace npt::inline NPT_ABI {
 
-template <class = void>
-class BasicFitSurface;
-using FitSurface = BasicFitSurface<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, FitSurface);
 template <class>
 class BasicFitSurface {
  public:

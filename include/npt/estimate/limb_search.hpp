@@ -42,10 +42,7 @@
 namespace npt::inline NPT_ABI {
 
 enum class LimbPair { arms, legs };
-template <class = void>
-class BasicLimbSearch;
-using LimbSearch = BasicLimbSearch<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, LimbSearch);
 template <class>
 class BasicLimbSearch {
  public:

@@ -50,10 +50,7 @@ NPT_INLINE bool limbs_touch(const BodyModel& model, const BodyFit& fit, double n
   return false;
 }
 
-template <class = void>
-class BasicLimbSwap;
-using LimbSwap = BasicLimbSwap<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, LimbSwap);
 /// A mesh and where its points lie on a body that was fitted to it.
 template <class>
 class BasicLimbSwap {

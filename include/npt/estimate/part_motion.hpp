@@ -55,10 +55,7 @@ struct BodyPoint {
   Vec3d rest;  ///< where it is on the mean shape in the rest pose
 };
 
-template <class = void>
-class BasicCorrespondenceTemplate;
-using CorrespondenceTemplate = BasicCorrespondenceTemplate<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, CorrespondenceTemplate);
 /// The resting body that places are read on. The level must outlive it.
 template <class>
 class BasicCorrespondenceTemplate {
@@ -124,10 +121,7 @@ struct PartMotion {
 };
 
 namespace fit::internal {
-template <class = void>
-class BasicPartMotionSolver;
-using PartMotionSolver = BasicPartMotionSolver<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, PartMotionSolver);
 template <class>
 class BasicPartMotionSolver {
  public:

@@ -33,10 +33,7 @@ NPT_INLINE bool continuous_places(const BodyPlace& a, const BodyPlace& b, double
          bones_between(smpl_parents, a.part, b.part) <= (across ? 2 : 3);
 }
 
-template <class = void>
-class BasicPlacePatches;
-using PlacePatches = BasicPlacePatches<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, PlacePatches);
 template <class>
 class BasicPlacePatches {
  public:

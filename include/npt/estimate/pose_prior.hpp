@@ -27,10 +27,7 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
-template <class = void>
-class BasicPosePrior;
-using PosePrior = BasicPosePrior<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, PosePrior);
 template <class>
 class BasicPosePrior {
  public:

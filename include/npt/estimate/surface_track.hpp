@@ -44,10 +44,7 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
-template <class = void>
-class BasicSurfaceTrack;
-using SurfaceTrack = BasicSurfaceTrack<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, SurfaceTrack);
 template <class>
 class BasicSurfaceTrack {
  public:

@@ -32,10 +32,7 @@
 
 namespace npt::inline NPT_ABI {
 
-template <class = void>
-class BasicSafetensorsFile;
-using SafetensorsFile = BasicSafetensorsFile<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, SafetensorsFile);
 /// A safetensors file in memory. Copies share the bytes, which live as long as one of the copies.
 template <class>
 class BasicSafetensorsFile {

@@ -19,10 +19,7 @@
 
 namespace npt::inline NPT_ABI {
 
-template <class = void>
-class BasicTensorList;
-using TensorList = BasicTensorList<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, TensorList);
 /// Keeps copies of what is added.
 template <class>
 class BasicTensorList {

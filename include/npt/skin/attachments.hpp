@@ -39,10 +39,7 @@ struct Attachment {
   std::vector<Contact> contacts;  ///< at least one
 };
 
-template <class = void>
-class BasicAttachments;
-using Attachments = BasicAttachments<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, Attachments);
 template <class>
 class BasicAttachments {
  public:

@@ -57,10 +57,7 @@ struct BodyWeightsOptions {
 };
 
 namespace skeleton::internal {
-template <class = void>
-class BasicBodyWeights;
-using BodyWeights = BasicBodyWeights<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, BodyWeights);
 template <class>
 class BasicBodyWeights {
  public:

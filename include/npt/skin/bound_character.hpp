@@ -35,10 +35,7 @@
 
 namespace npt::inline NPT_ABI {
 
-template <class = void>
-struct BasicBoundCharacter;
-using BoundCharacter = BasicBoundCharacter<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(struct, BoundCharacter);
 /// An identity bound to the body that was fitted to it.
 template <class>
 struct BasicBoundCharacter {

@@ -54,10 +54,7 @@ struct HandMeasure {
   bool fingers = false;  ///< whether there are four beside a thumb, as of a body: no mitten, and nothing held
   std::array<FingerMeasure, finger_count> closed;  ///< of a closed hand with fingers
 };
-template <class = void>
-class BasicHandSkin;
-using HandSkin = BasicHandSkin<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, HandSkin);
 /// The skin of one hand, of a mesh or of a body.
 template <class>
 class BasicHandSkin {

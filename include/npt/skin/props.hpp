@@ -30,10 +30,7 @@ namespace npt::inline NPT_ABI {
 
 namespace skeleton::internal {
 
-template <class = void>
-class BasicProps;
-using Props = BasicProps<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, Props);
 template <class>
 class BasicProps {
  public:

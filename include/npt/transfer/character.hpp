@@ -46,10 +46,7 @@ struct Prepared {
 
 }  // namespace transfer::internal
 
-template <class = void>
-class BasicCharacter;
-using Character = BasicCharacter<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, Character);
 template <class>
 class BasicCharacter {
  public:

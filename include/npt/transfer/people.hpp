@@ -48,10 +48,7 @@ namespace npt::inline NPT_ABI {
 
 namespace transfer::internal {
 
-template <class = void>
-class BasicPersonEstimate;
-using PersonEstimate = BasicPersonEstimate<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, PersonEstimate);
 template <class>
 class BasicPersonEstimate final : public DomainEstimate {
  public:
@@ -62,10 +59,7 @@ class BasicPersonEstimate final : public DomainEstimate {
   BodyEstimate body;
 };
 
-template <class = void>
-class BasicPersonBinding;
-using PersonBinding = BasicPersonBinding<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, PersonBinding);
 template <class>
 class BasicPersonBinding final : public DomainBinding {
  public:

@@ -22,10 +22,7 @@ class BasicPoseTransfer;
 template <class Exec>
 class PoseTracker;
 
-template <class = void>
-class BasicPose;
-using Pose = BasicPose<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, Pose);
 template <class>
 class BasicPose {
  public:

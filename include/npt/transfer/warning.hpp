@@ -26,10 +26,7 @@ struct Warning {
   friend bool operator==(const Warning&, const Warning&) = default;
 };
 
-template <class = void>
-class BasicWarnings;
-using Warnings = BasicWarnings<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, Warnings);
 /// A list of warnings in place, so that a warm transfer allocates nothing.
 template <class>
 class BasicWarnings {

@@ -41,10 +41,7 @@ NPT_INLINE LocalFrame make_frame(Vec3d origin, Vec3d axis, Vec3d towards) {
   return {origin, a, u, cross(a, u)};
 }
 
-template <class = void>
-class BasicLoft;
-using Loft = BasicLoft<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, Loft);
 /// Cubic Hermite interpolation through sections (slopes by finite differences), closed by half ellipsoids at both ends.
 template <class>
 class BasicLoft {
@@ -133,10 +130,7 @@ class BasicLoft {
   Vec3d low_, high_;
 };
 
-template <class = void>
-class BasicBlendedLofts;
-using BlendedLofts = BasicBlendedLofts<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, BlendedLofts);
 /// The union of lofts and their mirror images, smooth where they meet.
 template <class>
 class BasicBlendedLofts {

@@ -28,10 +28,7 @@ std::vector<OperationName> operation_names(OperationList<Ops...>) {
   return {{operation_id<Ops>, Ops::name}...};
 }
 
-template <class = void>
-class BasicExplanation;
-using Explanation = BasicExplanation<>;  // templates: NPT_INLINE of config.hpp says why
-
+NPT_INLINE_CLASS(class, Explanation);
 template <class>
 class BasicExplanation {
  public:
