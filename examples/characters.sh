@@ -25,5 +25,6 @@ for i in 0 1 2 3 4; do
 done
 "$npt" transfer --pairs pairs.txt
 "$npt" render "${identities[@]}" "${poses[@]}" "${results[@]}" --grid 5 --row-captions "identity,pose,result" \
-  --colours "blue,blue,blue,blue,blue,sand,sand,sand,sand,sand,blue,blue,blue,blue,blue" --out characters.png
+  --colours "blue,blue,blue,blue,blue,sand,sand,sand,sand,sand,blue,blue,blue,blue,blue" --height 220 --samples 3 \
+  --background '#cbccca' --out characters.png
 echo "picture $out/characters.png"

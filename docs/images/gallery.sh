@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures gallery-*.png of docs/gallery.md. Needs the built program.
+# Makes the pictures gallery-*.png and people.png of docs/gallery.md. Needs the built program and python3.
 # usage: docs/images/gallery.sh CHARACTERS [OUT] [PROGRAM]
 #   CHARACTERS   folder with the files that are named below; CREDITS.md says whose they are; they are no part of npt
 #   OUT          folder for the pictures (default: this one)
@@ -22,7 +22,8 @@ needed=("$run" heavy-sit.ply slim-run.ply "$seat" heavy-six.ply slim-six.ply rbo
   qmen_king.glb qmen_swat.glb sf_base_male.glb sf_base_female.glb proxy741_m_heavy_tpose.obj parts_f_slim_tpose.ply
   qposed_male_sitting.fbx qposed_female_pickingup.fbx qmon_orc.glb qskeleton2018.glb q2019_woman_dress.fbx
   quac_wizard.glb quac_viking_male.glb person_on_floor.obj person_on_pedestal.obj not_a_body_cube.obj
-  kk_skeleton_warrior.glb)
+  kk_skeleton_warrior.glb
+  male1591_m_athletic_tpose.obj kenney_char_largemale.fbx qwomen_medieval.glb)
 for name in "${needed[@]}"; do
   [ -f "$characters/$name" ] || { echo "gallery.sh: $characters has no $name; CREDITS.md says whose it is" >&2; exit 1; }
 done
@@ -30,6 +31,9 @@ mkdir -p "$out"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$characters"
+
+# Behind captions, which are dark: bearable on light pages and on dark ones.
+tone='#cbccca'
 
 # The character in a pose, in the variable `made`. usage: pose NAME CHARACTER POSE [OPTION ...]
 pose() {
@@ -71,7 +75,7 @@ beside objects not_a_body_cube.obj kk_skeleton_warrior.glb
 pose sit heavy-six.ply "$seat"
 pose run slim-six.ply "$run"
 "$npt" render heavy-six.ply "$seat" "$work/sit.ply" "$work/run.ply" --colour error --truth -,-,heavy-sit.ply,slim-run.ply \
-  --colours blue,sand,-,- --samples 3 --width 200 --height 280 --background '#eef0f3' --out "$out/gallery-error.png"
+  --colours blue,sand,-,- --samples 3 --width 200 --height 280 --background "$tone" --out "$out/gallery-error.png"
 
 pose dress-run q2019_woman_dress.fbx "$run"
 pose dress-sit q2019_woman_dress.fbx heavy-sit.ply
@@ -82,3 +86,25 @@ draw wizard blue,blue,blue quac_wizard.glb "$work/wizard-network.glb" "$work/wiz
 pose floor person_on_floor.obj "$run" --method network
 pose pedestal person_on_pedestal.obj "$run" --method network
 draw floor blue,blue,blue,blue person_on_floor.obj "$work/floor.obj" person_on_pedestal.obj "$work/pedestal.obj"
+
+# Characters of four sources above their results in the runner's pose. Of the first two the file knows the ground truth:
+# npt evaluate --list measures 21 mm and 30 mm.
+sources=(slim-six.ply male1591_m_athletic_tpose.obj parts_f_slim_tpose.ply rbox_male_06.fbx sf_base_female.glb
+  qwomen_medieval.glb qmen_swat.glb)
+results=() colours=-
+for character in "${sources[@]}"; do
+  pose "people-${character%.*}" "$character" "$run"
+  results+=("$made") colours+=,blue
+done
+"$npt" render - "${sources[@]}" "$run" "${results[@]}" --columns 8 --colours "$colours,sand${colours:1}" --samples 3 --width 140 \
+  --height 190 --gap 0 --background "$tone" --out "$out/people.png" --column-captions \
+  'pose,slim man:\n21 mm,1591 vertices:\n30 mm,clothes\nin parts,game avatar,sculpted base,low-poly\nwoman,low-poly\nsoldier'
+
+# Faces and UVs that stay: a wireframe, and a chessboard by UVs.
+"$npt" rig --mesh kenney_char_largemale.fbx --out "$work/kenney.glb"
+"$npt" rig --mesh rbox_male_06.fbx --out "$work/rbox.glb"
+pose kenney-run kenney_char_largemale.fbx "$run"
+python3 -B "$here/wires.py" "$work" "$work/kenney.glb" "$work/kenney-run.glb" "$work/rbox.glb" \
+  "$work/people-rbox_male_06.glb"
+"$npt" render "$work/kenney-wires.obj" "$work/kenney-run-wires.obj" "$work/rbox-uv.obj" \
+  "$work/people-rbox_male_06-uv.obj" --background transparent --width 210 --height 280 --gap 4 --out "$out/gallery-kept.png"

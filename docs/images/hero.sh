@@ -49,7 +49,7 @@ for ((i = 0; i + 1 < count; ++i)); do
   for folder in "${folders[@]}"; do meshes+=("$(printf '%s/frame_%04d.obj' "$folder" "$i")"); done
 done
 height=$((width * 7 / 5))
-"$npt" render "${meshes[@]}" --columns "${#folders[@]}" --width "$width" --height "$height" --gap 0 --background '#f3f4f6' --out all.png
+"$npt" render "${meshes[@]}" --columns "${#folders[@]}" --width "$width" --height "$height" --gap 0 --background '#b9c1c9' --out all.png
 frames=()
 for ((i = 0; i + 1 < count; ++i)); do
   frame=$(printf 'frame_%04d.webp' "$i")

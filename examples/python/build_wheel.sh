@@ -25,10 +25,11 @@ if [ -z "$library" ]; then
   library=$build/lib/libnpt_c_multi_isa.so
 fi
 [ -e "$library" ] || { echo "build_wheel.sh: $library is missing" >&2; exit 1; }
-# The first python3 of the path that has what builds a wheel: others may stand in front of the system's.
+# The first python3 of the path that has what builds a wheel: others may stand in front of the system's. Asked from /, for a
+# folder that is called build counts as a module.
 python=
 for candidate in $(type -ap python3) /usr/bin/python3; do
-  if "$candidate" -c "import build, setuptools, wheel" 2> /dev/null; then python=$candidate; break; fi
+  if (cd / && "$candidate" -c "import build, setuptools, wheel") 2> /dev/null; then python=$candidate; break; fi
 done
 [ -n "$python" ] || { echo "build_wheel.sh: no python3 with build, setuptools and wheel: apt-get install python3-build python3-setuptools python3-wheel" >&2; exit 1; }
 

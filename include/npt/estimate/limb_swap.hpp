@@ -1,5 +1,5 @@
 /// Crossed limbs, read again by what the mesh is connected to. Where shins or forearms cross or lie side by side, a fit
-/// may end with each in the other one's place: every point of the surface has the body near, and no distance tells.
+/// may end with each in the other one's place: every point of the surface is near the body, and no distance shows it.
 /// But the mesh's knee then leads into the other shin. Patches that are cut off (place_patches.hpp) and whose places'
 /// mirror images would go on from what is around them belong to the other side; from the places so mended a body is
 /// fitted anew.
