@@ -7,6 +7,7 @@
 #include "pose_option.hpp"
 #include "progress.hpp"
 #include "report.hpp"
+#include "result_files.hpp"
 #include "rig_arguments.hpp"
 #include "sequence_evaluation.hpp"
 #include "stopwatch.hpp"
@@ -37,6 +38,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <mutex>
@@ -54,7 +56,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   program::TransferArguments transfer;
-  std::optional<fs::path> body, list, family, page, write;
+  std::optional<fs::path> body, list, family, page, write, results;
   bool protocol = false, json = false, proportions = false, clothes = false;
   std::size_t pairs = 0, first = 0, worst = 0;
   std::string shapes = "normal", poses = "paper";
@@ -207,10 +209,9 @@ void write_pairs(const fs::path& folder, const Data& data) {
     for (std::size_t i = 0; i < set.count; ++i, ++number) {
       program::stop_if_interrupted();
       const npt::EvaluationPair pair = set.pair(i);
-      char stem[16];
-      std::snprintf(stem, sizeof stem, "%04zu", number);
+      const std::string stem = program::pair_number(number);
       const auto write = [&](const char* part, std::span<const float> xyz, std::span<const npt::Triangle> triangles) {
-        const std::string name = std::string(stem) + '_' + part + ".ply";
+        const std::string name = stem + '_' + part + ".ply";
         npt::write_mesh(folder / name, mesh_of(xyz, triangles));
         list += name + (std::string_view(part) == "truth" ? '\n' : ' ');
       };
@@ -222,27 +223,36 @@ void write_pairs(const fs::path& folder, const Data& data) {
   npt::write_file(folder / "list.txt", list);
 }
 
-/// The worst pairs of all sets as a page, each transferred once more.
+/// The result of a pair, by its number in all sets.
+using ResultOf = std::function<void(std::size_t number, const npt::EvaluationPair& pair, std::span<float> result)>;
+
+/// The worst pairs of all sets as a page, each made or read once more.
 void write_page(const Options& o, const Data& data, const std::vector<npt::Evaluation>& evaluations,
-                const program::PoseTransfer& transfer) {
+                const ResultOf& result_of) {
   view::Page page;
   page.title = "worst of " + data.name;
-  for (std::size_t s = 0; s < evaluations.size(); ++s)
+  std::size_t before = 0;  // pairs of the sets before
+  for (std::size_t s = 0; s < evaluations.size(); before += data.sets[s++].count)
     for (const std::size_t i : evaluations[s].worst(o.worst)) {
       program::stop_if_interrupted();
       const npt::EvaluationPair pair = data.sets[s].pair(i);
       std::vector<float> result(pair.identity.size());
-      transfer_pair(transfer, pair, result);
+      result_of(before + i, pair, result);
       page.groups.push_back(page_group(evaluations[s].name, evaluations[s].pairs[i], pair, result));
     }
   view::write_page(*o.page, page);
 }
 
+std::size_t pair_count(const Data& data) {
+  std::size_t pairs = 0;
+  for (const npt::EvaluationSet& set : data.sets) pairs += set.count;
+  return pairs;
+}
+
 /// `opened`: the transfer that did it.
 std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArguments arguments,
                                       std::optional<program::PoseTransfer>& opened) {
-  std::size_t pairs = 0;
-  for (const npt::EvaluationSet& set : data.sets) pairs += set.count;
+  const std::size_t pairs = pair_count(data);
   const npt::DefaultExecutor executor(side_by_side(arguments.threads, pairs));
   if (executor.slots() > 1) arguments.threads = 1;
   const program::PoseTransfer& transfer = opened.emplace(program::open_transfer(arguments));
@@ -262,6 +272,25 @@ std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArgumen
           const std::lock_guard lock(mutex);
           progress.advance();
         }));
+  return evaluations;
+}
+
+/// Scores another method's results. `found`: the meshes that did it.
+std::vector<npt::Evaluation> evaluate_others(const Options& o, const Data& data,
+                                             std::optional<program::ResultFiles>& found) {
+  const std::size_t pairs = pair_count(data);
+  const program::ResultFiles& results = found.emplace(*o.results, pairs);
+  const npt::DefaultExecutor executor(side_by_side(o.transfer.threads, pairs));
+  program::catch_interrupts();
+  program::Progress progress("pairs", pairs);
+  std::mutex mutex;
+  std::vector<npt::Evaluation> evaluations = program::evaluate_results(data.sets, results, executor, [&] {
+    program::stop_if_interrupted();
+    const std::lock_guard lock(mutex);
+    progress.advance();
+  });
+  progress.clear();
+  for (const std::string& note : results.notes()) std::cerr << "npt: note: " << note << '\n';
   return evaluations;
 }
 
@@ -305,6 +334,14 @@ void run_sequences(Options o) {
   std::fflush(stdout);
 }
 
+/// Errors    CLI::ExcludesError for options that change nothing about results of another method
+void expect_no_transfer(const CLI::App& command) {
+  for (const char* option :
+       {"--weights", "--random-weights", "--order", "--feature", "--output-scale", "--method", "--quality",
+        "--normalise", "--unit", "--pairing", "--resample", "--invariant", "--pairings", "--mirror", "--refine"})
+    if (command.count(option) > 0) throw CLI::ExcludesError("--results", option);
+}
+
 void run(Options o) {
   if (!o.held_out.empty() && !o.family && o.rigs.empty()) throw CLI::RequiresError("--held-out", "--family or --rig");
   if (o.sequences > 0) return run_sequences(std::move(o));
@@ -319,10 +356,18 @@ void run(Options o) {
   const Data data = load_data(o);
   if (o.write) write_pairs(*o.write, data);
   std::optional<program::PoseTransfer> transfer;
+  std::optional<program::ResultFiles> results;
   const program::Stopwatch watch;
-  const std::vector<npt::Evaluation> evaluations = evaluate(data, o.transfer, transfer);
-  const std::string network = transfer->description();
-  if (o.page) write_page(o, data, evaluations, *transfer);
+  const std::vector<npt::Evaluation> evaluations =
+      o.results ? evaluate_others(o, data, results) : evaluate(data, o.transfer, transfer);
+  const std::string network = o.results ? "results in " + o.results->string() : transfer->description();
+  if (o.page)
+    write_page(o, data, evaluations, [&](std::size_t number, const npt::EvaluationPair& pair, std::span<float> result) {
+      if (results)
+        results->read(number, pair, result);
+      else
+        transfer_pair(*transfer, pair, result);
+    });
   if (o.json) {
     program::Report report{{"network", network}, {"data", data.name}, {"noise", o.noise}};
     for (const npt::Evaluation& e : evaluations) report["sets"].push_back(program::report_of(e, o.worst));
@@ -387,6 +432,13 @@ void add(CLI::App& command) {
       .add_option("--view", o->page, "Also write the worst pairs as a page for a browser, errors as colours (.html)")
       ->needs(worst);
   command.add_option("--write", o->write, "Also write the pairs' meshes into this folder, and list.txt for --list");
+  CLI::Option* results =
+      command
+          .add_option(
+              "--results", o->results,
+              "Score the meshes of this folder instead of npt's results: 0000_result.ply and so on, numbered as "
+              "--write numbers the pairs, with the identity's vertices in its order, unit and place")
+          ->excludes("--write");
   CLI::Option* sequences =
       command.add_option("--sequences", o->sequences, "So many movements of the body instead: errors and jitter")
           ->check(CLI::Range(1, 72))
@@ -398,7 +450,8 @@ void add(CLI::App& command) {
           ->excludes("--noise")
           ->excludes("--first")
           ->excludes("--worst")
-          ->excludes("--write");
+          ->excludes("--write")
+          ->excludes(results);
   command.add_option("--frames", o->frames, "Of each sequence")
       ->check(CLI::Range(3, 100000))
       ->needs(sequences)
@@ -438,7 +491,10 @@ void add(CLI::App& command) {
       "paper's public evaluation computes; root mm is its square root in millimetres; edge error is the mean of\n"
       "|length / true length - 1|; in place leaves results where the network puts them. Jitter is the mean length of\n"
       "x(f + 1) - 2 x(f) + x(f - 1) over vertices and frames f.");
-  command.callback([o] { run(*o); });
+  command.callback([o, &command] {
+    if (o->results) expect_no_transfer(command);
+    run(*o);
+  });
 }
 
 const program::Subcommand registered("evaluate", "Measure a network's results against the truth", add);

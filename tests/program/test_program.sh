@@ -766,6 +766,46 @@ test_evaluate() {
   expect 0 -- evaluate --method network --list pairs/list.txt --seed 5 --json
   [ "$(pmd_of)" = "$first" ] || fail "pairs that were written have other results"
   expect 2 --err "--write" -- evaluate --sequences 1 --write pairs
+
+  # Results of another method, in any format: those of npt transfer have the errors that evaluation finds itself.
+  mkdir pairs/own
+  printf '%04d_identity.ply %04d_pose.ply own/%04d_result.%s\n' 0 0 0 ply 1 1 1 obj > pairs/jobs.txt
+  expect 0 -- transfer --method network --pairs pairs/jobs.txt --seed 5
+  expect 0 --out '"network":"results in pairs/own"' -- evaluate --list pairs/list.txt --results pairs/own --json
+  [ "$(pmd_of)" = "$first" ] || fail "results of npt transfer have other errors than evaluation finds"
+  expect 0 --out "results in pairs/own on fresh pairs of mannequin, seed 5" --out "worst of fresh pairs" \
+    -- evaluate --pairs 2 --seed 5 --results pairs/own --worst 1 --view own.html --threads 2
+  [ ! -s err.txt ] || fail "a note about good results"
+  exists own.html
+  # Beside the pairs, too.
+  cp pairs/own/* pairs
+  expect 0 --out "results in pairs on pairs/list.txt" -- evaluate --list pairs/list.txt --results pairs
+  local both="expected 0000_result.ply to 0001_result.ply, a mesh for each of the 2 pairs"
+  expect 1 --err "none: found no such folder, $both" -- evaluate --pairs 2 --results none
+  mv pairs/own/0001_result.obj second.obj
+  expect 1 --err "own: found no 0001_result, $both" -- evaluate --pairs 2 --seed 5 --results pairs/own
+  mkdir empty
+  expect 1 --err "empty: found no 0000_result (2 results are missing), $both" -- evaluate --pairs 2 --seed 5 --results empty
+  cp a.obj pairs/own/0001_result.obj
+  expect 1 --err "0001_result.obj: found 4 vertices, expected " --err "the identity" -- evaluate --pairs 2 --seed 5 --results pairs/own
+  cp second.obj pairs/own/0001_result.obj
+  cp second.obj pairs/own/0002_result.obj
+  expect 1 --err "0002_result.obj: found a mesh of no pair, $both" -- evaluate --pairs 2 --seed 5 --results pairs/own
+  mv pairs/own/0002_result.obj pairs/own/1_result.obj
+  expect 1 --err "1_result.obj: found a mesh of no pair" -- evaluate --pairs 2 --seed 5 --results pairs/own
+  mv pairs/own/1_result.obj pairs/own/0000_result.obj
+  expect 1 --err "found a second result beside 0000_result.obj, expected one for each pair" -- evaluate --pairs 2 --seed 5 --results pairs/own
+  for option in "--method network" "--sequences 1" "--write x" --mirror "--weights x.safetensors"; do
+    expect 2 --err "${option%% *}" --err "--results" -- evaluate --results pairs/own $option
+  done
+  # Vertices in another order, and another unit, are told.
+  printf 'b.ply a.obj b.ply\n' > one.txt
+  mkdir one
+  awk 'NR == 11 { first = $0; next } NR == 12 { print; print first; next }
+       NR > 15 { for (i = 2; i <= 4; ++i) if ($i < 2) $i = 1 - $i } { print }' b.ply > one/0000_result.ply
+  expect 0 --err "note: 1 result, first one/0000_result.ply, with other edges" -- evaluate --list one.txt --results one
+  awk 'NR > 10 && NR < 16 { $1 *= 100; $2 *= 100; $3 *= 100 } { print }' b.ply > one/0000_result.ply
+  expect 0 --err "note: 1 result, first one/0000_result.ply, of quite another size" -- evaluate --list one.txt --results one
   expect 0 -- evaluate --method network --pairs 2 --seed 5 --noise 0.01 --json
   [ "$(pmd_of)" != "$first" ] || fail "noise changes nothing"
   [ "$(wc -l < out.txt)" -eq 1 ] || fail "JSON of more than one line"
