@@ -50,7 +50,27 @@ int complain_about_arguments(const CLI::App& app, const CLI::ParseError& error) 
   return complain(error.what() + std::string("\nRun '") + name + " --help' for the arguments.", bad_arguments);
 }
 
+/// What `npt` alone prints: commands to paste, which need no files, and where more stands.
+constexpr const char* first_steps =
+    "npt " NPT_VERSION
+    ": put a pose or an animation on any character mesh.\n"
+    "\n"
+    "Try it on two meshes that npt makes, and open result.html in a browser:\n"
+    "  npt generate --shape-seed 41 --proportions --pose rest --out character.ply\n"
+    "  npt generate --seed 8 --pose natural --out pose.ply\n"
+    "  npt transfer --identity character.ply --pose pose.ply --out result.ply --view result.html\n"
+    "\n"
+    "Then with your own (.glb, .fbx, .obj, .ply ...), here with a clip:\n"
+    "  npt transfer --identity character.glb --pose walker.glb --clip Walk --out result.glb\n"
+    "\n"
+    "npt --help lists the commands, npt COMMAND --help the options of one.\n"
+    "Guides: docs/quickstart-artist.md, docs/quickstart-research.md, docs/program.md.\n";
+
 int run(const std::vector<std::string>& arguments) {
+  if (arguments.size() < 2) {
+    std::cout << first_steps;
+    return done;
+  }
   CLI::App app("Neural pose transfer: gives one mesh the pose of another.", "npt");
   app.set_version_flag("--version", std::string("npt " NPT_VERSION));
   app.require_subcommand(1);

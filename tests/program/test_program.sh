@@ -111,7 +111,15 @@ test_arguments() {
   expect 0 --out "npt " -- --version
   expect 0 --out "render" --out "transfer" --out "info" -- --help
   expect 0 --out "Usage: npt render" -- render --help
-  expect 2 --err "subcommand is required" --
+  # Alone it says what to do first; its first three commands work in an empty folder.
+  expect 0 --out "npt --help" --
+  sed -n 's/^  npt //p' out.txt | head -3 > first.txt
+  [ "$(wc -l < first.txt)" -eq 3 ] || fail "no three commands to begin with"
+  while read -r line; do
+    expect 0 -- $line
+  done < first.txt
+  exists result.html
+  expect 2 --err "subcommand is required" -- bench
   expect 2 --err "unknown subcommand 'fly'" --err "transfer" -- fly
   expect 2 -- --nonsense
   expect 2 --err "--nonsense" --err "npt info --help" -- info x.ply --nonsense
