@@ -190,12 +190,12 @@ view::Group page_group(const std::string& set, const npt::PairErrors& errors, co
   view::Group group{set + ", " + errors.name + ", PMD " + pmd, {}};
   group.panels = {view::mesh_panel("identity", mesh(pair.identity)),
                   view::mesh_panel("pose", mesh_of(pair.pose, pair.pose_triangles)),
-                  view::mesh_panel("result", mesh(result)), view::mesh_panel("truth", mesh(pair.truth))};
+                  view::mesh_panel("result", mesh(result)), view::mesh_panel("ground truth", mesh(pair.truth))};
   const char* colours[] = {"blue", "sand", "blue", "green"};
   for (std::size_t i = 0; i < group.panels.size(); ++i)
     group.panels[i].colour = render::parse_colour(colours[i], "view");
   group.panels[2].detail = std::string("PMD ") + pmd;
-  view::add_errors(group.panels[2], mesh(pair.truth), "result", "truth");
+  view::add_errors(group.panels[2], mesh(pair.truth), "result", "ground truth");
   return group;
 }
 
@@ -327,9 +327,9 @@ void run_sequences(Options o) {
     return;
   }
   std::printf("%s on %s, %zu frames each\n", transfer.description().c_str(), data.c_str(), set.frames);
-  std::printf("%-18s %11s %9s %11s %10s %13s\n", "", "PMD x 1e-4", "root mm", "edge error", "jitter mm", "truth's mm");
-  std::printf("%-18s %11.3f %9.2f %11.4f %10.3f %13.3f\n", set.name.c_str(), 1e4 * means.pmd,
-              npt::root_pmd_mm(means.pmd), means.edge_error, 1000 * means.jitter, 1000 * means.true_jitter);
+  std::printf("%-18s %9s %11s %11s %10s %13s\n", "", "RMS mm", "PMD x 1e-4", "edge error", "jitter mm", "true jitter");
+  std::printf("%-18s %9.2f %11.3f %11.4f %10.3f %13.3f\n", set.name.c_str(), npt::root_pmd_mm(means.pmd),
+              1e4 * means.pmd, means.edge_error, 1000 * means.jitter, 1000 * means.true_jitter);
   std::printf("%.1f s\n", watch.seconds());
   std::fflush(stdout);
 }
@@ -386,61 +386,86 @@ void add(CLI::App& command) {
   o->transfer.options.network.keep_distorted = true;  // what is measured is what comes out
   program::add_transfer_options(command, o->transfer);
   CLI::Option* body =
-      command.add_option("--body", o->body, "Body in SMPL's layout (.safetensors); without: the built-in mannequin");
-  CLI::Option* protocol =
-      command.add_flag("--protocol", o->protocol, "The paper's 72 seen and 72 unseen poses (the default)");
-  CLI::Option* pairs =
       command
-          .add_option("--pairs", o->pairs,
-                      "Fresh pairs of the body instead, so many; of --family: at most so many; of --rig: 64")
-          ->check(CLI::Range(1, 1000000))
-          ->excludes(protocol);
+          .add_option("--body", o->body,
+                      "Make pairs of this body model (.safetensors, SMPL's layout) (default: the built-in mannequin)")
+          ->type_name("PATH");
+  CLI::Option* protocol =
+      command.add_flag("--protocol", o->protocol,
+                       "Measure on the paper's 72 pairs in seen and 72 in unseen poses, as without another set");
+  CLI::Option* pairs = command
+                           .add_option("--pairs", o->pairs,
+                                       "Measure on this many fresh pairs of the body instead; with --family on at most "
+                                       "this many; with --rig on this many (default: 64 with --rig)")
+                           ->check(CLI::Range(1, 1000000))
+                           ->excludes(protocol);
   CLI::Option* list =
-      command.add_option("--list", o->list, "File with lines of: identity pose truth; names relative to it")
+      command
+          .add_option(
+              "--list", o->list,
+              "Measure on the pairs of this list instead, with lines of: identity pose truth; names are relative to it")
+          ->type_name("PATH")
           ->excludes(protocol)
           ->excludes(body)
           ->excludes("--pairs");
-  command.add_option("--family", o->family, "Folder of species with labelled poses")
+  command.add_option("--family", o->family, "Measure on this folder of species with labelled poses instead")
+      ->type_name("PATH")
       ->excludes(protocol)
       ->excludes(body)
       ->excludes(list);
   CLI::Option* rig =
       command
           .add_option("--rig", o->rigs,
-                      "Rigged characters in moments of each other's clips (repeated): .glb, .gltf, .fbx, .dae. Errors "
-                      "are in squares of the longest side of the identity as bound")
+                      "Measure on rigged characters in frames of each other's clips instead (.glb, .gltf, .fbx, .dae; "
+                      "may be repeated); errors are in squares of the longest side of the identity in its bind pose")
+          ->type_name("PATH")
           ->excludes(protocol)
           ->excludes(body)
           ->excludes(list)
           ->excludes("--family");
-  command.add_option("--pose-rig", o->pose_rigs, "Other characters, whose meshes are the poses (repeated)")->needs(rig);
+  command
+      .add_option("--pose-rig", o->pose_rigs, "Take the pose meshes from these characters instead (may be repeated)")
+      ->type_name("PATH")
+      ->needs(rig);
   command
       .add_option("--joint-names", o->joint_names,
-                  "File with lines of: joint other_name, below [RIG] for one rig only, so that rigs share poses")
+                  "Rename joints by this file, with lines of: joint other_name, below [RIG] for one rig only, so that "
+                  "rigs share poses")
+      ->type_name("PATH")
       ->needs(rig);
   command
       .add_option("--held-out", o->held_out,
-                  "Label of --family to evaluate on, or its part before '_', or clip of the rigs (repeated, or a list: "
-                  "Walk,Death)")
+                  "Measure on this label of --family (or its part before _), or on this clip of the rigs (may be "
+                  "repeated, or a list: Walk,Death)")
+      ->type_name("LABEL")
       ->delimiter(',');
-  command.add_option("--noise", o->noise, "Standard deviation of noise on the pose mesh's coordinates, in metres")
-      ->capture_default_str();
-  command.add_option("--first", o->first, "The first so many pairs of each set only")->check(CLI::Range(1, 1000000));
-  CLI::Option* worst =
-      command.add_option("--worst", o->worst, "Also list the so many worst pairs")->check(CLI::Range(0, 1000000));
   command
-      .add_option("--view", o->page, "Also write the worst pairs as a page for a browser, errors as colours (.html)")
+      .add_option("--noise", o->noise,
+                  "Add normal noise of this standard deviation, in metres, to the pose mesh's coordinates")
+      ->capture_default_str();
+  command.add_option("--first", o->first, "Measure on the first N pairs of each set only")
+      ->check(CLI::Range(1, 1000000));
+  CLI::Option* worst =
+      command.add_option("--worst", o->worst, "Also list this many of the worst pairs")->check(CLI::Range(0, 1000000));
+  command
+      .add_option("--view", o->page,
+                  "Also write a page that shows the worst pairs in a browser, errors as colours (.html)")
+      ->type_name("PATH")
       ->needs(worst);
-  command.add_option("--write", o->write, "Also write the pairs' meshes into this folder, and list.txt for --list");
+  command.add_option("--write", o->write, "Also write the pairs' meshes into this folder, with list.txt for --list")
+      ->type_name("PATH");
   CLI::Option* results =
       command
           .add_option(
               "--results", o->results,
-              "Score the meshes of this folder instead of npt's results: 0000_result.ply and so on, numbered as "
-              "--write numbers the pairs, with the identity's vertices in its order, unit and place")
+              "Score the meshes of this folder, the results of another method, instead of npt's: 0000_result.ply and "
+              "so on, with the numbers of --write and the identity's vertices in its order, unit and place")
+          ->type_name("PATH")
           ->excludes("--write");
   CLI::Option* sequences =
-      command.add_option("--sequences", o->sequences, "So many movements of the body instead: errors and jitter")
+      command
+          .add_option("--sequences", o->sequences,
+                      "Measure errors and jitter on this many movements of the body instead, 72 at most")
           ->check(CLI::Range(1, 72))
           ->excludes(protocol)
           ->excludes("--pairs")
@@ -452,44 +477,45 @@ void add(CLI::App& command) {
           ->excludes("--worst")
           ->excludes("--write")
           ->excludes(results);
-  command.add_option("--frames", o->frames, "Of each sequence")
+  command.add_option("--frames", o->frames, "Give each sequence this many frames")
       ->check(CLI::Range(3, 100000))
       ->needs(sequences)
       ->capture_default_str();
   command
-      .add_flag("--fresh-choices", o->fresh_choices,
-                "Choose points and pairings anew for every frame of a sequence; differs where vertex counts do")
+      .add_flag("--fresh-choices", o->fresh_choices, "Choose points and pairings anew for every frame of a sequence")
       ->needs(sequences);
-  command.add_option("--shapes", o->shapes, "Distribution of a body's shapes: normal, or uniform in [-4, 4]")
+  command
+      .add_option("--shapes", o->shapes,
+                  "Draw the body's shape parameters from a normal distribution, or uniformly from -4 to 4")
       ->check(CLI::IsMember({"normal", "uniform"}))
       ->capture_default_str();
   command
       .add_option("--poses", o->poses,
-                  "Of --pairs and --sequences: the paper's ranges (Table 6), wide ones (running, sitting, reaching), "
-                  "or natural poses, "
-                  "drawn from the prior that npt ships and turned in any direction")
+                  "Draw poses of --pairs and --sequences from the paper's ranges (paper, its Table 6), from wider ones "
+                  "(wide: running, sitting, reaching), or natural ones in any direction (natural)")
       ->check(CLI::IsMember({"paper", "wide", "natural"}))
       ->capture_default_str();
   command
       .add_flag("--proportions", o->proportions,
-                "Of --pairs: every mesh with proportions of its own, as characters have (heads, limbs, girths)")
+                "Give every mesh of --pairs proportions of its own, as characters have: heads, limbs, girths")
       ->needs(pairs)
       ->excludes("--family");
   command
       .add_flag("--clothes", o->clothes,
-                "Of --pairs: every mesh in a shirt, shorts, shoes and hair, each a separate component")
+                "Dress every mesh of --pairs in a shirt, shorts, shoes and hair, each a separate component")
       ->needs(pairs)
       ->excludes("--family");
   command
-      .add_option("--seed", o->transfer.options.seed, "Of fresh pairs, noise, pairings, drawn points, random weights")
+      .add_option("--seed", o->transfer.options.seed,
+                  "Draw pairs, noise, pairings, points and random weights from this seed")
       ->check(program::whole_number())
       ->capture_default_str();
-  command.add_flag("--json", o->json, "One line of JSON");
+  command.add_flag("--json", o->json, "Print one line of JSON");
   command.footer(
-      "PMD is eq. 7 of the paper in square metres with bounding boxes centred; per coordinate, a third of it, is what "
-      "the\n"
-      "paper's public evaluation computes; root mm is its square root in millimetres; edge error is the mean of\n"
-      "|length / true length - 1|; in place leaves results where the network puts them. Jitter is the mean length of\n"
+      "RMS mm is the root mean square distance of vertices in millimetres, with bounding boxes centred. PMD\n"
+      "is its square in square metres (eq. 7 of the paper); per coordinate, a third of it, is what the\n"
+      "paper's public evaluation computes. Edge error is the mean of |length / true length - 1|. In place\n"
+      "is the PMD of results where the method puts them, uncentred. Jitter is the mean length of\n"
       "x(f + 1) - 2 x(f) + x(f - 1) over vertices and frames f.");
   command.callback([o, &command] {
     if (o->results) expect_no_transfer(command);
@@ -497,6 +523,6 @@ void add(CLI::App& command) {
   });
 }
 
-const program::Subcommand registered("evaluate", "Measure a network's results against the truth", add);
+const program::Subcommand registered("evaluate", "Measure errors against a ground truth", add);
 
 }  // namespace evaluate_command

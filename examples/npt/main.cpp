@@ -1,5 +1,6 @@
 /// The program npt: finds the subcommand, runs it, and turns what goes wrong into a message and an exit status:
 /// 0 done, 1 bad input or a failure, 2 bad arguments, 130 interrupted.
+#include "help_format.hpp"
 #include "host/host.hpp"
 #include "interrupt.hpp"
 #include "remedies.hpp"
@@ -13,6 +14,7 @@
 #include <cstring>
 #include <exception>
 #include <iostream>
+#include <memory>
 #include <new>
 #include <string>
 #include <vector>
@@ -71,12 +73,14 @@ int run(const std::vector<std::string>& arguments) {
     std::cout << first_steps;
     return done;
   }
-  CLI::App app("Neural pose transfer: gives one mesh the pose of another.", "npt");
-  app.set_version_flag("--version", std::string("npt " NPT_VERSION));
+  CLI::App app("Put a pose or an animation on any character mesh.", "npt");
+  app.formatter(std::make_shared<program::HelpFormat>());
+  app.set_help_flag("-h,--help", "Print this help");
+  app.set_version_flag("--version", std::string("npt " NPT_VERSION), "Print the version");
   app.require_subcommand(1);
-  app.get_formatter()->column_width(36);
   for (const program::Subcommand* subcommand : subcommands())
     subcommand->add(*app.add_subcommand(subcommand->name, subcommand->description));
+  app.footer("npt COMMAND --help lists the options of one. npt alone prints what to do first.");  // of no subcommand
   try {
     check_subcommand(arguments);
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend() - 1));  // the last first

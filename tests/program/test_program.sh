@@ -120,6 +120,15 @@ test_arguments() {
   done < first.txt
   exists result.html
   expect 2 --err "subcommand is required" -- bench
+  # Every help fits a terminal, and each option says what happens.
+  for command in "" transfer rig view render generate info doctor explain bench "bench forward" "bench transfer" "bench gemm" \
+    "bench train" evaluate train reproduce deform skeleton; do
+    "$npt" $command --help > out.txt 2> err.txt || continue  # a build without Eigen lacks some
+    grep -qE '.{101}' out.txt && fail "npt $command --help: a line of more than 100 columns"
+    awk '/^  (-.,)?--/ && ++options { text = substr($0, 35); if (length($0) < 35 || substr($0, 34, 1) != " ") { getline; text = substr($0, 35) }
+         if (text !~ /^[A-Z][a-z]+( |$)/ || text ~ /^(Of|The|How|What|A|One|For|Part) /) { print "npt option: " $0; bad = 1 } }
+         END { exit bad || !options }' out.txt || fail "npt $command --help: an option that doesn't begin with a verb"
+  done
   expect 2 --err "unknown subcommand 'fly'" --err "transfer" -- fly
   expect 2 -- --nonsense
   expect 2 --err "--nonsense" --err "npt info --help" -- info x.ply --nonsense
@@ -599,7 +608,7 @@ test_view() {
   [ "$(grep -oF '"caption":"result"' pairs.html | wc -l)" -eq 2 ] || fail "a list is not a group for each pair"
   expect 1 --err "b.ply: found extension .ply, expected .html" -- transfer --method network --identity a.obj --pose b.ply --out x.obj --view b.ply
   expect 0 -- evaluate --pairs 2 --seed 5 --worst 1 --view worst.html
-  for text in '"caption":"truth"' '"errors":' '"heat":{' 'PMD '; do grep -qF "$text" worst.html || fail "no $text in the worst pair's page"; done
+  for text in '"caption":"ground truth"' '"errors":' '"heat":{' 'PMD '; do grep -qF "$text" worst.html || fail "no $text in the worst pair's page"; done
   expect 2 --err "--worst" -- evaluate --pairs 2 --view worst.html
 }
 
