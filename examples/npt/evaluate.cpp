@@ -170,7 +170,7 @@ void transfer_pair(const program::PoseTransfer& transfer, const npt::EvaluationP
     transfer(npt::MeshView{pair.identity, pair.identity_triangles, "identity"},
              npt::MeshView{pair.pose, pair.pose_triangles, "pose"}, result);
   } catch (const npt::Error& error) {
-    throw npt::Error({.file = pair.name, .place = error.what()});
+    throw npt::Error({.file = pair.name, .place = error.what(), .code = error.code(), .remedy = error.remedy()});
   }
 }
 
@@ -201,6 +201,7 @@ view::Group page_group(const std::string& set, const npt::PairErrors& errors, co
 
 /// The pairs of all sets as files, and list.txt, which --list takes.
 void write_pairs(const fs::path& folder, const Data& data) {
+  program::expect_folder_name(folder, "a folder for the pairs");
   const program::OutputFolder made(folder);
   std::string list;
   std::size_t number = 0;
@@ -488,13 +489,19 @@ void add(CLI::App& command) {
       .add_option("--shapes", o->shapes,
                   "Draw the body's shape parameters from a normal distribution, or uniformly from -4 to 4")
       ->check(CLI::IsMember({"normal", "uniform"}))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->excludes(list)
+      ->excludes("--family")
+      ->excludes(rig);
   command
       .add_option("--poses", o->poses,
                   "Draw poses of --pairs and --sequences from the paper's ranges (paper, its Table 6), from wider ones "
                   "(wide: running, sitting, reaching), or natural ones in any direction (natural)")
       ->check(CLI::IsMember({"paper", "wide", "natural"}))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->excludes(list)
+      ->excludes("--family")
+      ->excludes(rig);
   command
       .add_flag("--proportions", o->proportions,
                 "Give every mesh of --pairs proportions of its own, as characters have: heads, limbs, girths")
@@ -519,6 +526,8 @@ void add(CLI::App& command) {
       "x(f + 1) - 2 x(f) + x(f - 1) over vertices and frames f.");
   command.callback([o, &command] {
     if (o->results) expect_no_transfer(command);
+    if (command.count("--poses") > 0 && o->pairs == 0 && o->sequences == 0)
+      throw CLI::RequiresError("--poses", "--pairs or --sequences: the protocol has poses of its own");
     run(*o);
   });
 }

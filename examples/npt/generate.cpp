@@ -135,6 +135,7 @@ std::vector<fs::path> output_files(const Options& options) {
       throw npt::Error({options.out.string(), {}, "--format " + *options.format, "the format of the file's extension"});
     return {options.out};
   }
+  program::expect_folder_name(options.out, ".ply, .obj or .glb, or a folder");
   std::vector<fs::path> files;
   for (std::uint32_t i = 0; i < options.count; ++i) {
     char name[32];

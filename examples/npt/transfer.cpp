@@ -474,6 +474,7 @@ void animate(const Options& options) {
   if (options.pairs) {
     all.jobs = program::read_pairs(*options.pairs);
   } else if (fs::is_directory(*options.identity)) {
+    program::expect_folder_name(*options.out, "a folder for the results");
     folder.emplace(*options.out);
     for (const fs::path& identity : program::meshes_in(*options.identity)) {
       const std::string extension =
@@ -497,6 +498,8 @@ void run(Options options) {
   const bool moves = options.pairs ? program::is_animation(options.animation, "", "")
                                    : program::is_animation(options.animation, *options.pose, *options.out);
   if (moves) return animate(options);
+  if (options.animation.names != "vrm")
+    std::cerr << "npt: note: --names changes nothing: only animated results have joints\n";
   Transfer(options).run();
 }
 

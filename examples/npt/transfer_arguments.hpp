@@ -35,6 +35,7 @@ struct TransferArguments {
   std::optional<std::string> normalise, unit;
   std::string pairing = "random", resample = "auto", method = "auto", quality = "balanced";
   bool refine = false, random_weights = false;
+  bool can_be_random = false;  ///< whether the command has --random-weights
   int threads = 0;             ///< 0: all that the process may use
 };
 
@@ -58,6 +59,7 @@ inline void add_network_options(CLI::App& command, NetworkOptions& network) {
 /// Everything but the seed, whose meaning the commands describe.
 inline void add_transfer_options(CLI::App& command, TransferArguments& arguments) {
   add_network_options(command, arguments.network);
+  arguments.can_be_random = true;
   command
       .add_flag("--random-weights", arguments.random_weights,
                 "Draw random weights from --seed, to test a pipeline: results are no pose transfers")
