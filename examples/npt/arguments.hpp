@@ -105,6 +105,16 @@ inline void check_output(const std::filesystem::path& path, std::span<const std:
   npt::AtomicFile attempt(path);
 }
 
+/// A name that ends as a file's can't become a folder by mistake; one that is there may have any name.
+/// Errors    npt::Error that says what is `expected`
+inline void expect_folder_name(const std::filesystem::path& folder, const std::string& expected) {
+  std::error_code code;
+  const std::string extension = extension_of(folder);
+  const bool has_letter = std::ranges::any_of(extension, [](char c) { return c >= 'a' && c <= 'z'; });
+  if (has_letter && !std::filesystem::is_directory(folder, code))
+    throw npt::Error({folder.string(), {}, "extension " + extension, expected});
+}
+
 /// A folder for outputs that is made when it is missing, and taken away again when nothing came into it.
 class OutputFolder {
  public:

@@ -227,33 +227,37 @@ std::uint64_t seed_of(const Options& o) {
 }
 
 void add_common(CLI::App& command, const std::shared_ptr<Options>& o) {
-  command.add_option("--vertices", o->vertices, "Vertices of both meshes")
+  command.add_option("--vertices", o->vertices, "Give both meshes this many vertices")
       ->check(CLI::Range(1, 10000000))
       ->capture_default_str();
-  command.add_option("--threads", o->threads, "Threads; 0: all that the process may use")
+  command.add_option("--threads", o->threads, "Use this many threads; 0: all that the process may use")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  command.add_option("--repeats", o->repeats, "Timed runs")->check(CLI::Range(1, 10000))->capture_default_str();
-  command.add_option("--seed", o->seed, "Of the random input; without: another one each time")
+  command.add_option("--repeats", o->repeats, "Time this many runs")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  command.add_option("--seed", o->seed, "Draw the input from this seed (default: another one each time)")
       ->check(program::whole_number());
-  command.add_flag("--json", o->json, "One line of JSON");
+  command.add_flag("--json", o->json, "Print one line of JSON");
 }
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   command.require_subcommand(1);
-  CLI::App* forward = command.add_subcommand("forward", "The whole network");
+  CLI::App* forward = command.add_subcommand("forward", "Time one pass of the network");
   add_common(*forward, o);
-  forward->add_option("--bottleneck", o->bottleneck, "1024, 512, 256, 128 or 64")
+  forward->add_option("--bottleneck", o->bottleneck, "Give the pose feature this many channels")
       ->check(CLI::IsMember({1024, 512, 256, 128, 64}))
       ->capture_default_str();
-  forward->add_option("--order", o->order, "conv_relu or relu_conv")
+  forward->add_option("--order", o->order, "Order layers as the paper (conv_relu) or its code (relu_conv)")
       ->check(CLI::IsMember({"conv_relu", "relu_conv"}))
       ->capture_default_str();
-  forward->add_option("--feature", o->feature, "per-vertex or pooled")
+  forward->add_option("--feature", o->feature, "Use this pose feature")
       ->check(CLI::IsMember({"per-vertex", "pooled"}))
       ->capture_default_str();
-  forward->add_option("--batch", o->batch, "Pairs in one call")->check(CLI::Range(1, 4096))->capture_default_str();
+  forward->add_option("--batch", o->batch, "Pass this many pairs in one call")
+      ->check(CLI::Range(1, 4096))
+      ->capture_default_str();
   program::add_precision_option(*forward, o->precision);
   const auto threads = [o] {
     if (o->threads == 0) o->threads = npt::DefaultExecutor().slots();
@@ -262,10 +266,14 @@ void add(CLI::App& command) {
     threads();
     bench_forward(*program::find_network({o->bottleneck, o->order, o->feature}), *o, seed_of(*o));
   });
-  CLI::App* gemm = command.add_subcommand("gemm", "One matrix product");
+  CLI::App* gemm = command.add_subcommand("gemm", "Time one matrix product");
   add_common(*gemm, o);
-  gemm->add_option("--rows", o->rows, "Output channels")->check(CLI::Range(1, 100000))->capture_default_str();
-  gemm->add_option("--columns", o->columns, "Input channels")->check(CLI::Range(1, 100000))->capture_default_str();
+  gemm->add_option("--rows", o->rows, "Compute this many output channels")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  gemm->add_option("--columns", o->columns, "Read this many input channels")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
   gemm->callback([o, threads] {
     threads();
     bench_gemm(*o, seed_of(*o));
@@ -274,6 +282,6 @@ void add(CLI::App& command) {
   program::add_bench_transfer(command);
 }
 
-const program::Subcommand registered("bench", "Measure the engine beside the processor's peak", add);
+const program::Subcommand registered("bench", "Measure speed, beside the processor's peak", add);
 
 }  // namespace bench_command

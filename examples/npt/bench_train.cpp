@@ -226,32 +226,35 @@ namespace program {
 
 void add_bench_train(CLI::App& bench) {
   auto o = std::make_shared<Options>();
-  CLI::App* train = bench.add_subcommand("train", "A training step: data, forward, losses, backward, Adam");
-  train->add_option("--vertices", o->vertices, "Of both meshes, from the mannequin's")
+  CLI::App* train = bench.add_subcommand("train", "Time a training step: data, forward, losses, backward, optimiser");
+  train->add_option("--vertices", o->vertices, "Draw this many of the mannequin's vertices for each mesh")
       ->check(CLI::Range(std::size_t{2}, std::size_t{10000000}))
       ->capture_default_str();
-  train->add_option("--batch", o->batch, "Pairs in a step")
+  train->add_option("--batch", o->batch, "Put this many pairs into a step")
       ->check(CLI::Range(std::size_t{1}, std::size_t{4096}))
       ->capture_default_str();
-  train->add_option("--bottleneck", o->variant.bottleneck, "1024, 512, 256, 128 or 64")
+  train->add_option("--bottleneck", o->variant.bottleneck, "Give the pose feature this many channels")
       ->check(CLI::IsMember({1024, 512, 256, 128, 64}))
       ->capture_default_str();
-  train->add_option("--order", o->variant.order, "conv_relu or relu_conv")
+  train->add_option("--order", o->variant.order, "Order layers as the paper (conv_relu) or its code (relu_conv)")
       ->check(CLI::IsMember({"conv_relu", "relu_conv"}))
       ->capture_default_str();
-  train->add_option("--feature", o->variant.feature, "per-vertex or pooled")
+  train->add_option("--feature", o->variant.feature, "Use this pose feature")
       ->check(CLI::IsMember({"per-vertex", "pooled"}))
       ->capture_default_str();
   program::add_precision_option(*train, o->precision);
-  train->add_option("--optimiser", o->optimiser, "adam (the paper) or muon")
+  train->add_option("--optimiser", o->optimiser, "Optimise with Adam (the paper), or with Muon beside it")
       ->check(CLI::IsMember({"adam", "muon"}))
       ->capture_default_str();
-  train->add_option("--threads", o->threads, "Threads; 0: all that the process may use")
+  train->add_option("--threads", o->threads, "Use this many threads; 0: all that the process may use")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  train->add_option("--repeats", o->repeats, "Timed steps")->check(CLI::Range(1, 10000))->capture_default_str();
-  train->add_option("--seed", o->seed, "Of weights and samples; without: another one each time")->check(whole_number());
-  train->add_flag("--json", o->json, "One line of JSON");
+  train->add_option("--repeats", o->repeats, "Time this many steps")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  train->add_option("--seed", o->seed, "Draw weights and samples from this seed (default: another one each time)")
+      ->check(whole_number());
+  train->add_flag("--json", o->json, "Print one line of JSON");
   train->callback([o] { run(*o); });
 }
 

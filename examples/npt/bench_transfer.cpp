@@ -202,26 +202,26 @@ namespace program {
 
 void add_bench_transfer(CLI::App& bench) {
   auto o = std::make_shared<bench_transfer_command::Options>();
-  CLI::App* transfer = bench.add_subcommand(
-      "transfer",
-      "From two meshes in memory to the result; a further frame of a sequence; a large pair, and its memory");
+  CLI::App* transfer =
+      bench.add_subcommand("transfer", "Time transfers in memory: a pair, a further frame, a large pair");
   add_transfer_options(*transfer, o->transfer);
-  transfer->add_option("--repeats", o->repeats, "Pairs of 6890 vertices, each with a first result")
+  transfer->add_option("--repeats", o->repeats, "Time this many pairs of 6890 vertices, each with a first result")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
-  transfer->add_option("--frames", o->frames, "Frames of the sequence after its first")
+  transfer->add_option("--frames", o->frames, "Time this many frames of a sequence after its first")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
-  transfer->add_option("--large-repeats", o->large_repeats, "Pairs of large meshes; 0: none")
+  transfer->add_option("--large-repeats", o->large_repeats, "Time this many pairs of large meshes; 0: none")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   transfer
       ->add_option("--subdivisions", o->subdivisions,
-                   "Of the large meshes: each makes about four times as many vertices; 3: 440,834")
+                   "Subdivide large meshes this many times; each time makes about four times as many vertices")
       ->check(CLI::Range(1, 5))
       ->capture_default_str();
-  transfer->add_option("--seed", o->seed, "Of the meshes; without: others each time")->check(whole_number());
-  transfer->add_flag("--json", o->json, "One line of JSON");
+  transfer->add_option("--seed", o->seed, "Draw the meshes from this seed (default: others each time)")
+      ->check(whole_number());
+  transfer->add_flag("--json", o->json, "Print one line of JSON");
   transfer->callback([o] { bench_transfer_command::run(*o); });
 }
 

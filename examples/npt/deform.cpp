@@ -233,49 +233,67 @@ void run(const Options& options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  CLI::Option* source = command.add_option("--source", o->source, "Rest mesh of the source (.ply, .obj, .glb)");
-  command.add_option("--pose", o->pose, "The source deformed, same vertices; or a folder of such meshes");
-  command.add_option("--target", o->target, "Rest mesh of the target, which gets the poses");
-  command.add_option("-o,--out", o->out, "Result (.ply, .obj, .glb); a folder for a folder of poses");
-  CLI::Option* markers =
-      command.add_option("--markers", o->markers, "File with lines of: source_vertex target_vertex, numbered from 0");
+  CLI::Option* source =
+      command.add_option("--source", o->source, "Read the source's rest mesh from this file (.ply, .obj, .glb)")
+          ->type_name("PATH");
   command
-      .add_option("--control-points", o->control_points,
-                  "5 or 13: markers that all bodies in SMPL's layout have, on meshes in their body's vertex order")
+      .add_option("--pose", o->pose,
+                  "Read the deformed source, with the same vertices, from this mesh, or from each mesh of this folder")
+      ->type_name("PATH");
+  command.add_option("--target", o->target, "Pose this mesh, at rest as the source")->type_name("PATH");
+  command
+      .add_option("-o,--out", o->out,
+                  "Write the result to this file (.ply, .obj, .glb), or results of a folder of poses to this folder")
+      ->type_name("PATH");
+  CLI::Option* markers =
+      command
+          .add_option(
+              "--markers", o->markers,
+              "Match source and target by this list, with lines of: source_vertex target_vertex, numbered from 0")
+          ->type_name("PATH");
+  command
+      .add_option(
+          "--control-points", o->control_points,
+          "Match them by 5 or 13 markers that all bodies in SMPL's layout have, on meshes in their body's vertex order")
       ->check(CLI::IsMember({"5", "13"}))
       ->delimiter(',')
       ->excludes(markers);
-  command.add_option("--source-body", o->source_body,
-                     "The source's body (.safetensors), for --control-points; without: the mannequin");
-  command.add_option("--target-body", o->target_body, "The target's");
+  command
+      .add_option(
+          "--source-body", o->source_body,
+          "Take the source's markers of --control-points from this body model (.safetensors) (default: the mannequin)")
+      ->type_name("PATH");
+  command.add_option("--target-body", o->target_body, "Take the target's from this one (default: the mannequin)")
+      ->type_name("PATH");
   command.add_flag("--align", o->align,
-                   "The target faces another way than the source: turn deformations, by the markers");
-  command.add_flag("--open-seams", o->open_seams, "Do not weld vertices that lie in one place");
-  command.add_option("--registered", o->registered, "Also write the source as it was registered onto the target");
-  command.add_option("--format", o->format, "ply or obj: of the results in a folder; without: as the target")
+                   "Turn deformations by the markers, for a target that faces another way than the source");
+  command.add_flag("--open-seams", o->open_seams, "Keep vertices that lie in one place apart instead of welding them");
+  command.add_option("--registered", o->registered, "Also write the source as it was registered onto the target")
+      ->type_name("PATH");
+  command.add_option("--format", o->format, "Write results in a folder in this format (default: the target's)")
       ->check(CLI::IsMember({"ply", "obj"}));
-  command.add_option("--render", o->picture, "Also draw source, pose, target and result (.png)");
-  command.add_option("--view", o->page, "Also write a page to look at them in a browser (.html)");
-  command.add_option("--threads", o->threads, "Threads; 0: all that the process may use")
+  command.add_option("--render", o->picture, "Also draw source, pose, target and result (.png)")->type_name("PATH");
+  command.add_option("--view", o->page, "Also write a page that shows them in a browser (.html)")->type_name("PATH");
+  command.add_option("--threads", o->threads, "Use this many threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   CLI::Option* protocol = program::add_protocol_options(command, o->protocol, source);
-  command.add_option("--body", o->body, "The protocol's body (.safetensors); without: the mannequin")->needs(protocol);
+  command.add_option("--body", o->body, "Measure on this body model (.safetensors) (default: the mannequin)")
+      ->type_name("PATH")
+      ->needs(protocol);
   command
       .add_option("--third-mesh", o->third,
-                  "The protocol's source and target rest meshes: in rest, or in the identity's pose")
+                  "Give the protocol's source and target meshes at rest, or in the identity's pose")
       ->check(CLI::IsMember({"rest", "identity-pose"}))
       ->capture_default_str()
       ->needs(protocol);
   command.footer(
-      "Without markers both meshes must have the same faces; they are paired one to one. Source and target should "
-      "stand in\n"
-      "about the same rest pose: what is transferred is the change from it.\n"
-      "PMD is eq. 7 of the paper in square metres with bounding boxes centred; per coordinate is a third of it.");
+      "Without markers both meshes must have the same faces; they are paired one to one. Source and target\n"
+      "should stand in about the same rest pose: what is transferred is the change from it.\n"
+      "RMS and PMD are those of npt evaluate, bounding boxes centred.");
   command.callback([o] { run(*o); });
 }
 
-const program::Subcommand registered("deform",
-                                     "Give a target the poses of a source, by markers and deformation gradients", add);
+const program::Subcommand registered("deform", "Give a mesh the poses of another, by deformation gradients", add);
 
 }  // namespace deform_command

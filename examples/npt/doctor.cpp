@@ -148,10 +148,10 @@ void run(bool json) {
 
 void add(CLI::App& command) {
   auto json = std::make_shared<bool>(false);
-  command.add_flag("--json", *json, "For programs");
+  command.add_flag("--json", *json, "Print JSON");
   command.callback([json] { run(*json); });
 }
 
-const program::Subcommand registered("doctor", "Look at this build and this machine, and give advice", add);
+const program::Subcommand registered("doctor", "Check this build on this machine, and give advice", add);
 
 }  // namespace doctor_command

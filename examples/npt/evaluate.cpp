@@ -7,6 +7,7 @@
 #include "pose_option.hpp"
 #include "progress.hpp"
 #include "report.hpp"
+#include "result_files.hpp"
 #include "rig_arguments.hpp"
 #include "sequence_evaluation.hpp"
 #include "stopwatch.hpp"
@@ -37,6 +38,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <mutex>
@@ -54,7 +56,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   program::TransferArguments transfer;
-  std::optional<fs::path> body, list, family, page, write;
+  std::optional<fs::path> body, list, family, page, write, results;
   bool protocol = false, json = false, proportions = false, clothes = false;
   std::size_t pairs = 0, first = 0, worst = 0;
   std::string shapes = "normal", poses = "paper";
@@ -168,7 +170,7 @@ void transfer_pair(const program::PoseTransfer& transfer, const npt::EvaluationP
     transfer(npt::MeshView{pair.identity, pair.identity_triangles, "identity"},
              npt::MeshView{pair.pose, pair.pose_triangles, "pose"}, result);
   } catch (const npt::Error& error) {
-    throw npt::Error({.file = pair.name, .place = error.what()});
+    throw npt::Error({.file = pair.name, .place = error.what(), .code = error.code(), .remedy = error.remedy()});
   }
 }
 
@@ -188,17 +190,18 @@ view::Group page_group(const std::string& set, const npt::PairErrors& errors, co
   view::Group group{set + ", " + errors.name + ", PMD " + pmd, {}};
   group.panels = {view::mesh_panel("identity", mesh(pair.identity)),
                   view::mesh_panel("pose", mesh_of(pair.pose, pair.pose_triangles)),
-                  view::mesh_panel("result", mesh(result)), view::mesh_panel("truth", mesh(pair.truth))};
+                  view::mesh_panel("result", mesh(result)), view::mesh_panel("ground truth", mesh(pair.truth))};
   const char* colours[] = {"blue", "sand", "blue", "green"};
   for (std::size_t i = 0; i < group.panels.size(); ++i)
     group.panels[i].colour = render::parse_colour(colours[i], "view");
   group.panels[2].detail = std::string("PMD ") + pmd;
-  view::add_errors(group.panels[2], mesh(pair.truth), "result", "truth");
+  view::add_errors(group.panels[2], mesh(pair.truth), "result", "ground truth");
   return group;
 }
 
 /// The pairs of all sets as files, and list.txt, which --list takes.
 void write_pairs(const fs::path& folder, const Data& data) {
+  program::expect_folder_name(folder, "a folder for the pairs");
   const program::OutputFolder made(folder);
   std::string list;
   std::size_t number = 0;
@@ -207,10 +210,9 @@ void write_pairs(const fs::path& folder, const Data& data) {
     for (std::size_t i = 0; i < set.count; ++i, ++number) {
       program::stop_if_interrupted();
       const npt::EvaluationPair pair = set.pair(i);
-      char stem[16];
-      std::snprintf(stem, sizeof stem, "%04zu", number);
+      const std::string stem = program::pair_number(number);
       const auto write = [&](const char* part, std::span<const float> xyz, std::span<const npt::Triangle> triangles) {
-        const std::string name = std::string(stem) + '_' + part + ".ply";
+        const std::string name = stem + '_' + part + ".ply";
         npt::write_mesh(folder / name, mesh_of(xyz, triangles));
         list += name + (std::string_view(part) == "truth" ? '\n' : ' ');
       };
@@ -222,27 +224,36 @@ void write_pairs(const fs::path& folder, const Data& data) {
   npt::write_file(folder / "list.txt", list);
 }
 
-/// The worst pairs of all sets as a page, each transferred once more.
+/// The result of a pair, by its number in all sets.
+using ResultOf = std::function<void(std::size_t number, const npt::EvaluationPair& pair, std::span<float> result)>;
+
+/// The worst pairs of all sets as a page, each made or read once more.
 void write_page(const Options& o, const Data& data, const std::vector<npt::Evaluation>& evaluations,
-                const program::PoseTransfer& transfer) {
+                const ResultOf& result_of) {
   view::Page page;
   page.title = "worst of " + data.name;
-  for (std::size_t s = 0; s < evaluations.size(); ++s)
+  std::size_t before = 0;  // pairs of the sets before
+  for (std::size_t s = 0; s < evaluations.size(); before += data.sets[s++].count)
     for (const std::size_t i : evaluations[s].worst(o.worst)) {
       program::stop_if_interrupted();
       const npt::EvaluationPair pair = data.sets[s].pair(i);
       std::vector<float> result(pair.identity.size());
-      transfer_pair(transfer, pair, result);
+      result_of(before + i, pair, result);
       page.groups.push_back(page_group(evaluations[s].name, evaluations[s].pairs[i], pair, result));
     }
   view::write_page(*o.page, page);
 }
 
+std::size_t pair_count(const Data& data) {
+  std::size_t pairs = 0;
+  for (const npt::EvaluationSet& set : data.sets) pairs += set.count;
+  return pairs;
+}
+
 /// `opened`: the transfer that did it.
 std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArguments arguments,
                                       std::optional<program::PoseTransfer>& opened) {
-  std::size_t pairs = 0;
-  for (const npt::EvaluationSet& set : data.sets) pairs += set.count;
+  const std::size_t pairs = pair_count(data);
   const npt::DefaultExecutor executor(side_by_side(arguments.threads, pairs));
   if (executor.slots() > 1) arguments.threads = 1;
   const program::PoseTransfer& transfer = opened.emplace(program::open_transfer(arguments));
@@ -262,6 +273,25 @@ std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArgumen
           const std::lock_guard lock(mutex);
           progress.advance();
         }));
+  return evaluations;
+}
+
+/// Scores another method's results. `found`: the meshes that did it.
+std::vector<npt::Evaluation> evaluate_others(const Options& o, const Data& data,
+                                             std::optional<program::ResultFiles>& found) {
+  const std::size_t pairs = pair_count(data);
+  const program::ResultFiles& results = found.emplace(*o.results, pairs);
+  const npt::DefaultExecutor executor(side_by_side(o.transfer.threads, pairs));
+  program::catch_interrupts();
+  program::Progress progress("pairs", pairs);
+  std::mutex mutex;
+  std::vector<npt::Evaluation> evaluations = program::evaluate_results(data.sets, results, executor, [&] {
+    program::stop_if_interrupted();
+    const std::lock_guard lock(mutex);
+    progress.advance();
+  });
+  progress.clear();
+  for (const std::string& note : results.notes()) std::cerr << "npt: note: " << note << '\n';
   return evaluations;
 }
 
@@ -298,11 +328,19 @@ void run_sequences(Options o) {
     return;
   }
   std::printf("%s on %s, %zu frames each\n", transfer.description().c_str(), data.c_str(), set.frames);
-  std::printf("%-18s %11s %9s %11s %10s %13s\n", "", "PMD x 1e-4", "root mm", "edge error", "jitter mm", "truth's mm");
-  std::printf("%-18s %11.3f %9.2f %11.4f %10.3f %13.3f\n", set.name.c_str(), 1e4 * means.pmd,
-              npt::root_pmd_mm(means.pmd), means.edge_error, 1000 * means.jitter, 1000 * means.true_jitter);
+  std::printf("%-18s %9s %11s %11s %10s %13s\n", "", "RMS mm", "PMD x 1e-4", "edge error", "jitter mm", "true jitter");
+  std::printf("%-18s %9.2f %11.3f %11.4f %10.3f %13.3f\n", set.name.c_str(), npt::root_pmd_mm(means.pmd),
+              1e4 * means.pmd, means.edge_error, 1000 * means.jitter, 1000 * means.true_jitter);
   std::printf("%.1f s\n", watch.seconds());
   std::fflush(stdout);
+}
+
+/// Errors    CLI::ExcludesError for options that change nothing about results of another method
+void expect_no_transfer(const CLI::App& command) {
+  for (const char* option :
+       {"--weights", "--random-weights", "--order", "--feature", "--output-scale", "--method", "--quality",
+        "--normalise", "--unit", "--pairing", "--resample", "--invariant", "--pairings", "--mirror", "--refine"})
+    if (command.count(option) > 0) throw CLI::ExcludesError("--results", option);
 }
 
 void run(Options o) {
@@ -319,10 +357,18 @@ void run(Options o) {
   const Data data = load_data(o);
   if (o.write) write_pairs(*o.write, data);
   std::optional<program::PoseTransfer> transfer;
+  std::optional<program::ResultFiles> results;
   const program::Stopwatch watch;
-  const std::vector<npt::Evaluation> evaluations = evaluate(data, o.transfer, transfer);
-  const std::string network = transfer->description();
-  if (o.page) write_page(o, data, evaluations, *transfer);
+  const std::vector<npt::Evaluation> evaluations =
+      o.results ? evaluate_others(o, data, results) : evaluate(data, o.transfer, transfer);
+  const std::string network = o.results ? "results in " + o.results->string() : transfer->description();
+  if (o.page)
+    write_page(o, data, evaluations, [&](std::size_t number, const npt::EvaluationPair& pair, std::span<float> result) {
+      if (results)
+        results->read(number, pair, result);
+      else
+        transfer_pair(*transfer, pair, result);
+    });
   if (o.json) {
     program::Report report{{"network", network}, {"data", data.name}, {"noise", o.noise}};
     for (const npt::Evaluation& e : evaluations) report["sets"].push_back(program::report_of(e, o.worst));
@@ -341,54 +387,86 @@ void add(CLI::App& command) {
   o->transfer.options.network.keep_distorted = true;  // what is measured is what comes out
   program::add_transfer_options(command, o->transfer);
   CLI::Option* body =
-      command.add_option("--body", o->body, "Body in SMPL's layout (.safetensors); without: the built-in mannequin");
-  CLI::Option* protocol =
-      command.add_flag("--protocol", o->protocol, "The paper's 72 seen and 72 unseen poses (the default)");
-  CLI::Option* pairs =
       command
-          .add_option("--pairs", o->pairs,
-                      "Fresh pairs of the body instead, so many; of --family: at most so many; of --rig: 64")
-          ->check(CLI::Range(1, 1000000))
-          ->excludes(protocol);
+          .add_option("--body", o->body,
+                      "Make pairs of this body model (.safetensors, SMPL's layout) (default: the built-in mannequin)")
+          ->type_name("PATH");
+  CLI::Option* protocol =
+      command.add_flag("--protocol", o->protocol,
+                       "Measure on the paper's 72 pairs in seen and 72 in unseen poses, as without another set");
+  CLI::Option* pairs = command
+                           .add_option("--pairs", o->pairs,
+                                       "Measure on this many fresh pairs of the body instead; with --family on at most "
+                                       "this many; with --rig on this many (default: 64 with --rig)")
+                           ->check(CLI::Range(1, 1000000))
+                           ->excludes(protocol);
   CLI::Option* list =
-      command.add_option("--list", o->list, "File with lines of: identity pose truth; names relative to it")
+      command
+          .add_option(
+              "--list", o->list,
+              "Measure on the pairs of this list instead, with lines of: identity pose truth; names are relative to it")
+          ->type_name("PATH")
           ->excludes(protocol)
           ->excludes(body)
           ->excludes("--pairs");
-  command.add_option("--family", o->family, "Folder of species with labelled poses")
+  command.add_option("--family", o->family, "Measure on this folder of species with labelled poses instead")
+      ->type_name("PATH")
       ->excludes(protocol)
       ->excludes(body)
       ->excludes(list);
   CLI::Option* rig =
       command
           .add_option("--rig", o->rigs,
-                      "Rigged characters in moments of each other's clips (repeated): .glb, .gltf, .fbx, .dae. Errors "
-                      "are in squares of the longest side of the identity as bound")
+                      "Measure on rigged characters in frames of each other's clips instead (.glb, .gltf, .fbx, .dae; "
+                      "may be repeated); errors are in squares of the longest side of the identity in its bind pose")
+          ->type_name("PATH")
           ->excludes(protocol)
           ->excludes(body)
           ->excludes(list)
           ->excludes("--family");
-  command.add_option("--pose-rig", o->pose_rigs, "Other characters, whose meshes are the poses (repeated)")->needs(rig);
+  command
+      .add_option("--pose-rig", o->pose_rigs, "Take the pose meshes from these characters instead (may be repeated)")
+      ->type_name("PATH")
+      ->needs(rig);
   command
       .add_option("--joint-names", o->joint_names,
-                  "File with lines of: joint other_name, below [RIG] for one rig only, so that rigs share poses")
+                  "Rename joints by this file, with lines of: joint other_name, below [RIG] for one rig only, so that "
+                  "rigs share poses")
+      ->type_name("PATH")
       ->needs(rig);
   command
       .add_option("--held-out", o->held_out,
-                  "Label of --family to evaluate on, or its part before '_', or clip of the rigs (repeated, or a list: "
-                  "Walk,Death)")
+                  "Measure on this label of --family (or its part before _), or on this clip of the rigs (may be "
+                  "repeated, or a list: Walk,Death)")
+      ->type_name("LABEL")
       ->delimiter(',');
-  command.add_option("--noise", o->noise, "Standard deviation of noise on the pose mesh's coordinates, in metres")
-      ->capture_default_str();
-  command.add_option("--first", o->first, "The first so many pairs of each set only")->check(CLI::Range(1, 1000000));
-  CLI::Option* worst =
-      command.add_option("--worst", o->worst, "Also list the so many worst pairs")->check(CLI::Range(0, 1000000));
   command
-      .add_option("--view", o->page, "Also write the worst pairs as a page for a browser, errors as colours (.html)")
+      .add_option("--noise", o->noise,
+                  "Add normal noise of this standard deviation, in metres, to the pose mesh's coordinates")
+      ->capture_default_str();
+  command.add_option("--first", o->first, "Measure on the first N pairs of each set only")
+      ->check(CLI::Range(1, 1000000));
+  CLI::Option* worst =
+      command.add_option("--worst", o->worst, "Also list this many of the worst pairs")->check(CLI::Range(0, 1000000));
+  command
+      .add_option("--view", o->page,
+                  "Also write a page that shows the worst pairs in a browser, errors as colours (.html)")
+      ->type_name("PATH")
       ->needs(worst);
-  command.add_option("--write", o->write, "Also write the pairs' meshes into this folder, and list.txt for --list");
+  command.add_option("--write", o->write, "Also write the pairs' meshes into this folder, with list.txt for --list")
+      ->type_name("PATH");
+  CLI::Option* results =
+      command
+          .add_option(
+              "--results", o->results,
+              "Score the meshes of this folder, the results of another method, instead of npt's: 0000_result.ply and "
+              "so on, with the numbers of --write and the identity's vertices in its order, unit and place")
+          ->type_name("PATH")
+          ->excludes("--write");
   CLI::Option* sequences =
-      command.add_option("--sequences", o->sequences, "So many movements of the body instead: errors and jitter")
+      command
+          .add_option("--sequences", o->sequences,
+                      "Measure errors and jitter on this many movements of the body instead, 72 at most")
           ->check(CLI::Range(1, 72))
           ->excludes(protocol)
           ->excludes("--pairs")
@@ -398,49 +476,62 @@ void add(CLI::App& command) {
           ->excludes("--noise")
           ->excludes("--first")
           ->excludes("--worst")
-          ->excludes("--write");
-  command.add_option("--frames", o->frames, "Of each sequence")
+          ->excludes("--write")
+          ->excludes(results);
+  command.add_option("--frames", o->frames, "Give each sequence this many frames")
       ->check(CLI::Range(3, 100000))
       ->needs(sequences)
       ->capture_default_str();
   command
-      .add_flag("--fresh-choices", o->fresh_choices,
-                "Choose points and pairings anew for every frame of a sequence; differs where vertex counts do")
+      .add_flag("--fresh-choices", o->fresh_choices, "Choose points and pairings anew for every frame of a sequence")
       ->needs(sequences);
-  command.add_option("--shapes", o->shapes, "Distribution of a body's shapes: normal, or uniform in [-4, 4]")
+  command
+      .add_option("--shapes", o->shapes,
+                  "Draw the body's shape parameters from a normal distribution, or uniformly from -4 to 4")
       ->check(CLI::IsMember({"normal", "uniform"}))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->excludes(list)
+      ->excludes("--family")
+      ->excludes(rig);
   command
       .add_option("--poses", o->poses,
-                  "Of --pairs and --sequences: the paper's ranges (Table 6), wide ones (running, sitting, reaching), "
-                  "or natural poses, "
-                  "drawn from the prior that npt ships and turned in any direction")
+                  "Draw poses of --pairs and --sequences from the paper's ranges (paper, its Table 6), from wider ones "
+                  "(wide: running, sitting, reaching), or natural ones in any direction (natural)")
       ->check(CLI::IsMember({"paper", "wide", "natural"}))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->excludes(list)
+      ->excludes("--family")
+      ->excludes(rig);
   command
       .add_flag("--proportions", o->proportions,
-                "Of --pairs: every mesh with proportions of its own, as characters have (heads, limbs, girths)")
+                "Give every mesh of --pairs proportions of its own, as characters have: heads, limbs, girths")
       ->needs(pairs)
       ->excludes("--family");
   command
       .add_flag("--clothes", o->clothes,
-                "Of --pairs: every mesh in a shirt, shorts, shoes and hair, each a separate component")
+                "Dress every mesh of --pairs in a shirt, shorts, shoes and hair, each a separate component")
       ->needs(pairs)
       ->excludes("--family");
   command
-      .add_option("--seed", o->transfer.options.seed, "Of fresh pairs, noise, pairings, drawn points, random weights")
+      .add_option("--seed", o->transfer.options.seed,
+                  "Draw pairs, noise, pairings, points and random weights from this seed")
       ->check(program::whole_number())
       ->capture_default_str();
-  command.add_flag("--json", o->json, "One line of JSON");
+  command.add_flag("--json", o->json, "Print one line of JSON");
   command.footer(
-      "PMD is eq. 7 of the paper in square metres with bounding boxes centred; per coordinate, a third of it, is what "
-      "the\n"
-      "paper's public evaluation computes; root mm is its square root in millimetres; edge error is the mean of\n"
-      "|length / true length - 1|; in place leaves results where the network puts them. Jitter is the mean length of\n"
+      "RMS mm is the root mean square distance of vertices in millimetres, with bounding boxes centred. PMD\n"
+      "is its square in square metres (eq. 7 of the paper); per coordinate, a third of it, is what the\n"
+      "paper's public evaluation computes. Edge error is the mean of |length / true length - 1|. In place\n"
+      "is the PMD of results where the method puts them, uncentred. Jitter is the mean length of\n"
       "x(f + 1) - 2 x(f) + x(f - 1) over vertices and frames f.");
-  command.callback([o] { run(*o); });
+  command.callback([o, &command] {
+    if (o->results) expect_no_transfer(command);
+    if (command.count("--poses") > 0 && o->pairs == 0 && o->sequences == 0)
+      throw CLI::RequiresError("--poses", "--pairs or --sequences: the protocol has poses of its own");
+    run(*o);
+  });
 }
 
-const program::Subcommand registered("evaluate", "Measure a network's results against the truth", add);
+const program::Subcommand registered("evaluate", "Measure errors against a ground truth", add);
 
 }  // namespace evaluate_command

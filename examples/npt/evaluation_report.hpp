@@ -4,6 +4,7 @@
 #include "report.hpp"
 
 #include <npt/lab/evaluation.hpp>
+#include <npt/mesh/metrics.hpp>
 
 #include <cstddef>
 #include <cstdio>
@@ -20,13 +21,14 @@ inline void print_table(const std::vector<npt::Evaluation>& evaluations, std::si
     if (in_place) std::printf(" %10.3f", 1e4 * error);
     std::printf("\n");
   };
-  std::printf("%-24s %6s %11s %9s %9s %15s %9s %11s", "", "pairs", "PMD x 1e-4", "median", "worst", "per coordinate",
-              "root mm", "edge error");
+  std::printf("%-24s %6s %9s %9s %9s %11s %15s %11s", "", "pairs", "RMS mm", "median", "worst", "PMD x 1e-4",
+              "per coordinate", "edge error");
   if (in_place) std::printf(" %10s", "in place");
   std::printf("\n");
   for (const npt::Evaluation& e : evaluations) {
-    std::printf("%-24s %6zu %11.3f %9.3f %9.3f %15.3f %9.2f %11.4f", e.name.c_str(), e.pairs.size(), 1e4 * e.pmd(),
-                1e4 * e.median_pmd(), 1e4 * e.worst_pmd(), 1e4 * e.per_coordinate(), e.root_mm(), e.edge_error());
+    std::printf("%-24s %6zu %9.2f %9.2f %9.2f %11.3f %15.3f %11.4f", e.name.c_str(), e.pairs.size(), e.root_mm(),
+                e.median_mm(), npt::root_pmd_mm(e.worst_pmd()), 1e4 * e.pmd(), 1e4 * e.per_coordinate(),
+                e.edge_error());
     end_line(e.pmd_in_place());
   }
   for (const npt::Evaluation& e : evaluations) {
@@ -34,8 +36,8 @@ inline void print_table(const std::vector<npt::Evaluation>& evaluations, std::si
     std::printf("worst of %s\n", e.name.c_str());
     for (const std::size_t i : e.worst(worst)) {
       const npt::PairErrors& p = e.pairs[i];
-      std::printf("  %-29s %11.3f %9s %9s %15.3f %9.2f %11.4f", p.name.c_str(), 1e4 * p.pmd, "", "",
-                  1e4 * p.per_coordinate(), p.root_mm(), p.edge_error);
+      std::printf("  %-29s %9.2f %9s %9s %11.3f %15.3f %11.4f", p.name.c_str(), p.root_mm(), "", "", 1e4 * p.pmd,
+                  1e4 * p.per_coordinate(), p.edge_error);
       end_line(p.pmd_in_place);
     }
   }

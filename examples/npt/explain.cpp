@@ -39,15 +39,19 @@ void run(const Options& o) {
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   program::add_network_options(command, o->network);
-  command.add_option("--bottleneck", o->bottleneck, "Channels of the pose feature: 1024, 512, 256, 128 or 64")
+  command.get_option("--weights")
+      ->description("Explain the network of these weights (.safetensors) (default: the paper's network)");
+  command
+      .add_option("--bottleneck", o->bottleneck,
+                  "Explain the network with this many channels in the pose feature, without weights")
       ->check(CLI::IsMember({1024, 512, 256, 128, 64}))
       ->excludes("--weights");
-  command.add_option("--vertices", o->vertices, "Vertices of the identity mesh")
+  command.add_option("--vertices", o->vertices, "Count the work for this many vertices of the identity")
       ->check(CLI::Range(1, 100000000))
       ->capture_default_str();
   command.callback([o] { run(*o); });
 }
 
-const program::Subcommand registered("explain", "Show the network's layers, stages, parameters and work", add);
+const program::Subcommand registered("explain", "Show a network's layers, stages, parameters and work", add);
 
 }  // namespace explain_command

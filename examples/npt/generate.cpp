@@ -135,6 +135,7 @@ std::vector<fs::path> output_files(const Options& options) {
       throw npt::Error({options.out.string(), {}, "--format " + *options.format, "the format of the file's extension"});
     return {options.out};
   }
+  program::expect_folder_name(options.out, ".ply, .obj or .glb, or a folder");
   std::vector<fs::path> files;
   for (std::uint32_t i = 0; i < options.count; ++i) {
     char name[32];
@@ -170,35 +171,50 @@ void run(const Options& options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  command.add_option("-o,--out", o->out, "File (.ply, .obj, .glb) for one mesh, or a folder")->required();
-  command.add_option("--count", o->count, "Number of meshes")->check(CLI::Range(1, 1000000))->capture_default_str();
-  command.add_option("--body", o->body, "Body in SMPL's layout (.safetensors); without: the built-in mannequin");
-  command.add_option("--shape", o->shape, "random, zero, or numbers \"b0,b1,...\"")->capture_default_str();
   command
-      .add_option("--pose", o->pose,
-                  "random (Table 6 of the paper), wide (random in wider ranges), natural (from the prior that npt "
-                  "ships, in any direction), rest, or a file with an axis angle for each joint")
+      .add_option("-o,--out", o->out, "Write the mesh to this file (.ply, .obj, .glb), or the meshes to this folder")
+      ->type_name("PATH")
+      ->required();
+  command.add_option("--count", o->count, "Make this many meshes")
+      ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
-  command.add_flag("--proportions", o->proportions,
-                   "Each shape with random proportions, as characters have (heads, limbs, girths)");
-  command.add_flag("--clothes", o->clothes, "In a shirt, shorts, shoes and hair, each a separate component");
-  command.add_option("--seed", o->seed, "Of all that is random")->check(program::whole_number())->capture_default_str();
-  command.add_option("--shape-seed", o->shape_seed, "Of the shapes and the vertex orders, instead of --seed")
+  command
+      .add_option("--body", o->body,
+                  "Make them of this body model (.safetensors, SMPL's layout) (default: the built-in mannequin)")
+      ->type_name("PATH");
+  command
+      .add_option("--shape", o->shape,
+                  "Give them random shapes, the mean one (zero), or these shape parameters: \"b0,b1,...\"")
+      ->capture_default_str();
+  command
+      .add_option(
+          "--pose", o->pose,
+          "Give them random poses in the paper's ranges (random, its Table 6) or wider ones (wide), natural poses in "
+          "any direction (natural), the rest pose (rest), or that of a file with an axis angle for each joint")
+      ->capture_default_str();
+  command.add_flag("--proportions", o->proportions, "Draw proportions as characters have: heads, limbs, girths");
+  command.add_flag("--clothes", o->clothes, "Add a shirt, shorts, shoes and hair, each a separate component");
+  command.add_option("--seed", o->seed, "Draw shapes, poses and vertex orders from this seed")
+      ->check(program::whole_number())
+      ->capture_default_str();
+  command.add_option("--shape-seed", o->shape_seed, "Draw shapes and vertex orders from this seed (default: --seed)")
       ->check(program::whole_number());
-  command.add_option("--pose-seed", o->pose_seed, "Of the poses, instead of --seed")->check(program::whole_number());
-  command.add_flag("--same-shape", o->same_shape, "All meshes have the first one's shape");
-  command.add_flag("--same-pose", o->same_pose, "All meshes have the first one's pose");
-  command.add_flag("--shuffle", o->shuffle, "Vertices in random order, one order for each shape");
-  command.add_option("--format", o->format, "ply or obj, for a folder (ply where not given)")
+  command.add_option("--pose-seed", o->pose_seed, "Draw poses from this seed (default: --seed)")
+      ->check(program::whole_number());
+  command.add_flag("--same-shape", o->same_shape, "Give all meshes the first one's shape");
+  command.add_flag("--same-pose", o->same_pose, "Give all meshes the first one's pose");
+  command.add_flag("--shuffle", o->shuffle, "Put vertices into random order, one order for each shape");
+  command.add_option("--format", o->format, "Write the meshes of a folder in this format (default: ply)")
       ->check(CLI::IsMember({"ply", "obj"}));
   command.footer(
-      "An identity, a pose and the truth to compare the result with:\n"
+      "An identity, a pose and the ground truth to compare the result with:\n"
       "  npt generate --shape-seed 1 --pose-seed 1 --out identity.ply\n"
       "  npt generate --shape-seed 2 --pose-seed 2 --out pose.ply\n"
       "  npt generate --shape-seed 1 --pose-seed 2 --out truth.ply");
   command.callback([o] { run(*o); });
 }
 
-const program::Subcommand registered("generate", "Make meshes of a body in random or given shapes and poses", add);
+const program::Subcommand registered("generate", "Make meshes of a body model in random or given shapes and poses",
+                                     add);
 
 }  // namespace generate_command

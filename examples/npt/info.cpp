@@ -299,13 +299,14 @@ void run(const Options& options) {
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   command
-      .add_option("FILE", o->files,
-                  "Meshes (.ply, .obj, .glb, .fbx, ...), weights and bodies (safetensors, under any name)")
+      .add_option(
+          "FILE", o->files,
+          "Describe these: meshes (.ply, .obj, .glb, .fbx, ...), weights and body models (safetensors, under any name)")
       ->required();
-  command.add_flag("--json", o->json, "For programs: an array with an object for each file");
+  command.add_flag("--json", o->json, "Print JSON: an array with an object for each file");
   command.callback([o] { run(*o); });
 }
 
-const program::Subcommand registered("info", "Say what a mesh, a file of weights or a body file holds", add);
+const program::Subcommand registered("info", "Say what a mesh, a weights file or a body model holds", add);
 
 }  // namespace info_command

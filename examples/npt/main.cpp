@@ -1,5 +1,6 @@
 /// The program npt: finds the subcommand, runs it, and turns what goes wrong into a message and an exit status:
 /// 0 done, 1 bad input or a failure, 2 bad arguments, 130 interrupted.
+#include "help_format.hpp"
 #include "host/host.hpp"
 #include "interrupt.hpp"
 #include "remedies.hpp"
@@ -13,6 +14,7 @@
 #include <cstring>
 #include <exception>
 #include <iostream>
+#include <memory>
 #include <new>
 #include <string>
 #include <vector>
@@ -50,13 +52,35 @@ int complain_about_arguments(const CLI::App& app, const CLI::ParseError& error) 
   return complain(error.what() + std::string("\nRun '") + name + " --help' for the arguments.", bad_arguments);
 }
 
+/// What `npt` alone prints: commands to paste, which need no files, and where more stands.
+constexpr const char* first_steps =
+    "npt " NPT_VERSION
+    ": put a pose or an animation on any character mesh.\n"
+    "\n"
+    "Try it on two meshes that npt makes, and open result.html in a browser:\n"
+    "  npt generate --shape-seed 41 --proportions --pose rest --out character.ply\n"
+    "  npt generate --seed 8 --pose natural --out pose.ply\n"
+    "  npt transfer --identity character.ply --pose pose.ply --out result.ply --view result.html\n"
+    "\n"
+    "Then with your own (.glb, .fbx, .obj, .ply ...), here with a clip:\n"
+    "  npt transfer --identity character.glb --pose walker.glb --clip Walk --out result.glb\n"
+    "\n"
+    "npt --help lists the commands, npt COMMAND --help the options of one.\n"
+    "Guides: docs/quickstart-artist.md, docs/quickstart-research.md, docs/program.md.\n";
+
 int run(const std::vector<std::string>& arguments) {
-  CLI::App app("Neural pose transfer: gives one mesh the pose of another.", "npt");
-  app.set_version_flag("--version", std::string("npt " NPT_VERSION));
+  if (arguments.size() < 2) {
+    std::cout << first_steps;
+    return done;
+  }
+  CLI::App app("Put a pose or an animation on any character mesh.", "npt");
+  app.formatter(std::make_shared<program::HelpFormat>());
+  app.set_help_flag("-h,--help", "Print this help");
+  app.set_version_flag("--version", std::string("npt " NPT_VERSION), "Print the version");
   app.require_subcommand(1);
-  app.get_formatter()->column_width(36);
   for (const program::Subcommand* subcommand : subcommands())
     subcommand->add(*app.add_subcommand(subcommand->name, subcommand->description));
+  app.footer("npt COMMAND --help lists the options of one. npt alone prints what to do first.");  // of no subcommand
   try {
     check_subcommand(arguments);
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend() - 1));  // the last first

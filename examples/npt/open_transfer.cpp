@@ -1,6 +1,7 @@
 #include "open_transfer.hpp"
 
 #include "arguments.hpp"
+#include "remedies.hpp"
 #include "shipped_weights.hpp"
 
 #include <formats/read.hpp>
@@ -26,10 +27,32 @@ constexpr std::array<std::pair<const char*, double>, 5> units{
 double unit_from(const std::string& text) {
   for (const auto& [name, metres] : units)
     if (text == name) return metres;
-  const std::vector<float> numbers = parse_numbers(text, "--unit");
-  if (numbers.size() != 1)
-    throw npt::Error({"--unit", {}, "'" + text + "'", "metre, centimetre, millimetre, inch, foot, or metres"});
-  return static_cast<double>(numbers[0]);
+  double metres = 0;
+  const auto result = npt::number_from_chars(text.data(), text.data() + text.size(), metres);
+  const bool is_number = result.ec == std::errc() && result.ptr == text.data() + text.size();
+  if (!is_number || !(metres > 0) || !std::isfinite(metres))
+    throw npt::Error(
+        {"--unit", {}, "'" + text + "'", "metre, centimetre, millimetre, inch, foot, or a number of metres above 0"});
+  return metres;
+}
+
+/// Says which options of the arguments change nothing about the results.
+void note_idle_options(const TransferArguments& arguments, const PoseTransfer& transfer) {
+  const npt::TransferOptions& options = transfer.options();
+  const auto note = [](const std::string& text) { std::cerr << "npt: note: " + text + '\n'; };
+  if (options.network.pairings > 1 && !transfer.pairs_vertices())
+    note("--pairings changes nothing: the pooled feature pairs no vertices");
+  if (arguments.method == "network" && arguments.quality != "balanced")
+    note("--quality changes nothing: --method network estimates no bodies");
+  if (!transfer.has_body()) return;
+  std::string idle;
+  for (const auto& [name, given] :
+       {std::pair("--pairings", options.network.pairings > 1 && transfer.pairs_vertices()),
+        std::pair("--mirror", options.network.mirror), std::pair("--normalise", arguments.normalise.has_value()),
+        std::pair("--output-scale", arguments.network.output_scale.has_value())})
+    if (given) idle += (idle.empty() ? "" : ", ") + std::string(name);
+  if (!idle.empty())
+    note(idle + ": only results of the network change, not those of body estimation (--method network uses it alone)");
 }
 
 npt::TransferOptions options_of(const TransferArguments& arguments) {
@@ -67,12 +90,12 @@ PoseTransfer random_transfer(const TransferArguments& arguments, const npt::Tran
 PoseTransfer open_transfer(const TransferArguments& arguments) {
   const npt::TransferOptions options = options_of(arguments);
   if (arguments.random_weights) return random_transfer(arguments, options);
-  const auto weights = arguments.network.weights ? *arguments.network.weights
-                                                 : shipped_weights(arguments.network.feature.value_or("per-vertex"));
+  const auto weights = arguments.network.weights
+                           ? *arguments.network.weights
+                           : shipped_weights(arguments.network.feature.value_or("per-vertex"), arguments.can_be_random);
   auto transfer =
       PoseTransfer::open(npt::SafetensorsFile::read(weights), options, npt::DefaultExecutor(arguments.threads));
-  if (options.network.pairings > 1 && !transfer.pairs_vertices())
-    std::cerr << "npt: note: --pairings changes nothing: the pooled feature pairs no vertices\n";
+  note_idle_options(arguments, transfer);
   return transfer;
 }
 
@@ -84,7 +107,7 @@ double metres_in(const PoseTransfer& transfer, const npt::MeshView& identity, co
   if (unit != 1)
     note = file.string() + " is taken to be in " + npt::unit_name(unit) +
            (given ? "" : ", by its size (--unit says another one)") + ": " + out.string() +
-           " is in metres, as GLB files are";
+           " is in metres, as GLB files are" + (given ? "" : guide_text(entry_of(npt::WarningCode::unit_assumed)));
   return unit;
 }
 

@@ -13,8 +13,8 @@ namespace program {
 inline CLI::Option* add_precision_option(CLI::App& command, std::string& text) {
   return command
       .add_option("--precision", text,
-                  "Of products: fp32; bf16 (error about 1e-2) where the processor multiplies bfloat16; with AMX also "
-                  "bf16x2 (about 1e-5) and bf16x3 (as fp32); auto: bf16x3 where it is faster than fp32, fp32 elsewhere")
+                  "Multiply matrices in fp32, in bf16, which is least exact, or with AMX in bf16x2 or bf16x3, which is "
+                  "as exact as fp32; auto: bf16x3 where it is faster than fp32, else fp32")
       ->check(CLI::IsMember({"auto", "fp32", "bf16", "bf16x2", "bf16x3"}))
       ->capture_default_str();
 }

@@ -30,19 +30,23 @@ struct ProtocolArguments {
 /// `single`: an option that only a transfer takes.
 inline CLI::Option* add_protocol_options(CLI::App& command, ProtocolArguments& a, CLI::Option* single) {
   CLI::Option* protocol =
-      command.add_flag("--protocol", a.asked_for, "Instead: the error on the paper's 72 seen and 72 unseen poses")
+      command
+          .add_flag("--protocol", a.asked_for,
+                    "Measure the error on the paper's 72 pairs in seen and 72 in unseen poses instead")
           ->excludes(single);
-  command.add_option("--shapes", a.shapes, "Distribution of the protocol's shapes: normal, or uniform in [-4, 4]")
+  command
+      .add_option("--shapes", a.shapes,
+                  "Draw the protocol's shape parameters from a normal distribution, or uniformly from -4 to 4")
       ->check(CLI::IsMember({"normal", "uniform"}))
       ->capture_default_str()
       ->needs(protocol);
-  command.add_option("--first", a.first, "The first so many pairs of each set of the protocol only")
+  command.add_option("--first", a.first, "Measure on the first N pairs of each set only")
       ->check(CLI::Range(1, 72))
       ->needs(protocol);
-  command.add_option("--worst", a.worst, "Also list the protocol's so many worst pairs")
+  command.add_option("--worst", a.worst, "Also list this many of the worst pairs")
       ->check(CLI::Range(0, 1000000))
       ->needs(protocol);
-  command.add_flag("--json", a.json, "The protocol's errors as one line of JSON")->needs(protocol);
+  command.add_flag("--json", a.json, "Print one line of JSON")->needs(protocol);
   return protocol;
 }
 

@@ -236,68 +236,92 @@ void add(CLI::App& command) {
   command
       .add_option(
           "MESH", o->files,
-          "What to draw, one panel each: meshes (.ply, .obj, .glb), finished pictures (.png), - for an empty place")
+          "Draw these, one panel each: meshes (.ply, .obj, .glb), finished pictures (.png), - for an empty place")
       ->required();
-  command.add_option("-o,--out", o->out, "Picture to write (.png)")->required();
-  command.add_option("--captions", o->captions, "Texts below the panels: \"identity,pose,result\" (\\, is a comma)");
-  CLI::Option* columns = command.add_option("--columns", o->columns, "Panels in a row; 0: all")
+  command.add_option("-o,--out", o->out, "Write the picture to this file (.png)")->type_name("PATH")->required();
+  command
+      .add_option("--captions", o->captions,
+                  "Write these texts below the panels: \"identity,pose,result\" (\\, is a comma)")
+      ->type_name("LIST");
+  CLI::Option* columns = command.add_option("--columns", o->columns, "Put this many panels in a row; 0: all")
                              ->check(CLI::Range(0, 1000))
                              ->capture_default_str();
   command
       .add_option("--grid", o->grid,
-                  "A figure for print: so many panels in a row, all at one scale, as wide as the meshes need")
+                  "Make a figure for print: this many panels in a row, all at one scale, as wide as the meshes need")
       ->check(CLI::Range(1, 1000))
       ->excludes(columns);
-  command.add_option("--column-captions", o->column_captions, "Texts above the columns: \"identity,pose,ours\"");
-  command.add_option("--row-captions", o->row_captions, "Texts beside the rows: \"seen,unseen\"");
-  command.add_option("--view", o->view, "front, side, back or three-quarter")
+  command
+      .add_option("--column-captions", o->column_captions,
+                  "Write these texts above the columns: \"identity,pose,ours\"")
+      ->type_name("LIST");
+  command.add_option("--row-captions", o->row_captions, "Write these texts beside the rows: \"seen,unseen\"")
+      ->type_name("LIST");
+  command.add_option("--view", o->view, "Look from here")
       ->check(CLI::IsMember({"front", "side", "back", "three-quarter"}))
       ->capture_default_str();
-  command.add_option("--yaw", o->yaw, "Degrees around the figure, instead of the view's: 0 front, 90 its left side");
-  command.add_option("--pitch", o->pitch, "Degrees from above, instead of the view's")->check(CLI::Range(-90.0, 90.0));
-  command.add_option("--width", o->width, "Width of a panel in pixels; without: 500, in a grid as wide as needed")
+  command.add_option(
+      "--yaw", o->yaw,
+      "Turn the figure by this many degrees instead: 0 shows its front, 90 its left side (default: the view's)");
+  command
+      .add_option("--pitch", o->pitch,
+                  "Look from this many degrees above instead, from -90 to 90 (default: the view's)")
+      ->check(CLI::Range(-90.0, 90.0));
+  command
+      .add_option("--width", o->width, "Make a panel this many pixels wide (default: 500, in a grid as wide as needed)")
       ->check(CLI::Range(16, 8192));
   command
       .add_option("--height", o->height,
-                  "Height of a panel in pixels, without its caption; without: 640, in a grid 420")
+                  "Make a panel this many pixels high, without its caption (default: 640, in a grid 420)")
       ->check(CLI::Range(16, 8192));
-  command.add_option("--gap", o->gap, "Pixels between panels")->check(CLI::Range(0, 8192));
-  command.add_option("--background", o->background, "transparent, a colour's name or #rrggbb")->capture_default_str();
-  command.add_option("--colours", o->colours, "Colours of the meshes: \"blue,sand,#9db7d5\" (- for the default)");
-  CLI::Option* heat = command.add_option("--heat", o->heat, "Colour by this vertex property of the PLY files");
+  command
+      .add_option("--gap", o->gap,
+                  "Leave this many pixels between panels (default: 0, in a grid a fortieth of a panel's height)")
+      ->check(CLI::Range(0, 8192));
+  command
+      .add_option("--background", o->background,
+                  "Fill the background with a colour's name or #rrggbb, or leave it transparent")
+      ->capture_default_str();
+  command
+      .add_option("--colours", o->colours,
+                  "Paint the meshes in these colours: \"blue,sand,#9db7d5\" (- keeps the default)")
+      ->type_name("LIST");
+  CLI::Option* heat =
+      command.add_option("--heat", o->heat, "Colour by this vertex property of the PLY files")->type_name("NAME");
   CLI::Option* distance = command
                               .add_option("--distance-to", o->distance_to,
                                           "Colour by each vertex's distance to the same vertex of this mesh")
+                              ->type_name("PATH")
                               ->excludes(heat);
-  CLI::Option* colour = command
-                            .add_option("--colour", o->colour,
-                                        "index: by the vertices' numbers; normal: by direction; error: by the distance "
-                                        "to --truth, with a scale")
-                            ->check(CLI::IsMember({"index", "normal", "error"}))
-                            ->excludes(heat)
-                            ->excludes(distance);
-  CLI::Option* truth =
+  CLI::Option* colour =
       command
           .add_option(
-              "--truth", o->truth,
-              "The mesh that each vertex should be at, in metres: one for all, or a list (- for none); bounding "
-              "boxes are centred, as for the PMD")
-          ->needs(colour);
+              "--colour", o->colour,
+              "Colour by the vertices' numbers (index), their normals (normal), or their distance to --truth (error)")
+          ->check(CLI::IsMember({"index", "normal", "error"}))
+          ->excludes(heat)
+          ->excludes(distance);
+  CLI::Option* truth = command
+                           .add_option("--truth", o->truth,
+                                       "Measure errors against this ground truth, in metres: a mesh for all, or a list "
+                                       "(- for none); bounding boxes are centred, as for the PMD")
+                           ->type_name("LIST")
+                           ->needs(colour);
   command
       .add_option("--scale-bar", o->scale_bar,
-                  "Millimetres at the end of the scale of errors; without: a round number that few vertices exceed")
+                  "End the scale of errors at this many millimetres (default: a round number that few vertices exceed)")
       ->check(CLI::Range(1e-6, 1e9))
       ->needs(truth);
-  command.add_option("--up", o->up, "The meshes' axis that points up: y or z")
+  command.add_option("--up", o->up, "Take this axis of the meshes as up")
       ->check(CLI::IsMember({"y", "z"}))
       ->capture_default_str();
-  command.add_option("--samples", o->samples, "Each pixel is the mean of N x N samples")
+  command.add_option("--samples", o->samples, "Average N x N samples for each pixel")
       ->check(CLI::Range(1, 8))
       ->capture_default_str();
-  command.add_flag("--no-shadow", o->no_shadow, "No shadow on the floor");
+  command.add_flag("--no-shadow", o->no_shadow, "Draw no shadow on the floor");
   command.callback([o] { run(*o); });
 }
 
-const program::Subcommand registered("render", "Draw meshes into a PNG", add);
+const program::Subcommand registered("render", "Draw meshes into a PNG, without display or GPU", add);
 
 }  // namespace render_command

@@ -344,41 +344,55 @@ class Reproduction {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  command.add_option("--table", o->table_texts, "1, 2, 7; without --table and --figure: all tables and figures")
+  command.add_option("--table", o->table_texts, "Make these tables: 1, 2, 7 (default: all tables and figures)")
+      ->type_name("LIST")
       ->delimiter(',');
-  command.add_option("--figure", o->figure_texts, "6 to 20, also ranges: 6..9,12")->delimiter(',');
-  command.add_option("--budget", o->budget, "Minutes for everything; the networks share what the others leave")
+  command
+      .add_option("--figure", o->figure_texts,
+                  "Make these figures, 6 to 20, also ranges: 6..9,12 (default: all tables and figures)")
+      ->type_name("LIST")
+      ->delimiter(',');
+  command
+      .add_option("--budget", o->budget, "Take this many minutes for everything; trainings share what the rest leaves")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command.add_option("-o,--out", o->out, "Folder for tables, figures, weights; one that was begun is gone on with")
+  command
+      .add_option("-o,--out", o->out,
+                  "Write tables, figures and weights into this folder; a folder of an interrupted run resumes")
+      ->type_name("PATH")
       ->required();
-  command.add_option("--body", o->body, "Body model (.safetensors) or mannequin")->capture_default_str();
-  command.add_option("--bottleneck", o->bottleneck, "Of the networks: 1024, 512, 256, 128 or 64")
+  command.add_option("--body", o->body, "Use this body model (.safetensors), or the mannequin")->capture_default_str();
+  command.add_option("--bottleneck", o->bottleneck, "Give the networks' pose feature this many channels")
       ->check(CLI::IsMember({1024, 512, 256, 128, 64}))
       ->capture_default_str();
   program::add_precision_option(command, o->precision);
-  command.add_option(
-      "--weights", o->weights,
-      "SYSTEM=FILE: trained weights of full, without-edge, without-spadain, concat1, compact or quadruped");
-  command.add_option(
-      "--foreign-identities", o->sources.identities,
-      "Meshes for figures 10, 17 and 18 that the body model didn't make, in metres; without: the mannequin's");
-  command.add_option("--foreign-poses", o->sources.poses, "The same for figures 11 and 18");
-  command.add_option("--family", o->sources.family, "Folder of species with labelled poses, for figure 14");
-  command.add_option("--panel-height", o->sources.panel_height, "Of figures, in pixels")
+  command
+      .add_option("--weights", o->weights,
+                  "Use trained weights instead of training: SYSTEM=FILE, for full, without-edge, without-spadain, "
+                  "concat1, compact or quadruped (may be repeated)")
+      ->type_name("SYSTEM=PATH");
+  command
+      .add_option("--foreign-identities", o->sources.identities,
+                  "Use these meshes, in metres and not of the body model, as identities of figures 10, 17 and 18 "
+                  "(default: the mannequin's)")
+      ->type_name("PATH");
+  command
+      .add_option("--foreign-poses", o->sources.poses,
+                  "Use these meshes as poses of figures 11 and 18 (default: the mannequin's)")
+      ->type_name("PATH");
+  command.add_option("--family", o->sources.family, "Draw figure 14 with this folder of species with labelled poses")
+      ->type_name("PATH");
+  command.add_option("--panel-height", o->sources.panel_height, "Make panels of figures this many pixels high")
       ->check(CLI::Range(32, 1000))
       ->capture_default_str();
-  command.add_option("--first", o->first, "Measure on the first so many pairs of each set only")
-      ->check(CLI::Range(1, 72));
-  command.add_option("--threads", o->threads, "Threads; 0: all that the process may use")
+  command.add_option("--first", o->first, "Measure on the first N pairs of each set only")->check(CLI::Range(1, 72));
+  command.add_option("--threads", o->threads, "Use this many threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   command.footer(
-      "Writes tables.md and tables.json, figures/*.png with the commands that drew them, results/*.json (errors of "
-      "each\n"
-      "system with the command that measured them), weights/*.safetensors with their logs, and meshes/. A folder keeps "
-      "its\n"
-      "body, bottleneck, pairs and minutes of training.");
+      "Writes tables.md and tables.json, figures/*.png with the commands that drew them, results/*.json\n"
+      "(errors of each system with the command that measured them), weights/*.safetensors with their logs,\n"
+      "and meshes/. A folder keeps its body, bottleneck, pairs and minutes of training.");
   command.callback([o] {
     o->tables = reproduce::parse_numbers(o->table_texts, "--table");
     o->figures = reproduce::parse_numbers(o->figure_texts, "--figure");

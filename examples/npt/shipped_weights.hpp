@@ -36,8 +36,9 @@ inline std::optional<std::filesystem::path> find_shipped(const char* name) {
 }
 
 /// The shipped weights of people for a feature ("per-vertex" or "pooled").
+/// can_be_random: whether the program that asks has an option --random-weights, beside --weights
 /// Errors    npt::Error that names every folder that was looked in
-inline std::filesystem::path shipped_weights(const std::string& feature) {
+inline std::filesystem::path shipped_weights(const std::string& feature, bool can_be_random = false) {
   const char* name = feature == "pooled" ? "human-pooled.safetensors" : "human.safetensors";
   if (const auto file = find_shipped(name)) return *file;
   std::string looked;
@@ -45,9 +46,10 @@ inline std::filesystem::path shipped_weights(const std::string& feature) {
     looked += (looked.empty() ? "" : ", ") + folder.string();
   throw npt::Error({.file = name,
                     .found = "no such file in " + (looked.empty() ? "any folder that is known" : looked),
-                    .expected =
-                        "the weights that npt ships there, others by --weights, their folder by NPT_WEIGHTS, or "
-                        "--random-weights for trying things out"});
+                    .expected = std::string("the weights that npt ships; NPT_WEIGHTS names their folder, --weights "
+                                            "other ones") +
+                                (can_be_random ? ", --random-weights draws some for tests" : ""),
+                    .code = npt::ErrorCode::missing_weights});
 }
 
 }  // namespace program

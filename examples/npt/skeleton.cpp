@@ -217,28 +217,35 @@ void run(const Options& options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  CLI::Option* identity = command.add_option("--identity", o->identity, "Mesh that gives the shape (.ply, .obj, .glb)");
-  command.add_option("--pose", o->pose, "Mesh that gives the pose, or a folder of them");
-  command.add_option("-o,--out", o->out, "Result (.ply, .obj, .glb); a folder for a folder of poses");
-  command.add_option("--body", o->body, "Body model to fit (.safetensors); without: the built-in mannequin");
-  command.add_option("--fitted", o->fitted,
-                     "Also write the body as it was fitted to the identity mesh (.ply, .obj, .glb)");
-  command.add_option("--format", o->format, "ply or obj: of the results in a folder; without: as the identity")
+  CLI::Option* identity =
+      command.add_option("--identity", o->identity, "Pose this mesh, the target character (.ply, .obj, .glb)")
+          ->type_name("PATH");
+  command.add_option("--pose", o->pose, "Take the pose from this mesh, or from each mesh of this folder")
+      ->type_name("PATH");
+  command
+      .add_option("-o,--out", o->out,
+                  "Write the result to this file (.ply, .obj, .glb), or results of a folder of poses to this folder")
+      ->type_name("PATH");
+  command.add_option("--body", o->body, "Fit this body model (.safetensors) (default: the built-in mannequin)")
+      ->type_name("PATH");
+  command.add_option("--fitted", o->fitted, "Also write the body as it was fitted to the identity (.ply, .obj, .glb)")
+      ->type_name("PATH");
+  command.add_option("--format", o->format, "Write results in a folder in this format (default: the identity's)")
       ->check(CLI::IsMember({"ply", "obj"}));
-  command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)");
-  command.add_option("--view", o->page, "Also write a page to look at them in a browser (.html)");
-  command.add_option("--threads", o->threads, "Threads; 0: all that the process may use")
+  command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)")->type_name("PATH");
+  command.add_option("--view", o->page, "Also write a page that shows them in a browser (.html)")->type_name("PATH");
+  command.add_option("--threads", o->threads, "Use this many threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   program::add_protocol_options(command, o->protocol, identity);
   command.footer(
-      "Meshes need faces and the body model's unit, metres; vertex counts and orders are free, and no markers are "
-      "needed.\n"
-      "PMD is eq. 7 of the paper in square metres with bounding boxes centred; per coordinate is a third of it.");
+      "Meshes need faces and the body model's unit, metres. Vertex counts and orders are free, and no\n"
+      "markers are needed.\n"
+      "RMS and PMD are those of npt evaluate, bounding boxes centred.");
   command.callback([o] { run(*o); });
 }
 
-const program::Subcommand registered("skeleton", "Give a mesh the joint angles of another, through a fitted body model",
+const program::Subcommand registered("skeleton", "Give one mesh the joint angles of another, by a fitted body model",
                                      add);
 
 }  // namespace skeleton_command

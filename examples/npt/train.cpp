@@ -384,6 +384,7 @@ void add(CLI::App& command) {
   command.callback([arguments, &command] { run(*arguments, command); });
 }
 
-const program::Subcommand registered("train", "Train a network on body models or families of meshes", add);
+const program::Subcommand registered("train", "Train a network on bodies, rigged characters or families of meshes",
+                                     add);
 
 }  // namespace train_command

@@ -103,34 +103,41 @@ CLI::Validator above(double least) {
 void add_data_options(CLI::App& command, TrainingArguments& a) {
   command
       .add_option("--body", a.bodies,
-                  "Body model to draw shapes and poses from: a file (.safetensors) or mannequin, the default. Several "
-                  "are mixed; =WEIGHT behind one gives its share")
+                  "Draw shapes and poses from this body model, a file (.safetensors) or mannequin; several are mixed, "
+                  "=WEIGHT behind one gives its share (default: mannequin)")
+      ->type_name("BODY")
       ->group("Data");
   command
       .add_option(
           "--rig", a.rigs,
-          "Rigged character (.glb, .gltf, .fbx) in the poses of its clips: of a person beside bodies or instead "
-          "of them, of anything else with its like. Several are mixed; =WEIGHT behind one gives its share")
+          "Draw samples from this rigged character (.glb, .gltf, .fbx) in the poses of its clips: people beside bodies "
+          "or instead of them, anything else with its like; several are mixed, =WEIGHT behind one gives its share")
+      ->type_name("PATH")
       ->group("Data");
   command
       .add_option("--joint-names", a.joint_names,
-                  "File with lines of: joint other_name, below [RIG] for one rig only, so that rigs share poses or are "
-                  "known as people")
+                  "Rename joints by this file, with lines of: joint other_name, below [RIG] for one rig only, so that "
+                  "rigs share poses or are recognised as people")
+      ->type_name("PATH")
       ->needs("--rig")
       ->group("Data");
-  command.add_option("--family", a.family, "Folder of species with labelled poses instead of bodies")
+  command
+      .add_option("--family", a.family,
+                  "Draw samples from this folder of species with labelled poses instead of bodies")
+      ->type_name("PATH")
       ->excludes("--body")
       ->excludes("--rig")
       ->group("Data");
   command
       .add_option("--held-out", a.held_out,
-                  "Label of the family (or its part before _), or clip of the rigs, that is kept for validation "
-                  "(repeated, or a list: Walk,Death)")
+                  "Keep this label of the family (or its part before _), or this clip of the rigs, for validation (may "
+                  "be repeated, or a list: Walk,Death)")
+      ->type_name("LABEL")
       ->delimiter(',')
       ->group("Data");
   command
       .add_option("--blend", a.blend,
-                  "Part of the family's samples whose pose lies between those of two labels, vertex by vertex")
+                  "Put this fraction of the family's samples between the poses of two labels, vertex by vertex")
       ->check(CLI::Range(0.0, 1.0))
       ->needs("--family")
       ->group("Data");
@@ -139,176 +146,192 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
       ->group("Data");
   command
       .add_option("--shapes", a.shapes,
-                  "Distribution of shape parameters: normal, or uniform in -4 .. 4 as in the released data")
+                  "Draw shape parameters from a normal distribution, or uniformly from -4 to 4 as in the released data")
       ->check(CLI::IsMember({"normal", "uniform"}))
       ->capture_default_str()
       ->group("Data");
   command
       .add_option("--wide-poses", a.wide_poses,
-                  "Part of a body's meshes in poses of wider ranges than the paper's: running, sitting, reaching")
+                  "Put this fraction of a body's meshes into wider ranges of poses than the paper's: running, sitting, "
+                  "reaching")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
       ->group("Data");
   command
       .add_option("--natural-poses", a.natural_poses,
-                  "Part of a body's meshes in natural poses, from the prior that npt ships, in any direction")
+                  "Put this fraction of a body's meshes into natural poses, in any direction")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
       ->group("Data");
   command
       .add_option("--clip-poses", a.clip_poses,
-                  "Part of people's meshes in poses of the rigs' clips, between two of them, and with noise; without: "
-                  "0.25 where there are clips")
+                  "Put this fraction of people's meshes into poses of the rigs' clips, between two of them, and with "
+                  "noise (default: 0.25 where there are clips)")
       ->check(CLI::Range(0.0, 1.0))
       ->group("Data");
   command
-      .add_flag("--protocol", a.protocol, "The paper's 16 identities in 400 poses instead of fresh ones at every step")
+      .add_flag("--protocol", a.protocol,
+                "Train on the paper's 16 identities in 400 poses instead of fresh ones at every step")
       ->excludes("--wide-poses")
       ->excludes("--natural-poses")
       ->group("Data");
-  command.add_flag("--mix-bodies", a.mix_bodies, "Identity and pose mesh may come from different bodies")
+  command.add_flag("--mix-bodies", a.mix_bodies, "Take identity and pose mesh from different bodies, too")
       ->group("Data");
   command.add_option("--yaw", a.yaw, "Turn identity and pose about the vertical axis by up to this many degrees")
       ->check(CLI::Range(0.0, 180.0))
       ->capture_default_str()
       ->group("Data");
-  command.add_option("--scale-range", a.scale_range, "Grow meshes by a factor from this range: LOW,HIGH")
+  command.add_option("--scale-range", a.scale_range, "Scale meshes by a factor from this range: LOW,HIGH")
       ->capture_default_str()
       ->group("Data");
   command
       .add_option("--noise", a.noise,
-                  "Noise on the pose mesh: standard deviation in metres, a draw from 0 to this a mesh")
+                  "Add normal noise to the pose mesh: each mesh draws a standard deviation from 0 to this, in metres")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str()
       ->group("Data");
   command
       .add_option("--normalisation", a.normalisation,
-                  "How meshes are brought to the network's frame: sphere, centre or none; without: centre for bodies, "
-                  "sphere for families and animals")
+                  "Bring meshes to the network's coordinates in this way (default: centre for bodies, sphere for "
+                  "families and animals)")
       ->check(CLI::IsMember({"sphere", "centre", "none"}))
       ->group("Data");
 }
 
 void add_network_options(CLI::App& command, TrainingArguments& a) {
   command
-      .add_option(
-          "--net", a.variant.net,
-          "full; an ablation of the paper: without-spadain (plain residual blocks) or concat1 (1x1 convolutions "
-          "only), both with --feature per-vertex --order conv_relu; correspondence: the network that finds where "
-          "points belong on a resting body")
+      .add_option("--net", a.variant.net,
+                  "Train the paper's network (full); an ablation of it, with plain residual blocks (without-spadain) "
+                  "or 1x1 convolutions only (concat1), both with --feature per-vertex --order conv_relu; or the "
+                  "network that finds where points belong on a body at rest (correspondence)")
       ->check(CLI::IsMember({"full", "without-spadain", "concat1", "correspondence"}))
       ->capture_default_str()
       ->group("Network");
-  command.add_option("--bottleneck", a.variant.bottleneck, "1024, 512, 256, 128 or 64")
+  command.add_option("--bottleneck", a.variant.bottleneck, "Give the pose feature this many channels")
       ->check(CLI::IsMember({1024, 512, 256, 128, 64}))
       ->capture_default_str()
       ->group("Network");
-  command.add_option("--order", a.variant.order, "conv_relu (the paper) or relu_conv (its code)")
+  command.add_option("--order", a.variant.order, "Order layers as the paper (conv_relu) or its code (relu_conv)")
       ->check(CLI::IsMember({"conv_relu", "relu_conv"}))
       ->capture_default_str()
       ->group("Network");
-  command.add_option("--feature", a.variant.feature, "per-vertex or pooled")
+  command.add_option("--feature", a.variant.feature, "Use this pose feature")
       ->check(CLI::IsMember({"per-vertex", "pooled"}))
       ->capture_default_str()
       ->group("Network");
-  command.add_option("--output-scale", a.output_scale, "Factor of the final tanh: 1 in the paper, 2 in its code")
+  command
+      .add_option("--output-scale", a.output_scale,
+                  "Multiply the network's last tanh by this: 1 in the paper, 2 in its code")
       ->check(above(0))
       ->capture_default_str()
       ->group("Network");
-  command.add_option("--init", a.init, "First weights: small, released or he")
+  command.add_option("--init", a.init, "Draw the first weights from this distribution")
       ->check(CLI::IsMember({"small", "released", "he"}))
       ->capture_default_str()
       ->group("Network");
-  command.add_option("--start", a.start, "First weights: those of this file (.safetensors)")->group("Network");
+  command.add_option("--start", a.start, "Begin with the weights of this file (.safetensors)")
+      ->type_name("PATH")
+      ->group("Network");
 }
 
 void add_course_options(CLI::App& command, TrainingArguments& a) {
   const char* group = "Course";
   command
-      .add_option("--minutes", a.minutes, "Length in minutes of training, over all runs; the rate follows the clock")
+      .add_option("--minutes", a.minutes,
+                  "Train for this many minutes, over all runs; the learning rate follows the clock")
       ->check(above(0))
       ->group(group);
-  command.add_option("--steps", a.steps, "Length in steps; a resumed training ends with the same bits")
+  command.add_option("--steps", a.steps, "Train for this many steps; a resumed training ends with the same bits")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 36))
       ->excludes("--minutes")
       ->group(group);
   command
       .add_option("--stage", a.stages,
-                  "Part of the training, BEGIN:BATCHxVERTICES, BEGIN from 0 to 1, VERTICES of each mesh at random or "
-                  "all; may be repeated. Without: 0:60x96 0.6:24x240 0.85:12x600")
+                  "Train one part with BEGIN:BATCHxVERTICES: BEGIN is a fraction of the training, VERTICES of each "
+                  "mesh are drawn at random, or all (may be repeated) (default: 0:60x96 0.6:24x240 0.85:12x600)")
       ->group(group);
-  command.add_option("--batch", a.batch, "Meshes in a step, throughout")
+  command.add_option("--batch", a.batch, "Put this many meshes into every step")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 20))
       ->excludes("--stage")
       ->group(group);
-  command.add_option("--vertices", a.vertices, "Of each mesh, drawn at random at every use, throughout; or all")
+  command.add_option("--vertices", a.vertices, "Draw this many vertices of each mesh at every use, or take all")
       ->excludes("--stage")
       ->group(group);
   command
       .add_option("--optimiser", a.optimiser,
-                  "muon: Muon for the matrices between layers and Adam for the rest; adam: Adam for all (the paper)")
+                  "Optimise the matrices between layers with Muon and the rest with Adam (muon), or all with Adam, as "
+                  "the paper (adam)")
       ->check(CLI::IsMember({"muon", "adam"}))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--matrix-rate", a.matrix_rate, "Muon's learning rate; follows the same schedule")
+  command.add_option("--matrix-rate", a.matrix_rate, "Give Muon this learning rate; it follows the same schedule")
       ->check(above(0))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--matrix-momentum", a.matrix_momentum, "Muon's")
+  command.add_option("--matrix-momentum", a.matrix_momentum, "Give Muon this momentum")
       ->check(CLI::Range(0.0, 0.9999))
       ->capture_default_str()
       ->group(group);
   command
       .add_option("--rate", a.rate,
-                  "Adam's learning rate (the paper: 5e-5); without: 6e-3 beside Muon, else 3e-3, for bottlenecks above "
-                  "128 less "
-                  "as their root grows")
+                  "Give Adam this learning rate; 5e-5 in the paper (default: 6e-3 beside Muon, else 3e-3; less for "
+                  "bottlenecks above 128)")
       ->check(above(0))
       ->group(group);
-  command.add_option("--schedule", a.schedule, "Of the rate: constant (the paper), or cosine, which falls to its end")
+  command
+      .add_option("--schedule", a.schedule,
+                  "Keep the learning rate (constant, the paper), or let it fall to the end (cosine)")
       ->check(CLI::IsMember({"constant", "cosine"}))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--warm-up", a.warm_up, "Part of the training in which the cosine's rate rises")
+  command.add_option("--warm-up", a.warm_up, "Let the cosine's rate rise in this fraction of the training")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--last-rate", a.last_rate, "Part of the rate that is left at the cosine's end")
+  command.add_option("--last-rate", a.last_rate, "Leave this fraction of the rate at the cosine's end")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--clip", a.clip, "Longest gradient; 0: any")
+  command.add_option("--clip", a.clip, "Clip the gradient to this norm; 0 turns clipping off")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str()
       ->group(group);
-  command.add_option("--average", a.average, "Decay of the weights' moving average, such as 0.999; 0: none is kept")
+  command
+      .add_option("--average", a.average,
+                  "Keep a moving average of the weights with this decay, such as 0.999; 0 turns it off")
       ->check(CLI::Range(0.0, 0.999999))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--beta1", a.beta1, "Adam's")
+  command.add_option("--beta1", a.beta1, "Decay Adam's mean of gradients by this")
       ->check(CLI::Range(0.0, 0.999999))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--beta2", a.beta2, "Adam's")
+  command.add_option("--beta2", a.beta2, "Decay Adam's mean of squared gradients by this")
       ->check(CLI::Range(0.0, 0.9999999))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--epsilon", a.epsilon, "Adam's")->check(above(0))->capture_default_str()->group(group);
-  command.add_option("--loss-scaling", a.loss_scaling, "sum (eq. 5 and 6) or mean (the released code)")
+  command.add_option("--epsilon", a.epsilon, "Add this to the root of Adam's mean of squared gradients")
+      ->check(above(0))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--loss-scaling", a.loss_scaling,
+                  "Sum the loss over vertices (sum, eq. 5 and 6) or average it (mean, the released code)")
       ->check(CLI::IsMember({"sum", "mean"}))
       ->capture_default_str()
       ->group(group);
   command
       .add_option("--edge-loss", a.edge_loss,
-                  "none, length (eq. 6) or relative (the released code); counts where samples are whole meshes")
+                  "Add the loss of edge lengths (length, eq. 6) or of their ratios (relative, the released code), "
+                  "where samples are whole meshes")
       ->check(CLI::IsMember({"none", "length", "relative"}))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--edge-weight", a.edge_weight, "Weight of the edge loss")
+  command.add_option("--edge-weight", a.edge_weight, "Weight the edge loss by this")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str()
       ->group(group);
-  command.add_option("--seed", a.seed, "Of the samples and the first weights")
+  command.add_option("--seed", a.seed, "Draw samples and first weights from this seed")
       ->check(whole_number())
       ->capture_default_str()
       ->group(group);
@@ -317,38 +340,42 @@ void add_course_options(CLI::App& command, TrainingArguments& a) {
 void add_run_options(CLI::App& command, TrainingArguments& a) {
   const char* group = "Run";
   command
-      .add_option(
-          "-o,--out", a.out,
-          "Weights to write (W.safetensors); beside them come W.checkpoint.safetensors, W.log.csv and W.log.png")
+      .add_option("-o,--out", a.out,
+                  "Write the weights to this file, W.safetensors; W.checkpoint.safetensors, W.log.csv and W.log.png "
+                  "come beside it")
+      ->type_name("PATH")
       ->required()
       ->group(group);
-  command.add_flag("--resume", a.resume, "Go on from the checkpoint beside --out, with the options it began with")
+  command
+      .add_flag("--resume", a.resume, "Resume from the checkpoint beside --out, with the options that it began with")
       ->group(group);
   command.add_flag("--overwrite", a.overwrite, "Begin anew where a checkpoint of an earlier training stands")
       ->excludes("--resume")
       ->group(group);
   add_precision_option(command, a.precision)->group(group);
-  command.add_option("--threads", a.threads, "Threads; 0: all that the process may use")
+  command.add_option("--threads", a.threads, "Use this many threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--checkpoint-every", a.checkpoint_every, "Steps between checkpoints; 0: about a minute")
+  command
+      .add_option("--checkpoint-every", a.checkpoint_every, "Write a checkpoint every N steps; 0: about once a minute")
       ->capture_default_str()
       ->group(group);
-  command.add_option("--validate-every", a.validate_every, "Steps between validations; 0: twenty in all")
+  command.add_option("--validate-every", a.validate_every, "Validate every N steps; 0: twenty times in all")
       ->capture_default_str()
       ->group(group);
-  command.add_option("--log-every", a.log_every, "Steps between rows of the log")
+  command.add_option("--log-every", a.log_every, "Write a row of the log every N steps")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 36))
       ->capture_default_str()
       ->group(group);
   command
       .add_option("--validation-pairs", a.validation_pairs,
-                  "Pairs of unseen identities and poses in a validation; four times as many at the end; 0: none")
+                  "Validate on this many pairs of unseen identities and poses, four times as many at the end; 0: never")
       ->check(CLI::Range(std::size_t{0}, std::size_t{100000}))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--domain", a.domain, "What the weights are for, such as human: goes into their metadata")
+  command.add_option("--domain", a.domain, "Say in the metadata what the weights are for, such as human")
+      ->type_name("NAME")
       ->group(group);
 }
 

@@ -474,6 +474,7 @@ void animate(const Options& options) {
   if (options.pairs) {
     all.jobs = program::read_pairs(*options.pairs);
   } else if (fs::is_directory(*options.identity)) {
+    program::expect_folder_name(*options.out, "a folder for the results");
     folder.emplace(*options.out);
     for (const fs::path& identity : program::meshes_in(*options.identity)) {
       const std::string extension =
@@ -497,47 +498,66 @@ void run(Options options) {
   const bool moves = options.pairs ? program::is_animation(options.animation, "", "")
                                    : program::is_animation(options.animation, *options.pose, *options.out);
   if (moves) return animate(options);
+  if (options.animation.names != "vrm")
+    std::cerr << "npt: note: --names changes nothing: only animated results have joints\n";
   Transfer(options).run();
 }
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  CLI::Option* identity = command.add_option(
-      "--identity", o->identity, "Mesh that gives the shape (.ply, .obj, .glb, .fbx, ...), or a folder of them");
-  CLI::Option* pose = command.add_option(
-      "--pose", o->pose, "Mesh that gives the pose, a folder of them or a clip of a .glb or .fbx: a sequence");
-  CLI::Option* out = command.add_option(
-      "-o,--out", o->out,
-      "Result (.ply, .obj, .glb); a folder for folders of poses or identities, or a .glb that moves for a sequence");
-  command.add_option("--pairs", o->pairs, "File with lines of: identity pose output")
+  CLI::Option* identity =
+      command
+          .add_option(
+              "--identity", o->identity,
+              "Pose this mesh, the target character (.ply, .obj, .glb, .fbx, ...), or every mesh of this folder")
+          ->type_name("PATH");
+  CLI::Option* pose = command
+                          .add_option("--pose", o->pose,
+                                      "Take the pose from this mesh; from a folder of meshes, or a .glb or .fbx with "
+                                      "--clip: the frames of a sequence")
+                          ->type_name("PATH");
+  CLI::Option* out = command
+                         .add_option("-o,--out", o->out,
+                                     "Write the result to this file (.ply, .obj, .glb); results of a folder to this "
+                                     "folder; a sequence to a folder or an animated .glb")
+                         ->type_name("PATH");
+  command.add_option("--pairs", o->pairs, "Transfer all pairs of this list, with lines of: identity pose output")
+      ->type_name("PATH")
       ->excludes(identity)
       ->excludes(pose)
       ->excludes(out);
   program::add_animation_options(command, o->animation);
   program::add_transfer_options(command, o->transfer);
-  command.add_option("--seed", o->transfer.options.seed, "Of pairings, drawn points and random weights")
+  command.add_option("--seed", o->transfer.options.seed, "Draw pairings, points and random weights from this seed")
       ->check(program::whole_number())
       ->capture_default_str();
-  command.add_option("--format", o->format, "ply, obj or glb: of the results in a folder; without: as the identity")
+  command.add_option("--format", o->format, "Write results in a folder in this format (default: the identity's)")
       ->check(CLI::IsMember({"ply", "obj", "glb"}))
       ->excludes("--pairs");
   command
-      .add_flag("--each", o->each, "Takes each pose of a folder by itself, several at a time, instead of as a sequence")
+      .add_flag("--each", o->each,
+                "Transfer each pose of a folder by itself, several at a time, instead of as a sequence")
       ->excludes("--pairs");
   command
       .add_option("--in-flight", o->in_flight,
-                  "Pairs and sequences at a time, each on one thread; 0: as many as there are threads, 16 at most. "
+                  "Transfer this many pairs or sequences at a time, each on one thread; 0: one a thread, 16 at most. "
                   "Large meshes come one at a time, on all threads")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
-  command.add_flag("--keep-going", o->keep_going, "Go on after a pair that fails; a table of failures at the end");
-  command.add_flag("--skip-existing", o->skip_existing, "Leave out pairs whose output is there: a run that goes on");
-  command.add_option("--shard", o->shard,
-                     "3/16: only the third of sixteen parts of the pairs, for the jobs of a cluster");
-  command.add_option("--report", o->report,
-                     "File of JSON lines, one a pair: files, status, method, confidence, notes, seconds or error");
-  command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)");
-  command.add_option("--view", o->page, "Also write a page to look at them in a browser (.html)");
+  command.add_flag("--keep-going", o->keep_going, "Go on after a pair that fails, and list failures at the end");
+  command.add_flag("--skip-existing", o->skip_existing,
+                   "Leave out pairs whose output is there, to resume a run that was stopped");
+  command
+      .add_option("--shard", o->shard,
+                  "Transfer only this part of the pairs, such as 3/16, the third of sixteen: for the jobs of a cluster")
+      ->type_name("PART");
+  command
+      .add_option("--report", o->report,
+                  "Write a line of JSON for each pair: files, status, method, confidence, notes, seconds or error")
+      ->type_name("PATH");
+  command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)")->type_name("PATH");
+  command.add_option("--view", o->page, "Also write a page that shows identity, pose and result in a browser (.html)")
+      ->type_name("PATH");
   command.callback([o] { run(*o); });
 }
 

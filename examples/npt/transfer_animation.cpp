@@ -358,7 +358,8 @@ void rig(const fs::path& file, const fs::path& out, const AnimationArguments& an
     throw npt::Error({name,
                       {},
                       "a mesh that is not recognised as a person (confidence " + npt::percent_text(confidence) + ")",
-                      "a person"});
+                      "a person",
+                      npt::ErrorCode::not_recognised});
   for (std::size_t j = 0; j < skeleton->joint_count(); ++j)
     skeleton->names[j] = std::string(npt::joint_name(j, joint_names(animation.names)));
   std::string note;

@@ -19,17 +19,22 @@ struct AnimationArguments {
 };
 
 inline void add_animation_options(CLI::App& command, AnimationArguments& arguments) {
-  command.add_option("--clip", arguments.clip, "Clip of the pose .glb or .fbx, by its name; npt info lists them");
-  command.add_option("--fps", arguments.fps, "Frames a second of a sequence; without: 30")
-      ->check(CLI::Range(0.001, 1000.0));
   command
-      .add_option("--names", arguments.names, "What the joints of a result that moves are called: vrm, mixamo or smpl")
+      .add_option("--clip", arguments.clip,
+                  "Take the pose from this clip of the .glb or .fbx, by its name: npt info lists clips")
+      ->type_name("NAME");
+  command
+      .add_option("--fps", arguments.fps,
+                  "Take this many frames a second from a clip, or show this many of a folder (default: 30)")
+      ->check(CLI::Range(0.001, 1000.0));
+  command.add_option("--names", arguments.names, "Name the joints of an animated result as VRM, Mixamo or SMPL does")
       ->check(CLI::IsMember({"vrm", "mixamo", "smpl"}))
       ->capture_default_str();
   command.add_flag("--in-place", arguments.in_place,
-                   "The root joint of a sequence in one file stays where the identity has it; without: it moves as "
-                   "the pose's does, in proportion to the legs");
-  command.add_option("--time", arguments.time, "Second of the clip, for one pose of it")->check(CLI::Range(0.0, 1e6));
+                   "Keep the root joint of an animated result where the identity has it, instead of moving it as the "
+                   "pose source's moves, in proportion to the legs");
+  command.add_option("--time", arguments.time, "Take one pose from the clip, at this second")
+      ->check(CLI::Range(0.0, 1e6));
 }
 
 /// Sequences, each from an identity and a clip or a folder of poses to a file or a folder.

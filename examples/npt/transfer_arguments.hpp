@@ -35,79 +35,86 @@ struct TransferArguments {
   std::optional<std::string> normalise, unit;
   std::string pairing = "random", resample = "auto", method = "auto", quality = "balanced";
   bool refine = false, random_weights = false;
-  int threads = 0;  ///< 0: all that the process may use
+  bool can_be_random = false;  ///< whether the command has --random-weights
+  int threads = 0;             ///< 0: all that the process may use
 };
 
 inline void add_network_options(CLI::App& command, NetworkOptions& network) {
-  command.add_option("--weights", network.weights, "Weights (.safetensors); without: those shipped with npt");
   command
-      .add_option("--order", network.order,
-                  "conv_relu (the paper) or relu_conv (its code); must agree with the weights")
+      .add_option("--weights", network.weights,
+                  "Read the weights from this file (.safetensors) (default: those that npt ships)")
+      ->type_name("PATH");
+  command
+      .add_option(
+          "--order", network.order,
+          "Expect layers in this order: conv_relu (the paper) or relu_conv (its code) (default: as the weights say)")
       ->check(CLI::IsMember({"conv_relu", "relu_conv"}));
-  command.add_option("--feature", network.feature, "per-vertex or pooled; must agree with the weights")
+  command.add_option("--feature", network.feature, "Expect this pose feature (default: as the weights say)")
       ->check(CLI::IsMember({"per-vertex", "pooled"}));
-  command.add_option("--output-scale", network.output_scale,
-                     "Factor of the final tanh, for weights that don't say: 1 in the paper, 2 in its code");
+  command.add_option(
+      "--output-scale", network.output_scale,
+      "Multiply the network's last tanh by this: 1 in the paper, 2 in its code (default: as the weights say)");
 }
 
 /// Everything but the seed, whose meaning the commands describe.
 inline void add_transfer_options(CLI::App& command, TransferArguments& arguments) {
   add_network_options(command, arguments.network);
+  arguments.can_be_random = true;
   command
       .add_flag("--random-weights", arguments.random_weights,
-                "Weights that know nothing, from --seed: to try everything but the transfer itself")
+                "Draw random weights from --seed, to test a pipeline: results are no pose transfers")
       ->excludes("--weights");
   command
       .add_option("--method", arguments.method,
-                  "body: by body estimation, for people in any pose; network: by the pose transfer network; auto: by "
-                  "body estimation where both meshes are recognised as people, else by the network")
+                  "Make results by body estimation (body), by the pose transfer network (network), or by body "
+                  "estimation where both meshes are recognised as people, else by the network (auto)")
       ->check(CLI::IsMember({"auto", "body", "network"}))
       ->capture_default_str();
   command
-      .add_option(
-          "--quality", arguments.quality,
-          "Of body estimation: fast (about two thirds of the time), balanced, or best (all views of every mesh)")
+      .add_option("--quality", arguments.quality,
+                  "Estimate bodies fast, balanced, or best, which looks at all views of every mesh and takes longest")
       ->check(CLI::IsMember({"fast", "balanced", "best"}))
       ->capture_default_str();
-  command.add_option("--threads", arguments.threads, "Threads; 0: all that the process may use")
+  command.add_option("--threads", arguments.threads, "Use this many threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   command
-      .add_option("--normalise", arguments.normalise,
-                  "How meshes are brought to the network's coordinates; without: as the weights say")
+      .add_option(
+          "--normalise", arguments.normalise,
+          "Bring meshes to the network's coordinates in this way: sphere, centre or none (default: as the weights say)")
       ->check(CLI::IsMember({"sphere", "centre", "none"}));
-  command.add_option(
-      "--unit", arguments.unit,
-      "Of both meshes: metre, centimetre, millimetre, inch, foot, or metres as a number; without: inferred "
-      "from their size, where the network asks for it");
+  command
+      .add_option("--unit", arguments.unit,
+                  "Take both meshes to be in this unit: metre, centimetre, millimetre, inch, foot, or a number of "
+                  "metres (default: inferred from their size where it matters)")
+      ->type_name("UNIT");
   command
       .add_option(
           "--pairing", arguments.pairing,
-          "How a network with the per-vertex feature meets the vertices of both meshes: random, as in training; "
-          "as-given, by number, to compare with other implementations")
+          "Pair the vertices of both meshes, in networks with the per-vertex feature, at random as in training, or by "
+          "number (as-given), to compare with other implementations; as-given implies --method network")
       ->check(CLI::IsMember({"random", "as-given"}))
       ->capture_default_str();
   command
       .add_option("--resample", arguments.resample,
-                  "auto: bring the pose mesh to the identity's vertex count; off: refuse another count")
+                  "Bring the pose mesh to the identity's vertex count (auto), or refuse another count (off)")
       ->check(CLI::IsMember({"auto", "off"}))
       ->capture_default_str();
   command.add_flag("--invariant", arguments.options.network.invariant,
-                   "Permuting a mesh's vertices permutes the result bit for bit, and changes nothing else");
+                   "Make results independent of the order of vertices, to the last bit");
   command
       .add_option("--pairings", arguments.options.network.pairings,
-                  "Average over so many random pairings of pose and identity vertices (per-vertex feature)")
+                  "Average the network's results over this many random pairings of vertices (per-vertex feature)")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   command.add_flag("--mirror", arguments.options.network.mirror,
-                   "Average with the transfer of the mirror images, left to right; for symmetric subjects");
-  CLI::Option* refine =
-      command.add_flag("--refine", arguments.refine, "Give results the identity's surface detail (needs Eigen)");
+                   "Average the network's result with that of the mirrored meshes, for symmetric subjects");
+  CLI::Option* refine = command.add_flag("--refine", arguments.refine,
+                                         "Give results the identity's surface detail (needs a build with Eigen)");
   command
-      .add_option(
-          "--refine-radius", arguments.options.refine_radius,
-          "Detail below this size comes from the identity, as a fraction of the root of its area; without: as the "
-          "weights say, or 0.04")
+      .add_option("--refine-radius", arguments.options.refine_radius,
+                  "Take detail below this size from the identity, as a fraction of the square root of its area "
+                  "(default: as the weights say, or 0.04)")
       ->check(CLI::Range(1e-6, 10.0))
       ->needs(refine);
 }

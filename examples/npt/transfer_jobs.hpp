@@ -83,6 +83,7 @@ inline std::vector<TransferJob> pose_jobs(const std::filesystem::path& identity,
     if (format) throw npt::Error({"--format", {}, "one output file", "a folder of poses"});
     return {{identity, pose, out, {}, 0}};
   }
+  expect_folder_name(out, "a folder for the results");
   folder.emplace(out);
   return folder_jobs(identity, pose, out, result_extension(identity, format));
 }
@@ -95,6 +96,7 @@ inline std::vector<TransferJob> identity_jobs(const std::filesystem::path& ident
                                               std::optional<OutputFolder>& folder,
                                               std::vector<std::unique_ptr<OutputFolder>>& folders) {
   std::vector<TransferJob> jobs;
+  expect_folder_name(out, "a folder for the results");
   folder.emplace(out);
   const bool many = std::filesystem::is_directory(pose);
   std::size_t series = 0;

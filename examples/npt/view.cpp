@@ -210,36 +210,43 @@ void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   command
       .add_option("MESH", o->files,
-                  "What to show, one panel each: meshes (.ply, .obj, ...), folders of them as sequences, GLB and FBX "
-                  "files with "
-                  "their clips")
+                  "Show these, one panel each: meshes (.ply, .obj, ...), folders of meshes as sequences, .glb and .fbx "
+                  "files with their clips")
       ->required();
-  command.add_option("-o,--out", o->out, "Page to write (.html)")->required();
-  command.add_option("--captions", o->captions, "Texts below the panels: \"identity,pose,result\" (\\, is a comma)");
-  command.add_option("--colours", o->colours, "Colours of the meshes: \"blue,sand,#9db7d5\" (- for the default)");
-  command.add_option("--title", o->title, "The page's; without: the files' names");
+  command.add_option("-o,--out", o->out, "Write the page to this file (.html)")->type_name("PATH")->required();
+  command
+      .add_option("--captions", o->captions,
+                  "Write these texts below the panels: \"identity,pose,result\" (\\, is a comma)")
+      ->type_name("LIST");
+  command
+      .add_option("--colours", o->colours,
+                  "Paint the meshes in these colours: \"blue,sand,#9db7d5\" (- keeps the default)")
+      ->type_name("LIST");
+  command.add_option("--title", o->title, "Give the page this title (default: the files' names)");
   CLI::Option* truth =
-      command.add_option("--truth", o->truth,
-                         "The mesh that each vertex should be at, in metres, or a folder with one for each frame: "
-                         "one for all panels, or a list (- for none); bounding boxes are centred, as for the PMD");
+      command
+          .add_option("--truth", o->truth,
+                      "Colour the error against this ground truth, a mesh in metres or a folder with one for each "
+                      "frame: one for all panels, or a list (- for none); bounding boxes are centred, as for the PMD")
+          ->type_name("LIST");
   command
       .add_option("--scale-bar", o->scale_bar,
-                  "Millimetres at the end of the scale of errors; without: a round number that few vertices exceed")
+                  "End the scale of errors at this many millimetres (default: a round number that few vertices exceed)")
       ->check(CLI::Range(1e-6, 1e9))
       ->needs(truth);
-  command.add_option("--fps", o->fps, "Frames a second of sequences")
+  command.add_option("--fps", o->fps, "Play sequences at this many frames a second")
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
-  command.add_option("--every", o->every, "Only each so many-th mesh of a folder")
+  command.add_option("--every", o->every, "Show every Nth mesh of a folder only: 2 shows each second one")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
-  command.add_option("--up", o->up, "The meshes' axis that points up: y or z")
+  command.add_option("--up", o->up, "Take this axis of the meshes as up")
       ->check(CLI::IsMember({"y", "z"}))
       ->capture_default_str();
-  command.footer("The page needs no server and no network. Keys: ? lists them.");
+  command.footer("The page needs no server and no network. In it, ? lists the keys.");
   command.callback([o] { run(*o); });
 }
 
-const program::Subcommand registered("view", "Meshes, pairs, sequences and GLB files as a page for a browser", add);
+const program::Subcommand registered("view", "Write meshes, sequences and GLB files into a page for a browser", add);
 
 }  // namespace view_command

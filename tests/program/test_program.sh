@@ -111,7 +111,24 @@ test_arguments() {
   expect 0 --out "npt " -- --version
   expect 0 --out "render" --out "transfer" --out "info" -- --help
   expect 0 --out "Usage: npt render" -- render --help
-  expect 2 --err "subcommand is required" --
+  # Alone it says what to do first; its first three commands work in an empty folder.
+  expect 0 --out "npt --help" --
+  sed -n 's/^  npt //p' out.txt | head -3 > first.txt
+  [ "$(wc -l < first.txt)" -eq 3 ] || fail "no three commands to begin with"
+  while read -r line; do
+    expect 0 -- $line
+  done < first.txt
+  exists result.html
+  expect 2 --err "subcommand is required" -- bench
+  # Every help fits a terminal, and each option says what happens.
+  for command in "" transfer rig view render generate info doctor explain bench "bench forward" "bench transfer" "bench gemm" \
+    "bench train" evaluate train reproduce deform skeleton; do
+    "$npt" $command --help > out.txt 2> err.txt || continue  # a build without Eigen lacks some
+    grep -qE '.{101}' out.txt && fail "npt $command --help: a line of more than 100 columns"
+    awk '/^  (-.,)?--/ && ++options { text = substr($0, 35); if (length($0) < 35 || substr($0, 34, 1) != " ") { getline; text = substr($0, 35) }
+         if (text !~ /^[A-Z][a-z]+( |$)/ || text ~ /^(Of|The|How|What|A|One|For|Part) /) { print "npt option: " $0; bad = 1 } }
+         END { exit bad || !options }' out.txt || fail "npt $command --help: an option that doesn't begin with a verb"
+  done
   expect 2 --err "unknown subcommand 'fly'" --err "transfer" -- fly
   expect 2 -- --nonsense
   expect 2 --err "--nonsense" --err "npt info --help" -- info x.ply --nonsense
@@ -181,6 +198,8 @@ test_generate() {
   expect 0 -- generate --out two.ply --seed 6
   different one.ply two.ply
   expect 0 --out "set: 3 meshes" -- generate --out set --count 3 --seed 5 --format obj
+  expect 1 --err "x.fbx: found extension .fbx, expected .ply, .obj or .glb, or a folder" -- generate --out x.fbx
+  missing x.fbx
   exists set/body_0000.obj
   exists set/body_0002.obj
   expect 0 -- generate --out more --count 2 --seed 5
@@ -331,9 +350,20 @@ test_transfer() {
   [ "$(wc -l < l.jsonl)" -eq 3 ] || fail "report: $(cat l.jsonl)"
   expect 0 --out "3.glb" -- transfer --method network --pairs list.txt --clip frames --fps 2 --shard 3/3
   expect 1 --err "--each: found a sequence in one file" -- transfer --identity a.obj --pose moving.glb --clip frames --out x.glb --each
+  # A clip without a mesh is a usual download.
+  cat > bare.gltf <<'END'
+{"asset":{"version":"2.0"},"nodes":[{}],"scenes":[{"nodes":[0]}],"scene":0,
+"buffers":[{"byteLength":32,"uri":"data:application/octet-stream;base64,AAAAAAAAgD8AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA="}],
+"bufferViews":[{"buffer":0,"byteLength":8},{"buffer":0,"byteOffset":8,"byteLength":24}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":2,"type":"SCALAR","min":[0],"max":[1]},
+{"bufferView":1,"componentType":5126,"count":2,"type":"VEC3"}],
+"animations":[{"name":"Walk","samplers":[{"input":0,"output":1}],
+"channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}]}]}
+END
+  expect 1 --err "See docs/troubleshooting.md#found-no-mesh" -- transfer --identity a.obj --pose bare.gltf --clip Walk --out x.glb
   # GLB files are in metres.
   sed 's/^v \(.*\) \(.*\) \(.*\)$/v \1e2 \2e2 \3e2/' a.obj > cm.obj
-  expect 0 --err "cm.obj is taken to be in centimetres, by its size (--unit says another one): cm.glb is in metres" -- transfer --method network --identity cm.obj --pose b.ply --out cm.glb
+  expect 0 --err "cm.obj is taken to be in centimetres, by its size (--unit says another one): cm.glb is in metres" --err "See docs/troubleshooting.md#unit-assumed" -- transfer --method network --identity cm.obj --pose b.ply --out cm.glb
   expect 0 -- info cm.glb
   awk '$1 == "size" { gsub(",", ""); good = $2 < 10 && $3 < 10 && $4 < 10 } END { exit !good }' out.txt || fail "cm.glb is not in metres"
   # OFF needs nothing; FBX, Collada and STL need assimp.
@@ -366,8 +396,13 @@ test_transfer() {
   grep -q "taken to be in" err.txt && fail "a note though the unit is given"
   sed -E 's/^v ([0-9.]+) ([0-9.]+) ([0-9.]+)/v \1e1 \2e1 \3e1/' a.obj > ten.obj
   expect 1 --err "ten.obj: found a mesh 15 units across, expected a person" -- transfer --method network --identity ten.obj --pose b.ply --out z.obj
-  expect 1 --err "--unit" -- transfer --method network --identity a.obj --pose b.ply --out z.obj --unit fathom
+  local units="expected metre, centimetre, millimetre, inch, foot, or a number of metres above 0"
+  expect 1 --err "--unit: found 'furlong', $units" -- transfer --method network --identity a.obj --pose b.ply --out z.obj --unit furlong
+  expect 1 --err "--unit: found '0', $units" -- transfer --method network --identity a.obj --pose b.ply --out z.obj --unit 0
   missing z.obj
+  expect 0 --err "note: --names changes nothing" -- transfer --method network --identity a.obj --pose b.ply --out x.obj --names smpl
+  expect 1 --err "x.fbx: found extension .fbx, expected a folder for the results" -- transfer --method network --identity a.obj --pose frames --out x.fbx
+  missing x.fbx
   rm -f random.obj given.obj x.obj y.obj
 
   # Random weights only where asked for; weights that aren't there are an error that names where they were looked for.
@@ -591,7 +626,7 @@ test_view() {
   [ "$(grep -oF '"caption":"result"' pairs.html | wc -l)" -eq 2 ] || fail "a list is not a group for each pair"
   expect 1 --err "b.ply: found extension .ply, expected .html" -- transfer --method network --identity a.obj --pose b.ply --out x.obj --view b.ply
   expect 0 -- evaluate --pairs 2 --seed 5 --worst 1 --view worst.html
-  for text in '"caption":"truth"' '"errors":' '"heat":{' 'PMD '; do grep -qF "$text" worst.html || fail "no $text in the worst pair's page"; done
+  for text in '"caption":"ground truth"' '"errors":' '"heat":{' 'PMD '; do grep -qF "$text" worst.html || fail "no $text in the worst pair's page"; done
   expect 2 --err "--worst" -- evaluate --pairs 2 --view worst.html
 }
 
@@ -673,12 +708,25 @@ test_clips() {
   awk 'BEGIN { for (i = 1; i <= 72; ++i) printf "%.4f%s", (i <= 3 ? 0 : 1.5 * sin(5.1 * i)), i % 3 ? " " : "\n" }' > crumpled.txt
   mkdir crumpled
   expect 0 -- generate --out crumpled/1.obj --seed 3 --pose crumpled.txt
-  expect 1 --err "not recognised as a person" -- transfer --identity a.obj --pose crumpled/1.obj --out x.obj
+  expect 1 --err "not recognised as a person" --err ". See docs/troubleshooting.md#not-recognised" -- transfer --identity a.obj --pose crumpled/1.obj --out x.obj
   cp a.obj crumpled/2.obj
   expect 0 --out "2 meshes" --out "confidence 100 %" -- transfer --identity a.obj --pose crumpled --out followed
   awk 'FNR == 1 { ++file } $1 == "v" { for (k = 2; k <= 4; ++k) { x[file, FNR, k] = $k; sum[file, k] += $k }; rows[FNR] } END {
     for (r in rows) { ++n } for (r in rows) for (k = 2; k <= 4; ++k) { d = x[1, r, k] - sum[1, k] / n - x[2, r, k] + sum[2, k] / n; off += d * d / n }
     exit !(n > 1000 && off < 3e-4) }' followed/1.obj crumpled/1.obj || fail "a crumpled body was not followed from a standing one"
+}
+
+# A program that is taken away from its weights names the options that the command has.
+test_weights() {
+  make_meshes
+  cp "$npt" away
+  local npt=$PWD/away
+  export NPT_WEIGHTS=
+  expect 1 --err "human.safetensors: found no such file in" --err "NPT_WEIGHTS names their folder, --weights other ones" \
+    --err ". See docs/troubleshooting.md#missing-weights" -- rig --mesh a.obj --out x.glb
+  grep -q -e --random-weights err.txt && fail "an option that npt rig doesn't have"
+  expect 1 --err "--random-weights draws some" -- transfer --identity a.obj --pose b.ply --out x.obj
+  missing x.obj
 }
 
 # A rigged character with a clip, as another tool would leave it, trains beside the mannequin.
@@ -766,6 +814,46 @@ test_evaluate() {
   expect 0 -- evaluate --method network --list pairs/list.txt --seed 5 --json
   [ "$(pmd_of)" = "$first" ] || fail "pairs that were written have other results"
   expect 2 --err "--write" -- evaluate --sequences 1 --write pairs
+
+  # Results of another method, in any format: those of npt transfer have the errors that evaluation finds itself.
+  mkdir pairs/own
+  printf '%04d_identity.ply %04d_pose.ply own/%04d_result.%s\n' 0 0 0 ply 1 1 1 obj > pairs/jobs.txt
+  expect 0 -- transfer --method network --pairs pairs/jobs.txt --seed 5
+  expect 0 --out '"network":"results in pairs/own"' -- evaluate --list pairs/list.txt --results pairs/own --json
+  [ "$(pmd_of)" = "$first" ] || fail "results of npt transfer have other errors than evaluation finds"
+  expect 0 --out "results in pairs/own on fresh pairs of mannequin, seed 5" --out "worst of fresh pairs" \
+    -- evaluate --pairs 2 --seed 5 --results pairs/own --worst 1 --view own.html --threads 2
+  [ ! -s err.txt ] || fail "a note about good results"
+  exists own.html
+  # Beside the pairs, too.
+  cp pairs/own/* pairs
+  expect 0 --out "results in pairs on pairs/list.txt" -- evaluate --list pairs/list.txt --results pairs
+  local both="expected 0000_result.ply to 0001_result.ply, a mesh for each of the 2 pairs"
+  expect 1 --err "none: found no such folder, $both" -- evaluate --pairs 2 --results none
+  mv pairs/own/0001_result.obj second.obj
+  expect 1 --err "own: found no 0001_result, $both" -- evaluate --pairs 2 --seed 5 --results pairs/own
+  mkdir empty
+  expect 1 --err "empty: found no 0000_result (2 results are missing), $both" -- evaluate --pairs 2 --seed 5 --results empty
+  cp a.obj pairs/own/0001_result.obj
+  expect 1 --err "0001_result.obj: found 4 vertices, expected " --err "the identity" -- evaluate --pairs 2 --seed 5 --results pairs/own
+  cp second.obj pairs/own/0001_result.obj
+  cp second.obj pairs/own/0002_result.obj
+  expect 1 --err "0002_result.obj: found a mesh of no pair, $both" -- evaluate --pairs 2 --seed 5 --results pairs/own
+  mv pairs/own/0002_result.obj pairs/own/1_result.obj
+  expect 1 --err "1_result.obj: found a mesh of no pair" -- evaluate --pairs 2 --seed 5 --results pairs/own
+  mv pairs/own/1_result.obj pairs/own/0000_result.obj
+  expect 1 --err "found a second result beside 0000_result.obj, expected one for each pair" -- evaluate --pairs 2 --seed 5 --results pairs/own
+  for option in "--method network" "--sequences 1" "--write x" --mirror "--weights x.safetensors"; do
+    expect 2 --err "${option%% *}" --err "--results" -- evaluate --results pairs/own $option
+  done
+  # Vertices in another order, and another unit, are told.
+  printf 'b.ply a.obj b.ply\n' > one.txt
+  mkdir one
+  awk 'NR == 11 { first = $0; next } NR == 12 { print; print first; next }
+       NR > 15 { for (i = 2; i <= 4; ++i) if ($i < 2) $i = 1 - $i } { print }' b.ply > one/0000_result.ply
+  expect 0 --err "note: 1 result, first one/0000_result.ply, with other edges" -- evaluate --list one.txt --results one
+  awk 'NR > 10 && NR < 16 { $1 *= 100; $2 *= 100; $3 *= 100 } { print }' b.ply > one/0000_result.ply
+  expect 0 --err "note: 1 result, first one/0000_result.ply, of quite another size" -- evaluate --list one.txt --results one
   expect 0 -- evaluate --method network --pairs 2 --seed 5 --noise 0.01 --json
   [ "$(pmd_of)" != "$first" ] || fail "noise changes nothing"
   [ "$(wc -l < out.txt)" -eq 1 ] || fail "JSON of more than one line"
@@ -813,6 +901,11 @@ test_evaluate() {
     grep -qF "built without Eigen" err.txt || fail "--refine: neither a result nor a reason"
   fi
   expect 0 --out "mirrored" -- evaluate --method network --pairs 2 --seed 5 --mirror
+  # Options that change nothing are told, and poses that no pair would have are refused.
+  expect 0 --err "note: --pairings, --mirror: only results of the network change" -- evaluate --pairs 1 --pairings 2 --mirror
+  expect 0 --err "note: --quality changes nothing" -- evaluate --method network --pairs 1 --quality best
+  expect 2 --err "--poses" --err "--pairs or --sequences" -- evaluate --poses natural
+  expect 2 --err "--shapes" -- evaluate --list lists/list.txt --shapes uniform
   expect 0 --err "--pairings changes nothing" -- evaluate --method network --pairs 1 --pairings 3 --feature pooled
   expect 0 --out "3 pairings" -- evaluate --method network --list lists/list.txt --pairings 3 --feature per-vertex
   expect 0 --out '"jitter_mm":' --out '"true_jitter_mm":' -- evaluate --method network --sequences 1 --frames 3 --json
