@@ -154,7 +154,7 @@ void colour_by_error(std::vector<render::Panel>& panels, const Options& options,
     panels[i].colours = render::heat_colours(errors[i], 0, high);
     panels[i].even_light = render::data_light;
   }
-  figure.colour_bar = {0, high, "distance to the truth (mm)", open_end};
+  figure.colour_bar = {0, high, "distance to the ground truth (mm)", open_end};
 }
 
 void colour(std::vector<render::Panel>& panels, const Options& options, render::FigureOptions& figure) {

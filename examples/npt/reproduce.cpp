@@ -1,6 +1,6 @@
 /// npt reproduce: the paper's tables and figures by one command. Networks are trained equally long on equal data, every
 /// system is measured on the same 72 + 72 pairs, and what is written says how it was made. It runs the program's other
-/// commands; a folder that was begun is gone on with.
+/// commands and resumes a folder that it began.
 #include "arguments.hpp"
 #include "interrupt.hpp"
 #include "precision_option.hpp"

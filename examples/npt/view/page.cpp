@@ -187,7 +187,7 @@ std::string heat_json(const Page& page) {
   if (all.empty()) return "null";
   const render::ErrorScale scale = render::error_scale(std::move(all), page.error_scale);
   std::string json = "{\"high\":" + number(scale.high) + ",\"open\":" + (scale.open_end ? "true" : "false") +
-                     ",\"label\":\"distance to the truth\",\"colours\":[";
+                     ",\"label\":\"distance to the ground truth\",\"colours\":[";
   constexpr int stops = 32;
   for (int i = 0; i <= stops; ++i)
     json += (i > 0 ? ",\"" : "\"") + hex(render::heat_colour(static_cast<float>(i) / stops)) + "\"";
