@@ -104,7 +104,7 @@ done
 "$npt" rig --mesh kenney_char_largemale.fbx --out "$work/kenney.glb"
 "$npt" rig --mesh rbox_male_06.fbx --out "$work/rbox.glb"
 pose kenney-run kenney_char_largemale.fbx "$run"
-python3 -B "$here/wires.py" "$work" "$work/kenney.glb" "$work/kenney-run.glb" "$work/rbox.glb" \
-  "$work/people-rbox_male_06.glb"
+python3 -B "$here/wires.py" "$work" "$work/kenney.glb" "$work/kenney-run.glb"
+python3 -B "$here/wires.py" "$work" "$work/rbox.glb" "$work/people-rbox_male_06.glb"
 "$npt" render "$work/kenney-wires.obj" "$work/kenney-run-wires.obj" "$work/rbox-uv.obj" \
   "$work/people-rbox_male_06-uv.obj" --background transparent --width 210 --height 280 --gap 4 --out "$out/gallery-kept.png"

@@ -2,6 +2,7 @@
 """Makes OBJ files that `npt render` draws as a wireframe and as a chessboard by UVs, of GLB files without animation: each
 triangle is cut into small ones whose vertices have colours.
 usage: wires.py OUT_FOLDER MESH.glb ...        makes OUT_FOLDER/NAME-wires.obj and OUT_FOLDER/NAME-uv.obj
+All of one call are one character: they are scaled alike, the first to a height of 1.8 m.
 SQUARES along a side of the UV space (default 24) in the environment. Python's standard library is enough."""
 
 import math
@@ -98,7 +99,7 @@ def main():
     for path in map(Path, sys.argv[2:]):
         triangles = triangles_of(path)
         lows, highs = ([limit(place[1] for triangle in triangles for place, _ in triangle)] for limit in (min, max))
-        scale = scale or HEIGHT / (highs[0] - lows[0])  # that of the first for all: one character
+        scale = scale or HEIGHT / (highs[0] - lows[0])  # that of the first for all
         triangles = [[(tuple(scale * x for x in place), uv) for place, uv in triangle] for triangle in triangles]
         wires, board = (Writer(out / f"{path.stem}-{kind}.obj") for kind in ("wires", "uv"))
         for triangle in triangles:
