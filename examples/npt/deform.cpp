@@ -234,23 +234,17 @@ void run(const Options& options) {
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   CLI::Option* source =
-      command.add_option("--source", o->source, "Read the source's rest mesh from this file (.ply, .obj, .glb)")
-          ->type_name("PATH");
-  command
-      .add_option("--pose", o->pose,
-                  "Read the deformed source, with the same vertices, from this mesh, or from each mesh of this folder")
-      ->type_name("PATH");
-  command.add_option("--target", o->target, "Pose this mesh, at rest as the source")->type_name("PATH");
-  command
-      .add_option("-o,--out", o->out,
-                  "Write the result to this file (.ply, .obj, .glb), or results of a folder of poses to this folder")
-      ->type_name("PATH");
-  CLI::Option* markers =
-      command
-          .add_option(
-              "--markers", o->markers,
-              "Match source and target by this list, with lines of: source_vertex target_vertex, numbered from 0")
-          ->type_name("PATH");
+      command.add_option("--source", o->source, "Read the source's rest mesh from this file (.ply, .obj, .glb)");
+  command.add_option(
+      "--pose", o->pose,
+      "Read the deformed source, with the same vertices, from this mesh, or from each mesh of this folder");
+  command.add_option("--target", o->target, "Pose this mesh, at rest as the source");
+  command.add_option(
+      "-o,--out", o->out,
+      "Write the result to this file (.ply, .obj, .glb), or results of a folder of poses to this folder");
+  CLI::Option* markers = command.add_option(
+      "--markers", o->markers,
+      "Match source and target by this list, with lines of: source_vertex target_vertex, numbered from 0");
   command
       .add_option(
           "--control-points", o->control_points,
@@ -258,28 +252,23 @@ void add(CLI::App& command) {
       ->check(CLI::IsMember({"5", "13"}))
       ->delimiter(',')
       ->excludes(markers);
-  command
-      .add_option(
-          "--source-body", o->source_body,
-          "Take the source's markers of --control-points from this body model (.safetensors) (default: the mannequin)")
-      ->type_name("PATH");
-  command.add_option("--target-body", o->target_body, "Take the target's from this one (default: the mannequin)")
-      ->type_name("PATH");
+  command.add_option(
+      "--source-body", o->source_body,
+      "Take the source's markers of --control-points from this body model (.safetensors) (default: the mannequin)");
+  command.add_option("--target-body", o->target_body, "Take the target's from this one (default: the mannequin)");
   command.add_flag("--align", o->align,
                    "Turn deformations by the markers, for a target that faces another way than the source");
   command.add_flag("--open-seams", o->open_seams, "Keep vertices that lie in one place apart instead of welding them");
-  command.add_option("--registered", o->registered, "Also write the source as it was registered onto the target")
-      ->type_name("PATH");
+  command.add_option("--registered", o->registered, "Also write the source as it was registered onto the target");
   command.add_option("--format", o->format, "Write results in a folder in this format (default: the target's)")
       ->check(CLI::IsMember({"ply", "obj"}));
-  command.add_option("--render", o->picture, "Also draw source, pose, target and result (.png)")->type_name("PATH");
-  command.add_option("--view", o->page, "Also write a page that shows them in a browser (.html)")->type_name("PATH");
+  command.add_option("--render", o->picture, "Also draw source, pose, target and result (.png)");
+  command.add_option("--view", o->page, "Also write a page that shows them in a browser (.html)");
   command.add_option("--threads", o->threads, "Use this many threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   CLI::Option* protocol = program::add_protocol_options(command, o->protocol, source);
   command.add_option("--body", o->body, "Measure on this body model (.safetensors) (default: the mannequin)")
-      ->type_name("PATH")
       ->needs(protocol);
   command
       .add_option("--third-mesh", o->third,

@@ -72,6 +72,13 @@ struct Options {
 struct Data {
   std::string name;
   std::vector<npt::EvaluationSet> sets;
+
+  /// Pairs of the sets before number `set`; of all sets behind the last one.
+  std::size_t pairs_before(std::size_t set) const {
+    std::size_t pairs = 0;
+    for (const npt::EvaluationSet& other : std::span(sets).first(set)) pairs += other.count;
+    return pairs;
+  }
 };
 
 std::shared_ptr<const npt::BodyModel> body_of(const Options& o) {
@@ -232,66 +239,35 @@ void write_page(const Options& o, const Data& data, const std::vector<npt::Evalu
                 const ResultOf& result_of) {
   view::Page page;
   page.title = "worst of " + data.name;
-  std::size_t before = 0;  // pairs of the sets before
-  for (std::size_t s = 0; s < evaluations.size(); before += data.sets[s++].count)
+  for (std::size_t s = 0; s < evaluations.size(); ++s)
     for (const std::size_t i : evaluations[s].worst(o.worst)) {
       program::stop_if_interrupted();
       const npt::EvaluationPair pair = data.sets[s].pair(i);
       std::vector<float> result(pair.identity.size());
-      result_of(before + i, pair, result);
+      result_of(data.pairs_before(s) + i, pair, result);
       page.groups.push_back(page_group(evaluations[s].name, evaluations[s].pairs[i], pair, result));
     }
   view::write_page(*o.page, page);
 }
 
-std::size_t pair_count(const Data& data) {
-  std::size_t pairs = 0;
-  for (const npt::EvaluationSet& set : data.sets) pairs += set.count;
-  return pairs;
-}
-
-/// `opened`: the transfer that did it.
-std::vector<npt::Evaluation> evaluate(const Data& data, program::TransferArguments arguments,
-                                      std::optional<program::PoseTransfer>& opened) {
-  const std::size_t pairs = pair_count(data);
-  const npt::DefaultExecutor executor(side_by_side(arguments.threads, pairs));
-  if (executor.slots() > 1) arguments.threads = 1;
-  const program::PoseTransfer& transfer = opened.emplace(program::open_transfer(arguments));
+/// Errors of the results of all pairs, several at a time.
+std::vector<npt::Evaluation> evaluate(const Data& data, const ResultOf& result_of,
+                                      const npt::DefaultExecutor& executor) {
   program::catch_interrupts();
-  program::Progress progress("pairs", pairs);
+  program::Progress progress("pairs", data.pairs_before(data.sets.size()));
   std::mutex mutex;
   std::vector<npt::Evaluation> evaluations;
-  for (const npt::EvaluationSet& set : data.sets)
-    evaluations.push_back(npt::evaluate(
-        set,
-        [&transfer](const npt::EvaluationPair& pair, std::span<float> result) {
-          program::stop_if_interrupted();
-          transfer_pair(transfer, pair, result);
-        },
-        executor,
-        [&] {
-          const std::lock_guard lock(mutex);
-          progress.advance();
-        }));
-  return evaluations;
-}
-
-/// Scores another method's results. `found`: the meshes that did it.
-std::vector<npt::Evaluation> evaluate_others(const Options& o, const Data& data,
-                                             std::optional<program::ResultFiles>& found) {
-  const std::size_t pairs = pair_count(data);
-  const program::ResultFiles& results = found.emplace(*o.results, pairs);
-  const npt::DefaultExecutor executor(side_by_side(o.transfer.threads, pairs));
-  program::catch_interrupts();
-  program::Progress progress("pairs", pairs);
-  std::mutex mutex;
-  std::vector<npt::Evaluation> evaluations = program::evaluate_results(data.sets, results, executor, [&] {
-    program::stop_if_interrupted();
-    const std::lock_guard lock(mutex);
-    progress.advance();
-  });
-  progress.clear();
-  for (const std::string& note : results.notes()) std::cerr << "npt: note: " << note << '\n';
+  for (std::size_t s = 0; s < data.sets.size(); ++s) {
+    const auto made = [&result_of, before = data.pairs_before(s)](std::size_t i, const npt::EvaluationPair& pair,
+                                                                  std::span<float> result) {
+      program::stop_if_interrupted();
+      result_of(before + i, pair, result);
+    };
+    evaluations.push_back(npt::evaluate(data.sets[s], made, executor, [&] {
+      const std::lock_guard lock(mutex);
+      progress.advance();
+    }));
+  }
   return evaluations;
 }
 
@@ -336,11 +312,10 @@ void run_sequences(Options o) {
 }
 
 /// Errors    CLI::ExcludesError for options that change nothing about results of another method
-void expect_no_transfer(const CLI::App& command) {
-  for (const char* option :
-       {"--weights", "--random-weights", "--order", "--feature", "--output-scale", "--method", "--quality",
-        "--normalise", "--unit", "--pairing", "--resample", "--invariant", "--pairings", "--mirror", "--refine"})
-    if (command.count(option) > 0) throw CLI::ExcludesError("--results", option);
+void expect_no_transfer(const std::vector<CLI::Option*>& of_transfer) {
+  for (const CLI::Option* option : of_transfer)
+    if (option->count() > 0 && option->get_name() != "--threads")
+      throw CLI::ExcludesError("--results", option->get_name());
 }
 
 void run(Options o) {
@@ -356,19 +331,27 @@ void run(Options o) {
   }
   const Data data = load_data(o);
   if (o.write) write_pairs(*o.write, data);
+  const std::size_t pairs = data.pairs_before(data.sets.size());
   std::optional<program::PoseTransfer> transfer;
   std::optional<program::ResultFiles> results;
   const program::Stopwatch watch;
-  const std::vector<npt::Evaluation> evaluations =
-      o.results ? evaluate_others(o, data, results) : evaluate(data, o.transfer, transfer);
-  const std::string network = o.results ? "results in " + o.results->string() : transfer->description();
-  if (o.page)
-    write_page(o, data, evaluations, [&](std::size_t number, const npt::EvaluationPair& pair, std::span<float> result) {
-      if (results)
-        results->read(number, pair, result);
-      else
-        transfer_pair(*transfer, pair, result);
-    });
+  const npt::DefaultExecutor executor(side_by_side(o.transfer.threads, pairs));
+  if (executor.slots() > 1) o.transfer.threads = 1;
+  if (o.results)
+    results.emplace(*o.results, pairs);
+  else
+    transfer.emplace(program::open_transfer(o.transfer));
+  const ResultOf result_of = [&](std::size_t number, const npt::EvaluationPair& pair, std::span<float> result) {
+    if (results)
+      results->read(number, pair, result);
+    else
+      transfer_pair(*transfer, pair, result);
+  };
+  const std::vector<npt::Evaluation> evaluations = evaluate(data, result_of, executor);
+  if (results)
+    for (const std::string& note : results->notes()) std::cerr << "npt: note: " << note << '\n';
+  const std::string network = results ? "results in " + o.results->string() : transfer->description();
+  if (o.page) write_page(o, data, evaluations, result_of);
   if (o.json) {
     program::Report report{{"network", network}, {"data", data.name}, {"noise", o.noise}};
     for (const npt::Evaluation& e : evaluations) report["sets"].push_back(program::report_of(e, o.worst));
@@ -386,11 +369,10 @@ void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   o->transfer.options.network.keep_distorted = true;  // what is measured is what comes out
   program::add_transfer_options(command, o->transfer);
-  CLI::Option* body =
-      command
-          .add_option("--body", o->body,
-                      "Make pairs of this body model (.safetensors, SMPL's layout) (default: the built-in mannequin)")
-          ->type_name("PATH");
+  const std::vector<CLI::Option*> of_transfer = command.get_options();
+  CLI::Option* body = command.add_option(
+      "--body", o->body,
+      "Make pairs of this body model (.safetensors, SMPL's layout) (default: the built-in mannequin)");
   CLI::Option* protocol =
       command.add_flag("--protocol", o->protocol,
                        "Measure on the paper's 72 pairs in seen and 72 in unseen poses, as without another set");
@@ -405,12 +387,10 @@ void add(CLI::App& command) {
           .add_option(
               "--list", o->list,
               "Measure on the pairs of this list instead, with lines of: identity pose truth; names are relative to it")
-          ->type_name("PATH")
           ->excludes(protocol)
           ->excludes(body)
           ->excludes("--pairs");
   command.add_option("--family", o->family, "Measure on this folder of species with labelled poses instead")
-      ->type_name("PATH")
       ->excludes(protocol)
       ->excludes(body)
       ->excludes(list);
@@ -432,7 +412,6 @@ void add(CLI::App& command) {
       .add_option("--joint-names", o->joint_names,
                   "Rename joints by this file, with lines of: joint other_name, below [RIG] for one rig only, so that "
                   "rigs share poses")
-      ->type_name("PATH")
       ->needs(rig);
   command
       .add_option("--held-out", o->held_out,
@@ -451,17 +430,14 @@ void add(CLI::App& command) {
   command
       .add_option("--view", o->page,
                   "Also write a page that shows the worst pairs in a browser, errors as colours (.html)")
-      ->type_name("PATH")
       ->needs(worst);
-  command.add_option("--write", o->write, "Also write the pairs' meshes into this folder, with list.txt for --list")
-      ->type_name("PATH");
+  command.add_option("--write", o->write, "Also write the pairs' meshes into this folder, with list.txt for --list");
   CLI::Option* results =
       command
           .add_option(
               "--results", o->results,
               "Score the meshes of this folder, the results of another method, instead of npt's: 0000_result.ply and "
               "so on, with the numbers of --write and the identity's vertices in its order, unit and place")
-          ->type_name("PATH")
           ->excludes("--write");
   CLI::Option* sequences =
       command
@@ -524,8 +500,8 @@ void add(CLI::App& command) {
       "paper's public evaluation computes. Edge error is the mean of |length / true length - 1|. In place\n"
       "is the PMD of results where the method puts them, uncentred. Jitter is the mean length of\n"
       "x(f + 1) - 2 x(f) + x(f - 1) over vertices and frames f.");
-  command.callback([o, &command] {
-    if (o->results) expect_no_transfer(command);
+  command.callback([o, of_transfer, &command] {
+    if (o->results) expect_no_transfer(of_transfer);
     if (command.count("--poses") > 0 && o->pairs == 0 && o->sequences == 0)
       throw CLI::RequiresError("--poses", "--pairs or --sequences: the protocol has poses of its own");
     run(*o);

@@ -173,15 +173,12 @@ void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   command
       .add_option("-o,--out", o->out, "Write the mesh to this file (.ply, .obj, .glb), or the meshes to this folder")
-      ->type_name("PATH")
       ->required();
   command.add_option("--count", o->count, "Make this many meshes")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
-  command
-      .add_option("--body", o->body,
-                  "Make them of this body model (.safetensors, SMPL's layout) (default: the built-in mannequin)")
-      ->type_name("PATH");
+  command.add_option("--body", o->body,
+                     "Make them of this body model (.safetensors, SMPL's layout) (default: the built-in mannequin)");
   command
       .add_option("--shape", o->shape,
                   "Give them random shapes, the mean one (zero), or these shape parameters: \"b0,b1,...\"")

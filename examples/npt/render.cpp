@@ -238,7 +238,7 @@ void add(CLI::App& command) {
           "MESH", o->files,
           "Draw these, one panel each: meshes (.ply, .obj, .glb), finished pictures (.png), - for an empty place")
       ->required();
-  command.add_option("-o,--out", o->out, "Write the picture to this file (.png)")->type_name("PATH")->required();
+  command.add_option("-o,--out", o->out, "Write the picture to this file (.png)")->required();
   command
       .add_option("--captions", o->captions,
                   "Write these texts below the panels: \"identity,pose,result\" (\\, is a comma)")
@@ -291,7 +291,6 @@ void add(CLI::App& command) {
   CLI::Option* distance = command
                               .add_option("--distance-to", o->distance_to,
                                           "Colour by each vertex's distance to the same vertex of this mesh")
-                              ->type_name("PATH")
                               ->excludes(heat);
   CLI::Option* colour =
       command

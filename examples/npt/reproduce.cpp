@@ -359,7 +359,6 @@ void add(CLI::App& command) {
   command
       .add_option("-o,--out", o->out,
                   "Write tables, figures and weights into this folder; a folder of an interrupted run resumes")
-      ->type_name("PATH")
       ->required();
   command.add_option("--body", o->body, "Use this body model (.safetensors), or the mannequin")->capture_default_str();
   command.add_option("--bottleneck", o->bottleneck, "Give the networks' pose feature this many channels")

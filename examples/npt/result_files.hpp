@@ -8,7 +8,6 @@
 #include <formats/read.hpp>
 
 #include <npt/base/error.hpp>
-#include <npt/base/executor.hpp>
 #include <npt/lab/evaluation.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/points.hpp>
@@ -20,7 +19,6 @@
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
-#include <functional>
 #include <mutex>
 #include <span>
 #include <string>
@@ -137,27 +135,5 @@ class ResultFiles {
   mutable std::mutex mutex_;
   mutable Doubtful other_edges_, other_sizes_;
 };
-
-/// Scores the results as npt::evaluate() scores a transfer. `after_pair` may be called by several threads at a time.
-template <npt::Executor Exec>
-std::vector<npt::Evaluation> evaluate_results(const std::vector<npt::EvaluationSet>& sets, const ResultFiles& results,
-                                              const Exec& executor, const std::function<void()>& after_pair) {
-  std::vector<npt::Evaluation> evaluations;
-  std::size_t before = 0;  // pairs of the sets before
-  for (const npt::EvaluationSet& set : sets) {
-    npt::Evaluation& evaluation = evaluations.emplace_back(npt::Evaluation{.name = set.name, .pairs = {}});
-    evaluation.pairs.resize(set.count);
-    executor.for_each(static_cast<int>(set.count), [&](int i, int) {
-      const auto number = static_cast<std::size_t>(i);
-      const npt::EvaluationPair pair = set.pair(number);
-      std::vector<float> result(pair.identity.size());
-      results.read(before + number, pair, result);
-      evaluation.pairs[number] = npt::pair_errors(pair, result);
-      after_pair();
-    });
-    before += set.count;
-  }
-  return evaluations;
-}
 
 }  // namespace program

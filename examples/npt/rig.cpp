@@ -38,28 +38,22 @@ void run(Options& options) {
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   command.add_option("--mesh", o->mesh, "Rig this mesh of a person, in any pose (.ply, .obj, .glb, .fbx, ...)")
-      ->type_name("PATH")
       ->required();
   command
       .add_option("-o,--out", o->out,
                   "Write the mesh with a skeleton of 40 joints and skin weights to this file (.glb)")
-      ->type_name("PATH")
       ->required();
-  command
-      .add_option("--pose", o->pose, "Also give it a clip, from a folder of poses, or from a .glb or .fbx with --clip")
-      ->type_name("PATH");
+  command.add_option("--pose", o->pose,
+                     "Also give it a clip, from a folder of poses, or from a .glb or .fbx with --clip");
   program::add_animation_options(command, o->animation);
-  command.add_option("--view", o->page, "Also write a page that shows the clip in a browser (.html)")
-      ->type_name("PATH");
+  command.add_option("--view", o->page, "Also write a page that shows the clip in a browser (.html)");
   command
       .add_option("--unit", o->transfer.unit,
                   "Take a mesh from .ply, .obj, .stl or .off to be in this unit: metre, centimetre, millimetre, inch, "
                   "foot, or a number of metres (default: inferred from its size)")
       ->type_name("UNIT");
-  command
-      .add_option("--weights", o->transfer.network.weights,
-                  "Read the weights from this file (.safetensors) (default: those that npt ships)")
-      ->type_name("PATH");
+  command.add_option("--weights", o->transfer.network.weights,
+                     "Read the weights from this file (.safetensors) (default: those that npt ships)");
   command.add_option("--threads", o->transfer.threads, "Use this many threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();

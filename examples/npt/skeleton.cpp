@@ -218,22 +218,17 @@ void run(const Options& options) {
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   CLI::Option* identity =
-      command.add_option("--identity", o->identity, "Pose this mesh, the target character (.ply, .obj, .glb)")
-          ->type_name("PATH");
-  command.add_option("--pose", o->pose, "Take the pose from this mesh, or from each mesh of this folder")
-      ->type_name("PATH");
-  command
-      .add_option("-o,--out", o->out,
-                  "Write the result to this file (.ply, .obj, .glb), or results of a folder of poses to this folder")
-      ->type_name("PATH");
-  command.add_option("--body", o->body, "Fit this body model (.safetensors) (default: the built-in mannequin)")
-      ->type_name("PATH");
-  command.add_option("--fitted", o->fitted, "Also write the body as it was fitted to the identity (.ply, .obj, .glb)")
-      ->type_name("PATH");
+      command.add_option("--identity", o->identity, "Pose this mesh, the target character (.ply, .obj, .glb)");
+  command.add_option("--pose", o->pose, "Take the pose from this mesh, or from each mesh of this folder");
+  command.add_option(
+      "-o,--out", o->out,
+      "Write the result to this file (.ply, .obj, .glb), or results of a folder of poses to this folder");
+  command.add_option("--body", o->body, "Fit this body model (.safetensors) (default: the built-in mannequin)");
+  command.add_option("--fitted", o->fitted, "Also write the body as it was fitted to the identity (.ply, .obj, .glb)");
   command.add_option("--format", o->format, "Write results in a folder in this format (default: the identity's)")
       ->check(CLI::IsMember({"ply", "obj"}));
-  command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)")->type_name("PATH");
-  command.add_option("--view", o->page, "Also write a page that shows them in a browser (.html)")->type_name("PATH");
+  command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)");
+  command.add_option("--view", o->page, "Also write a page that shows them in a browser (.html)");
   command.add_option("--threads", o->threads, "Use this many threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();

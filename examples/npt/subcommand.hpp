@@ -11,6 +11,8 @@
 /// both into a message and an exit status.
 #pragma once
 
+#include "path_option.hpp"
+
 #include <CLI/CLI.hpp>
 
 #include <charconv>

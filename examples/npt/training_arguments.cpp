@@ -118,13 +118,11 @@ void add_data_options(CLI::App& command, TrainingArguments& a) {
       .add_option("--joint-names", a.joint_names,
                   "Rename joints by this file, with lines of: joint other_name, below [RIG] for one rig only, so that "
                   "rigs share poses or are recognised as people")
-      ->type_name("PATH")
       ->needs("--rig")
       ->group("Data");
   command
       .add_option("--family", a.family,
                   "Draw samples from this folder of species with labelled poses instead of bodies")
-      ->type_name("PATH")
       ->excludes("--body")
       ->excludes("--rig")
       ->group("Data");
@@ -229,9 +227,7 @@ void add_network_options(CLI::App& command, TrainingArguments& a) {
       ->check(CLI::IsMember({"small", "released", "he"}))
       ->capture_default_str()
       ->group("Network");
-  command.add_option("--start", a.start, "Begin with the weights of this file (.safetensors)")
-      ->type_name("PATH")
-      ->group("Network");
+  command.add_option("--start", a.start, "Begin with the weights of this file (.safetensors)")->group("Network");
 }
 
 void add_course_options(CLI::App& command, TrainingArguments& a) {
@@ -343,7 +339,6 @@ void add_run_options(CLI::App& command, TrainingArguments& a) {
       .add_option("-o,--out", a.out,
                   "Write the weights to this file, W.safetensors; W.checkpoint.safetensors, W.log.csv and W.log.png "
                   "come beside it")
-      ->type_name("PATH")
       ->required()
       ->group(group);
   command

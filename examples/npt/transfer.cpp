@@ -505,24 +505,17 @@ void run(Options options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  CLI::Option* identity =
-      command
-          .add_option(
-              "--identity", o->identity,
-              "Pose this mesh, the target character (.ply, .obj, .glb, .fbx, ...), or every mesh of this folder")
-          ->type_name("PATH");
-  CLI::Option* pose = command
-                          .add_option("--pose", o->pose,
-                                      "Take the pose from this mesh; from a folder of meshes, or a .glb or .fbx with "
-                                      "--clip: the frames of a sequence")
-                          ->type_name("PATH");
-  CLI::Option* out = command
-                         .add_option("-o,--out", o->out,
-                                     "Write the result to this file (.ply, .obj, .glb); results of a folder to this "
-                                     "folder; a sequence to a folder or an animated .glb")
-                         ->type_name("PATH");
+  CLI::Option* identity = command.add_option(
+      "--identity", o->identity,
+      "Pose this mesh, the target character (.ply, .obj, .glb, .fbx, ...), or every mesh of this folder");
+  CLI::Option* pose =
+      command.add_option("--pose", o->pose,
+                         "Take the pose from this mesh; from a folder of meshes, or a .glb or .fbx with "
+                         "--clip: the frames of a sequence");
+  CLI::Option* out = command.add_option("-o,--out", o->out,
+                                        "Write the result to this file (.ply, .obj, .glb); results of a folder to this "
+                                        "folder; a sequence to a folder or an animated .glb");
   command.add_option("--pairs", o->pairs, "Transfer all pairs of this list, with lines of: identity pose output")
-      ->type_name("PATH")
       ->excludes(identity)
       ->excludes(pose)
       ->excludes(out);
@@ -551,13 +544,10 @@ void add(CLI::App& command) {
       .add_option("--shard", o->shard,
                   "Transfer only this part of the pairs, such as 3/16, the third of sixteen: for the jobs of a cluster")
       ->type_name("PART");
-  command
-      .add_option("--report", o->report,
-                  "Write a line of JSON for each pair: files, status, method, confidence, notes, seconds or error")
-      ->type_name("PATH");
-  command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)")->type_name("PATH");
-  command.add_option("--view", o->page, "Also write a page that shows identity, pose and result in a browser (.html)")
-      ->type_name("PATH");
+  command.add_option("--report", o->report,
+                     "Write a line of JSON for each pair: files, status, method, confidence, notes, seconds or error");
+  command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)");
+  command.add_option("--view", o->page, "Also write a page that shows identity, pose and result in a browser (.html)");
   command.callback([o] { run(*o); });
 }
 

@@ -2,6 +2,8 @@
 /// time. Shared by the subcommands that run or explain a network; docs/network-options.md has what the options gain.
 #pragma once
 
+#include "path_option.hpp"
+
 #include <npt/transfer/options.hpp>
 
 #include <CLI/CLI.hpp>
@@ -40,10 +42,8 @@ struct TransferArguments {
 };
 
 inline void add_network_options(CLI::App& command, NetworkOptions& network) {
-  command
-      .add_option("--weights", network.weights,
-                  "Read the weights from this file (.safetensors) (default: those that npt ships)")
-      ->type_name("PATH");
+  command.add_option("--weights", network.weights,
+                     "Read the weights from this file (.safetensors) (default: those that npt ships)");
   command
       .add_option(
           "--order", network.order,

@@ -213,7 +213,7 @@ void add(CLI::App& command) {
                   "Show these, one panel each: meshes (.ply, .obj, ...), folders of meshes as sequences, .glb and .fbx "
                   "files with their clips")
       ->required();
-  command.add_option("-o,--out", o->out, "Write the page to this file (.html)")->type_name("PATH")->required();
+  command.add_option("-o,--out", o->out, "Write the page to this file (.html)")->required();
   command
       .add_option("--captions", o->captions,
                   "Write these texts below the panels: \"identity,pose,result\" (\\, is a comma)")

@@ -7,6 +7,7 @@
 #include <npt/lab/evaluation.hpp>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -209,6 +210,14 @@ TEST_CASE("the result is the same for any threads, and every pair is evaluated o
     CHECK(serial.pairs[i].name == "pair " + std::to_string(i));
   }
   CHECK(npt::evaluate(set, give_truth).pmd() == 0);
+  std::array<int, 20> asked{};
+  const auto numbered = [&](std::size_t number, const npt::EvaluationPair& pair, std::span<float> result) {
+    CHECK(pair.name == "pair " + std::to_string(number));
+    ++asked[number];
+    give_truth(pair, result);
+  };
+  CHECK(npt::evaluate(set, numbered).pmd() == 0);
+  CHECK(std::ranges::all_of(asked, [](int times) { return times == 1; }));
   CHECK(serial.per_coordinate() == serial.pmd() / 3);
 }
 

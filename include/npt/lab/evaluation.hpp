@@ -33,6 +33,7 @@
 #include <numeric>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -179,8 +180,9 @@ inline PairErrors pair_errors(const EvaluationPair& pair, std::span<const float>
           .edge_error = edge_error(result, truth, pair.edges)};
 }
 
-/// Runs `transfer(pair, result)` on every pair of the set; it writes the result, [V, 3], in the identity's unit and
-/// place. With an executor of several slots, `transfer` and `after_pair` are called by several threads at a time.
+/// Runs `transfer(pair, result)`, or `transfer(number, pair, result)`, on every pair of the set; it writes the result,
+/// [V, 3], in the identity's unit and place. With an executor of several slots, `transfer` and `after_pair` are called
+/// by several threads at a time.
 /// Errors  npt::Error for an empty set, and what the pairs or the transfer throw
 template <class Transfer, Executor Exec = SerialExecutor>
 Evaluation evaluate(const EvaluationSet& set, const Transfer& transfer, const Exec& executor = Exec(),
@@ -188,10 +190,14 @@ Evaluation evaluate(const EvaluationSet& set, const Transfer& transfer, const Ex
   if (set.count == 0) throw Error({.file = set.name, .found = "no pairs to evaluate", .expected = "at least one"});
   Evaluation evaluation{.name = set.name, .pairs = std::vector<PairErrors>(set.count)};
   executor.for_each(static_cast<int>(set.count), [&](int i, int) {
-    const EvaluationPair pair = set.pair(static_cast<std::size_t>(i));
+    const auto number = static_cast<std::size_t>(i);
+    const EvaluationPair pair = set.pair(number);
     std::vector<float> result(pair.identity.size());
-    transfer(pair, std::span<float>(result));
-    evaluation.pairs[static_cast<std::size_t>(i)] = pair_errors(pair, result);
+    if constexpr (std::is_invocable_v<const Transfer&, std::size_t, const EvaluationPair&, std::span<float>>)
+      transfer(number, pair, std::span<float>(result));
+    else
+      transfer(pair, std::span<float>(result));
+    evaluation.pairs[number] = pair_errors(pair, result);
     if (after_pair) after_pair();
   });
   return evaluation;
