@@ -43,9 +43,11 @@ class ForeignScene {
     check_whole(bytes);
     importer_.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_CAMERAS, false);
     importer_.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_LIGHTS, false);
+    importer_.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
     source_ = importer_.ReadFile(name_, aiProcess_Triangulate | aiProcess_ValidateDataStructure);
     if (source_ == nullptr) fail("", "what assimp refuses (" + one_line(importer_.GetErrorString()) + ")", kind());
-    if ((source_->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0 || source_->mNumMeshes == 0 || source_->mRootNode == nullptr)
+    // A file of clips has a skeleton and no mesh; assimp calls such a scene incomplete.
+    if (source_->mRootNode == nullptr || (source_->mNumMeshes == 0 && source_->mNumAnimations == 0))
       fail("", "no mesh", "one at least");
     read_materials();
     scene_.nodes.push_back({.name = "scene", .matrix = to_metres()});

@@ -1,0 +1,248 @@
+/// The motion of a scene's clip: the skeleton that it moves, with or without a mesh.
+///   skeleton      of several in a scene, the one that the clip moves most; without a clip, that of the skins
+///   joints        its nodes, meshes left out that nothing moves. What stands above it and stands still is in `base`
+///   split nodes   assimp gives a joint of an FBX file a node for each of its pivots: they become one joint again
+/// Numerics  curves are the clip's own; those of split nodes are sampled at all their keys, and linear between
+/// Errors    npt::Error for a scene without a skeleton
+#pragma once
+
+#include <npt/base/affine.hpp>
+#include <npt/base/error.hpp>
+#include <npt/config.hpp>
+#include <npt/scene/clip.hpp>
+#include <npt/scene/motion.hpp>
+#include <npt/scene/scene.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+namespace internal {
+
+class MotionMaker {
+ public:
+  MotionMaker(const Scene& scene, const Clip* clip, const std::string& file)
+      : scene_(scene), clip_(clip), file_(file), children_(scene.nodes.size()) {
+    for (std::size_t n = 0; n < scene.nodes.size(); ++n)
+      (scene.nodes[n].parent == no_item ? roots_ : children_[scene.nodes[n].parent]).push_back(n);
+    find_moving();
+    count_below();
+  }
+
+  Motion make() {
+    const std::size_t root = choose();
+    Motion motion;
+    motion.base = world_of(scene_.nodes[root].parent);
+    add_joints(motion, root);
+    if (clip_ != nullptr) add_clip(motion);
+    motion.rate = key_rate(motion.clip);
+    return motion;
+  }
+
+ private:
+  /// A skeleton has at least so many joints: the legs of one alone don't count as two of them.
+  static constexpr std::size_t least_joints = 10;
+
+  void find_moving() {
+    moving_.resize(scene_.nodes.size());
+    for (const Skin& skin : scene_.skins)
+      for (const std::size_t joint : skin.joints) moving_[joint] = true;
+    for (const Clip& clip : scene_.clips)
+      for (const ClipChannel& channel : clip.channels)
+        if (channel.path != ChannelPath::weights) moving_[channel.node] = true;
+  }
+
+  void count_below() {
+    bones_.resize(scene_.nodes.size());
+    moved_.resize(scene_.nodes.size());
+    const std::vector<std::size_t> order = nodes_below(roots_);
+    for (auto it = order.rbegin(); it != order.rend(); ++it) {
+      const std::size_t n = *it, parent = scene_.nodes[n].parent;
+      bones_[n] += scene_.nodes[n].mesh == no_item || moving_[n] ? 1U : 0U;
+      moved_[n] += moving_[n] ? 1U : 0U;
+      if (parent != no_item) bones_[parent] += bones_[n], moved_[parent] += moved_[n];
+    }
+  }
+
+  /// Each before its children.
+  std::vector<std::size_t> nodes_below(const std::vector<std::size_t>& roots) const {
+    std::vector<std::size_t> order, open(roots.rbegin(), roots.rend());
+    while (!open.empty()) {
+      const std::size_t n = open.back();
+      open.pop_back();
+      order.push_back(n);
+      open.insert(open.end(), children_[n].rbegin(), children_[n].rend());
+    }
+    return order;
+  }
+
+  Affine own_of(std::size_t node) const {
+    return scene_.nodes[node].matrix ? *scene_.nodes[node].matrix : scene_.nodes[node].place.affine();
+  }
+  Affine world_of(std::size_t node) const {
+    Affine world;
+    for (; node != no_item; node = scene_.nodes[node].parent) world = own_of(node) * world;
+    return world;
+  }
+
+  /// The roots of the scene's skeletons: behind nodes that stand still and only hold one, or several whole ones.
+  std::vector<std::size_t> skeletons() const {
+    std::vector<std::size_t> found, open;
+    for (const std::size_t n : roots_)
+      if (moved_[n] > 0) open.push_back(n);
+    while (!open.empty()) {
+      const std::size_t n = open.back();
+      open.pop_back();
+      std::vector<std::size_t> parts, whole;
+      for (const std::size_t child : children_[n]) {
+        if (bones_[child] > 1 || moving_[child]) parts.push_back(child);
+        if (bones_[child] >= least_joints && moved_[child] > 0) whole.push_back(child);
+      }
+      if (!moving_[n] && whole.size() > 1)
+        open.insert(open.end(), whole.begin(), whole.end());
+      else if (!moving_[n] && parts.size() == 1)
+        open.push_back(parts.front());
+      else
+        found.push_back(n);
+    }
+    return found;
+  }
+
+  std::size_t choose() const {
+    const std::vector<std::size_t> roots = skeletons();
+    if (roots.empty())
+      throw Error({.file = file_, .found = "no skeleton", .expected = "joints that a skin or a clip moves"});
+    std::vector<std::size_t> keys(scene_.nodes.size());
+    if (clip_ != nullptr)
+      for (const ClipChannel& channel : clip_->channels)
+        if (channel.path != ChannelPath::weights) keys[channel.node] += is_constant(channel) ? 1U : 1000U;
+    std::size_t best = roots.front();
+    std::pair<std::size_t, std::size_t> most{};
+    for (const std::size_t root : roots) {
+      std::pair<std::size_t, std::size_t> score{0, moved_[root]};
+      for (const std::size_t n : nodes_below({root})) score.first += keys[n];
+      if (score > most) most = score, best = root;
+    }
+    return best;
+  }
+
+  static bool is_constant(const ClipChannel& channel) {
+    for (std::size_t i = channel.width; i < channel.values.size(); ++i)
+      if (channel.values[i] != channel.values[i % channel.width]) return false;
+    return true;
+  }
+
+  /// A part of a joint that a reader made, not an author.
+  bool is_split(std::size_t node) const {
+    return scene_.nodes[node].name.find("_$AssimpFbx$_") != std::string::npos && !children_[node].empty();
+  }
+  bool is_joint(std::size_t node) const {
+    return scene_.nodes[node].mesh == no_item || moving_[node] || moved_[node] > 0;
+  }
+
+  void add_joints(Motion& motion, std::size_t root) {
+    joint_of_.assign(scene_.nodes.size(), no_item);
+    for (const std::size_t n : nodes_below({root})) {
+      if (!is_joint(n) || is_split(n)) continue;
+      Affine rest = own_of(n);
+      std::size_t parent = n == root ? no_item : scene_.nodes[n].parent;
+      for (; parent != no_item && is_split(parent); parent = parent == root ? no_item : scene_.nodes[parent].parent)
+        rest = own_of(parent) * rest;
+      const bool split = n != root && is_split(scene_.nodes[n].parent);
+      joint_of_[n] = motion.joints.size();
+      const bool tip = children_[n].empty() && !moving_[n];
+      motion.joints.push_back({scene_.nodes[n].name, parent == no_item ? no_item : joint_of_[parent],
+                               split || scene_.nodes[n].matrix ? place_of(rest) : scene_.nodes[n].place, tip, n});
+    }
+  }
+
+  /// The nodes that make up a joint, the outermost first.
+  std::vector<std::size_t> parts_of(const MotionJoint& joint, std::size_t root) const {
+    std::vector<std::size_t> parts{joint.node};
+    for (std::size_t n = joint.node; n != root && is_split(scene_.nodes[n].parent);)
+      parts.push_back(n = scene_.nodes[n].parent);
+    std::ranges::reverse(parts);
+    return parts;
+  }
+
+  void add_clip(Motion& motion) {
+    motion.clip.name = clip_->name;
+    const std::size_t root = motion.joints.front().node;
+    std::vector<std::vector<const ClipChannel*>> of_node(scene_.nodes.size());
+    for (const ClipChannel& channel : clip_->channels)
+      if (channel.path != ChannelPath::weights) of_node[channel.node].push_back(&channel);
+    for (std::size_t j = 0; j < motion.joints.size(); ++j) {
+      const std::vector<std::size_t> parts = parts_of(motion.joints[j], root);
+      std::vector<const ClipChannel*> channels;
+      for (const std::size_t part : parts) channels.insert(channels.end(), of_node[part].begin(), of_node[part].end());
+      if (channels.empty()) continue;
+      if (parts.size() > 1) {
+        add_joined(motion, j, parts, channels);
+        continue;
+      }
+      for (const ClipChannel* channel : channels) {
+        motion.clip.channels.push_back(*channel);
+        motion.clip.channels.back().node = j;
+      }
+    }
+  }
+
+  void add_joined(Motion& motion, std::size_t joint, const std::vector<std::size_t>& parts,
+                  const std::vector<const ClipChannel*>& channels) const {
+    std::vector<float> times;
+    for (const ClipChannel* channel : channels) times.insert(times.end(), channel->times.begin(), channel->times.end());
+    std::ranges::sort(times);
+    times.erase(std::unique(times.begin(), times.end()), times.end());
+    ClipChannel shift{joint, ChannelPath::translation, Interpolation::linear, 3, times, {}};
+    ClipChannel turn{joint, ChannelPath::rotation, Interpolation::linear, 4, times, {}};
+    ClipChannel size{joint, ChannelPath::scale, Interpolation::linear, 3, times, {}};
+    for (const float time : times) {
+      Affine whole;
+      for (const std::size_t part : parts) whole = whole * own_at(part, channels, static_cast<double>(time));
+      const NodePlace place = place_of(whole);
+      const auto add = [](ClipChannel& to, auto... values) { (to.values.push_back(static_cast<float>(values)), ...); };
+      add(shift, place.translation.x, place.translation.y, place.translation.z);
+      add(turn, place.rotation.x, place.rotation.y, place.rotation.z, place.rotation.w);
+      add(size, place.scale.x, place.scale.y, place.scale.z);
+    }
+    for (ClipChannel* channel : {&shift, &turn, &size}) motion.clip.channels.push_back(std::move(*channel));
+  }
+
+  Affine own_at(std::size_t node, const std::vector<const ClipChannel*>& channels, double time) const {
+    if (scene_.nodes[node].matrix) return *scene_.nodes[node].matrix;
+    NodePlace place = scene_.nodes[node].place;
+    for (const ClipChannel* channel : channels)
+      if (channel->node == node) set_from(*channel, time, place);
+    return place.affine();
+  }
+
+  const Scene& scene_;
+  const Clip* clip_;
+  const std::string& file_;
+  std::vector<std::size_t> roots_;
+  std::vector<std::vector<std::size_t>> children_;
+  std::vector<bool> moving_;                ///< [nodes] joints of skins, and what a clip moves
+  std::vector<std::size_t> bones_, moved_;  ///< [nodes] nodes below that could be joints; that are moving
+  std::vector<std::size_t> joint_of_;
+};
+
+}  // namespace internal
+
+/// `clip`: of the scene; nullptr: the skeleton alone. `file` stands in the messages of errors.
+inline Motion motion_of(const Scene& scene, const Clip* clip, const std::string& file) {
+  return internal::MotionMaker(scene, clip, file).make();
+}
+
+/// Whether something in a scene is moved by joints.
+inline bool has_skeleton(const Scene& scene) {
+  if (!scene.skins.empty()) return true;
+  return std::ranges::any_of(scene.clips, [](const Clip& clip) {
+    return std::ranges::any_of(clip.channels, [](const ClipChannel& c) { return c.path != ChannelPath::weights; });
+  });
+}
+
+}  // namespace npt::inline NPT_ABI
