@@ -31,6 +31,8 @@ struct MotionJoint {
   NodePlace rest{};
   bool end = false;            ///< only marks where its parent ends, as BVH's End Sites
   std::size_t node = no_item;  ///< of the scene that it was made of
+  /// In metres with y up, as its skin was bound: files may stand in another pose at rest.
+  std::optional<Affine> bind{};
 };
 
 /// Invariants  a joint stands before its descendants, and these before any other joint; channels of `clip` name joints,
@@ -89,6 +91,18 @@ inline std::vector<Vec3d> joint_positions(const Motion& motion, std::optional<do
   std::vector<Vec3d> positions;
   for (const Affine& world : joint_worlds(motion, time)) positions.push_back(world.shift);
   return positions;
+}
+
+/// From each joint's own coordinates to metres with y up where its skin was bound to it; what isn't bound stands with
+/// its parent, or as at rest.
+inline std::vector<Affine> bound_worlds(const Motion& motion) {
+  std::vector<Affine> worlds(motion.joints.size());
+  for (std::size_t j = 0; j < worlds.size(); ++j) {
+    const MotionJoint& joint = motion.joints[j];
+    worlds[j] =
+        joint.bind ? *joint.bind : (joint.parent == no_item ? motion.base : worlds[joint.parent]) * joint.rest.affine();
+  }
+  return worlds;
 }
 
 /// Frames a second of a clip whose keys lie on frames, also where some were left out; 0 for keys of any other kind.

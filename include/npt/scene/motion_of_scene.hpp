@@ -8,12 +8,15 @@
 
 #include <npt/base/affine.hpp>
 #include <npt/base/error.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/scene/clip.hpp>
 #include <npt/scene/motion.hpp>
 #include <npt/scene/scene.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -38,6 +41,7 @@ class MotionMaker {
     Motion motion;
     motion.base = world_of(scene_.nodes[root].parent);
     add_joints(motion, root);
+    for (const Skin& skin : scene_.skins) add_binds(motion, skin);
     if (clip_ != nullptr) add_clip(motion);
     motion.rate = key_rate(motion.clip);
     return motion;
@@ -158,6 +162,26 @@ class MotionMaker {
       motion.joints.push_back({scene_.nodes[n].name, parent == no_item ? no_item : joint_of_[parent],
                                split || scene_.nodes[n].matrix ? place_of(rest) : scene_.nodes[n].place, tip, n});
     }
+  }
+
+  /// Binding matrices are relative to the mesh, whose node's place doesn't count: the skin's topmost joint is taken to
+  /// stand where it was bound.
+  void add_binds(Motion& motion, const Skin& skin) const {
+    std::vector<std::size_t> number(motion.joints.size(), no_item);
+    std::size_t top = no_item;
+    for (std::size_t i = skin.joints.size(); i-- > 0;) {
+      const std::size_t joint = joint_of_[skin.joints[i]];
+      if (joint == no_item || !(std::abs(skin.inverse_binds[i].linear.determinant()) > 0)) continue;
+      number[joint] = i;
+      top = std::min(top, joint);
+    }
+    if (top == no_item) return;
+    const Affine from_mesh = world_of(motion.joints[top].node) * skin.inverse_binds[number[top]];
+    for (std::size_t j = 0; j < number.size(); ++j)
+      if (number[j] != no_item && !motion.joints[j].bind) {
+        const Affine bind = from_mesh * inverse(skin.inverse_binds[number[j]]);
+        if (is_finite(bind.shift)) motion.joints[j].bind = bind;
+      }
   }
 
   /// The nodes that make up a joint, the outermost first.

@@ -1,0 +1,256 @@
+/// Which joint of a person's skeleton is which: names say it where they are of a known dialect and the skeleton agrees,
+/// its shape where they are silent or wrong. Left and right are the body's own, by its shape.
+///   JointRoles roles = joint_roles(motion);
+///   std::size_t hips = roles.joint(JointRole::hips);
+/// Joints that are nobody's, as hair, props, twist and control joints, have no role.
+/// Numerics  confidences are judgements, not frequencies: 1 where name and shape agree, 0.85 for a name alone, 0.6 for a
+///           name against the shape, and at most 0.7 for the shape alone
+#pragma once
+
+#include <npt/body/roles/facing.hpp>
+#include <npt/body/roles/joint_role.hpp>
+#include <npt/body/roles/limbs.hpp>
+#include <npt/body/roles/named_roles.hpp>
+#include <npt/body/roles/shaped_roles.hpp>
+#include <npt/body/roles/skeleton_shape.hpp>
+#include <npt/config.hpp>
+#include <npt/scene/motion.hpp>
+#include <npt/scene/scene.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+struct JointRoles {
+  RoleTable joints{};
+  std::array<double, joint_role_count> confidences{};  ///< 0 where a role has no joint
+  std::string dialect{};                               ///< of the names; empty: none that is known
+  double confidence = 0;                               ///< that it is a person's skeleton at all, 0 to 1
+
+  std::size_t joint(JointRole role) const { return joints[index_of(role)]; }
+  std::size_t joint(LimbPart part, std::size_t side) const { return joint(limb_role(part, side)); }
+  double confidence_of(JointRole role) const { return confidences[index_of(role)]; }
+  /// none where the joint is nobody's
+  JointRole role_of(std::size_t joint) const {
+    const auto found = std::ranges::find(joints, joint);
+    return found == joints.end() ? JointRole::none : static_cast<JointRole>(found - joints.begin());
+  }
+};
+
+namespace internal {
+
+class RoleJudge {
+ public:
+  explicit RoleJudge(const Motion& motion) : motion_(motion), shape_(motion), named_(named_roles(motion)) {
+    shaped_.fill(no_item);
+    if (const std::optional<Limbs> limbs = find_limbs(shape_)) {
+      shaped_ = shaped_roles(shape_, *limbs);
+      shape_confidence_ = limbs->confidence;
+    }
+  }
+
+  JointRoles judge() {
+    face();
+    const bool by_name = names_hold();
+    JointRoles roles{.joints = by_name ? named_.joints : shaped_, .dialect = std::string(named_.dialect)};
+    if (by_name) move_digits(roles.joints);
+    fill(roles.joints, by_name ? shaped_ : named_.joints);
+    place_hips(roles.joints);
+    place_spine(roles.joints);
+    rate(roles);
+    return roles;
+  }
+
+ private:
+  static constexpr std::array<LimbPart, 4> arm{LimbPart::shoulder, LimbPart::upper_arm, LimbPart::lower_arm,
+                                               LimbPart::hand};
+  static constexpr std::array<LimbPart, 4> leg{LimbPart::upper_leg, LimbPart::lower_leg, LimbPart::foot,
+                                               LimbPart::toes};
+  static constexpr std::array<JointRole, 10> core{JointRole::hips,
+                                                  JointRole::head,
+                                                  limb_role(LimbPart::upper_arm, 0),
+                                                  limb_role(LimbPart::lower_arm, 0),
+                                                  limb_role(LimbPart::upper_leg, 0),
+                                                  limb_role(LimbPart::lower_leg, 0),
+                                                  limb_role(LimbPart::upper_arm, 1),
+                                                  limb_role(LimbPart::lower_arm, 1),
+                                                  limb_role(LimbPart::upper_leg, 1),
+                                                  limb_role(LimbPart::lower_leg, 1)};
+
+  /// Both tables' left becomes the body's; names are only overruled where the shape is plain.
+  void face() {
+    const double of_shape = left_is_left(motion_, shape_, shaped_);
+    if (of_shape < 0) shaped_ = swapped_sides(shaped_);
+    side_confidence_ = std::abs(of_shape);
+    const double of_names = left_is_left(motion_, shape_, named_.joints);
+    if (of_names < -0.3) {
+      named_.joints = swapped_sides(named_.joints);
+      names_swapped_ = true;
+    } else if (of_names < 0 && of_shape >= 0 && agree_crosswise()) {
+      shaped_ = swapped_sides(shaped_);  // doubtful by shape: as the names have it
+    } else if (of_names >= 0 && agree_crosswise()) {
+      shaped_ = swapped_sides(shaped_);
+    }
+  }
+  bool agree_crosswise() const {
+    int same = 0;
+    for (std::size_t r = middle_role_count; r < joint_role_count; ++r) {
+      const std::size_t joint = named_.joints[r];
+      if (joint == no_item) continue;
+      same += shaped_[r] == joint ? 1 : 0;
+      same -= shaped_[index_of(mirrored(static_cast<JointRole>(r)))] == joint ? 1 : 0;
+    }
+    return same < 0;
+  }
+
+  /// Whether the names make a body: most of the main joints are there, each below the one before it.
+  bool names_hold() const {
+    int known = 0, wrong = 0;
+    const RoleTable& joints = named_.joints;
+    for (const JointRole role : core) known += joints[index_of(role)] != no_item ? 1 : 0;
+    for (std::size_t side = 0; side < 2; ++side)
+      for (const auto& parts : {arm, leg})
+        for (std::size_t i = 0; i + 1 < parts.size(); ++i) {
+          const std::size_t above = joint_of(joints, parts[i], side), below = joint_of(joints, parts[i + 1], side);
+          if (above == no_item || below == no_item || parts[i + 1] == LimbPart::foot) continue;  // feet may stand apart
+          wrong += shape_.is_below(below, above) ? 0 : 1;
+        }
+    const bool shape_is_better = shape_confidence_ > 0.5 && known < 6;
+    return known > 0 && wrong == 0 && !shape_is_better;
+  }
+
+  /// A digit that is named for one side and hangs from the other side's arm.
+  void move_digits(RoleTable& joints) const {
+    RoleTable moved = joints;
+    for (std::size_t r = 0; r < joint_role_count; ++r) {
+      const auto role = static_cast<JointRole>(r);
+      if (!is_of_digit(role) || joints[r] == no_item) continue;
+      const std::size_t other = joint_of(joints, LimbPart::lower_arm, 1 - side_of(role));
+      if (other == no_item || !shape_.is_below(joints[r], other)) continue;
+      moved[index_of(mirrored(role))] = joints[r];
+      if (const std::size_t twin = joints[index_of(mirrored(role))]; twin == no_item || shape_.is_below(twin, other))
+        moved[r] = no_item;
+    }
+    joints = moved;
+  }
+
+  /// Takes from the other table what one lacks, where it hangs between the joints that are known.
+  void fill(RoleTable& joints, const RoleTable& from) const {
+    for (std::size_t r = 0; r < joint_role_count; ++r) {
+      const auto role = static_cast<JointRole>(r);
+      if (joints[r] != no_item || from[r] == no_item || std::ranges::find(joints, from[r]) != joints.end()) continue;
+      if (is_of_digit(role) && !takes_digit(joints, role)) continue;
+      if (fits(joints, role, from[r])) joints[r] = from[r];
+    }
+  }
+  /// A finger whose other joints are named is named whole.
+  static bool takes_digit(const RoleTable& joints, JointRole role) {
+    const std::size_t digit =
+        (static_cast<std::size_t>(part_of(role)) - static_cast<std::size_t>(LimbPart::thumb_1)) / 3;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (joint_of(joints, digit_part(digit, i), side_of(role)) != no_item) return false;
+    return true;
+  }
+  bool fits(const RoleTable& joints, JointRole role, std::size_t joint) const {
+    if (!is_of_limb(role)) return true;
+    const std::size_t side = side_of(role);
+    const auto order_holds = [&](const std::array<LimbPart, 4>& parts) {
+      const auto own = std::ranges::find(parts, part_of(role));
+      for (auto it = parts.begin(); it != parts.end(); ++it) {
+        const std::size_t other = joint_of(joints, *it, side);
+        if (other == no_item || own == parts.end() || it == own) continue;
+        const bool apart = *own == LimbPart::foot || *own == LimbPart::toes || *it == LimbPart::foot;
+        if (it < own ? !shape_.is_below(joint, other) && !apart : !shape_.is_below(other, joint) && !apart)
+          return false;
+      }
+      return true;
+    };
+    if (is_of_digit(role)) {
+      const std::size_t hand = joint_of(joints, LimbPart::hand, side),
+                        elbow = joint_of(joints, LimbPart::lower_arm, side);
+      const std::size_t above = hand != no_item ? hand : elbow;
+      return above != no_item && shape_.is_below(joint, above);
+    }
+    return order_holds(arm) && order_holds(leg);
+  }
+
+  /// The hips carry both legs and the spine, whatever a file calls so.
+  void place_hips(RoleTable& joints) const {
+    std::size_t legs = no_item;
+    for (std::size_t side = 0; side < 2; ++side)
+      if (const std::size_t upper = joint_of(joints, LimbPart::upper_leg, side); upper != no_item)
+        legs = legs == no_item ? upper : shape_.common(legs, upper);
+    if (legs == no_item) return;
+    std::size_t& hips = joints[index_of(JointRole::hips)];
+    if (hips != no_item && hips != legs && shape_.is_below(legs, hips)) return;
+    const std::size_t head = joints[index_of(JointRole::head)], own = shape_.parents[legs];
+    const bool is_leg =
+        legs == joint_of(joints, LimbPart::upper_leg, 0) || legs == joint_of(joints, LimbPart::upper_leg, 1);
+    hips = head != no_item && shape_.common(legs, head) != no_item ? shape_.common(legs, head) : is_leg ? own : legs;
+    for (std::size_t r = 1; r < joint_role_count; ++r)
+      if (joints[r] == hips) joints[r] = no_item;
+  }
+
+  /// Spine, chest and upper chest: of the joints between hips and arms the first, the last, and one between.
+  void place_spine(RoleTable& joints) const {
+    const std::size_t hips = joints[index_of(JointRole::hips)];
+    std::size_t top = no_item;
+    for (const LimbPart part : {LimbPart::shoulder, LimbPart::upper_arm})
+      for (std::size_t side = 0; side < 2 && top == no_item; ++side)
+        if (const std::size_t joint = joint_of(joints, part, side); joint != no_item) top = shape_.parents[joint];
+    const std::size_t neck = joints[index_of(JointRole::neck)], head = joints[index_of(JointRole::head)];
+    if (top == no_item && neck != no_item) top = shape_.parents[neck];
+    if (top == no_item && head != no_item) top = shape_.parents[head];
+    if (hips == no_item || top == no_item || !shape_.is_below(top, hips)) return;
+    std::vector<std::size_t> spine;
+    for (std::size_t joint = top; joint != hips; joint = shape_.parents[joint])
+      if (joint != neck && joint != head) spine.push_back(joint);
+    std::ranges::reverse(spine);
+    constexpr std::array<JointRole, 3> roles{JointRole::spine, JointRole::chest, JointRole::upper_chest};
+    for (const JointRole role : roles) joints[index_of(role)] = no_item;
+    for (std::size_t i = 0; i < std::min(spine.size(), roles.size()); ++i)
+      joints[index_of(roles[i])] = spine[spine.size() <= 3 ? i : i * (spine.size() - 1) / 2];
+  }
+
+  void rate(JointRoles& roles) const {
+    for (std::size_t r = 0; r < joint_role_count; ++r) {
+      const std::size_t joint = roles.joints[r];
+      if (joint == no_item) continue;
+      const auto role = static_cast<JointRole>(r);
+      const bool placed = r >= index_of(JointRole::spine) && r <= index_of(JointRole::upper_chest);
+      const bool named = named_.joints[r] == joint, shaped = shaped_[r] == joint;
+      double rating = 0.7 * shape_confidence_;
+      if (placed)
+        rating = std::min(roles.confidences[index_of(JointRole::hips)], 0.95);
+      else if (named && shaped)
+        rating = 1;
+      else if (named)
+        rating = shaped_[r] == no_item ? 0.85 : 0.6;
+      else if (named_.joints[r] != no_item)
+        rating = std::max(0.5, rating);  // the name is of another joint, which can't be it
+      if (is_of_limb(role) && !named) rating *= 0.5 + 0.5 * side_confidence_;
+      if (names_swapped_) rating *= 0.7;
+      roles.confidences[r] = rating;
+    }
+    for (const JointRole role : core) roles.confidence += roles.confidence_of(role) / core.size();
+  }
+
+  const Motion& motion_;
+  SkeletonShape shape_;
+  NamedRoles named_;
+  RoleTable shaped_{};
+  double shape_confidence_ = 0, side_confidence_ = 0;
+  bool names_swapped_ = false;
+};
+
+}  // namespace internal
+
+inline JointRoles joint_roles(const Motion& motion) { return internal::RoleJudge(motion).judge(); }
+
+}  // namespace npt::inline NPT_ABI
