@@ -97,7 +97,7 @@ inline constexpr std::array<JointDialect, 19> joint_dialects{{
      joint_digits::from_two},
     {"KayKit", "hips neck head", "shoulder upperarm lowerarm wrist/hand", "upperleg lowerleg foot toes",
      joint_digits::none},
-    {"Kenney", "root - head", "- arm - -", "- leg - -", joint_digits::none},
+    {"Kenney", "root - head", "- arm - -", "leg - - -", joint_digits::none},
 }};
 
 /// Words before a joint's own that say nothing about it.

@@ -23,6 +23,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -57,6 +58,7 @@ class RoleJudge {
 
   JointRoles judge() {
     face();
+    name_upper_bones();
     const bool by_name = names_hold();
     JointRoles roles{.joints = by_name ? named_.joints : shaped_, .dialect = std::string(named_.dialect)};
     if (by_name) move_digits(roles.joints);
@@ -92,10 +94,8 @@ class RoleJudge {
     if (of_names < -0.3) {
       named_.joints = swapped_sides(named_.joints);
       names_swapped_ = true;
-    } else if (of_names < 0 && of_shape >= 0 && agree_crosswise()) {
+    } else if (agree_crosswise()) {
       shaped_ = swapped_sides(shaped_);  // doubtful by shape: as the names have it
-    } else if (of_names >= 0 && agree_crosswise()) {
-      shaped_ = swapped_sides(shaped_);
     }
   }
   bool agree_crosswise() const {
@@ -107,6 +107,17 @@ class RoleJudge {
       same -= shaped_[index_of(mirrored(static_cast<JointRole>(r)))] == joint ? 1 : 0;
     }
     return same < 0;
+  }
+
+  /// A limb of one word: "leg" is a lower leg only where there is an upper one, or where the shape has it so.
+  void name_upper_bones() {
+    for (std::size_t side = 0; side < 2; ++side)
+      for (const auto& [upper, lower] :
+           {std::pair(LimbPart::upper_arm, LimbPart::lower_arm), std::pair(LimbPart::upper_leg, LimbPart::lower_leg)}) {
+        std::size_t& first = named_.joints[index_of(limb_role(upper, side))];
+        std::size_t& second = named_.joints[index_of(limb_role(lower, side))];
+        if (first == no_item && joint_of(shaped_, lower, side) != second) std::swap(first, second);
+      }
   }
 
   /// Whether the names make a body: most of the main joints are there, each below the one before it.
@@ -201,16 +212,23 @@ class RoleJudge {
   void place_spine(RoleTable& joints) const {
     const std::size_t hips = joints[index_of(JointRole::hips)];
     std::size_t top = no_item;
-    for (const LimbPart part : {LimbPart::shoulder, LimbPart::upper_arm})
-      for (std::size_t side = 0; side < 2 && top == no_item; ++side)
-        if (const std::size_t joint = joint_of(joints, part, side); joint != no_item) top = shape_.parents[joint];
+    for (std::size_t side = 0; side < 2; ++side) {
+      const std::size_t collar = joint_of(joints, LimbPart::shoulder, side);
+      const std::size_t first = collar != no_item ? collar : joint_of(joints, LimbPart::upper_arm, side);
+      if (first == no_item || shape_.parents[first] == no_item) continue;
+      top = top == no_item ? shape_.parents[first] : shape_.common(top, shape_.parents[first]);
+    }
     const std::size_t neck = joints[index_of(JointRole::neck)], head = joints[index_of(JointRole::head)];
     if (top == no_item && neck != no_item) top = shape_.parents[neck];
     if (top == no_item && head != no_item) top = shape_.parents[head];
     if (hips == no_item || top == no_item || !shape_.is_below(top, hips)) return;
     std::vector<std::size_t> spine;
-    for (std::size_t joint = top; joint != hips; joint = shape_.parents[joint])
-      if (joint != neck && joint != head) spine.push_back(joint);
+    for (std::size_t joint = top; joint != hips; joint = shape_.parents[joint]) {
+      if (joint == neck || joint == head) continue;
+      const bool helper = !spine.empty() && !shape_.turns[joint] && shape_.turns[spine.back()] &&
+                          shape_.distance(joint, spine.back()) < 0.004 * shape_.size;
+      if (!helper) spine.push_back(joint);
+    }
     std::ranges::reverse(spine);
     constexpr std::array<JointRole, 3> roles{JointRole::spine, JointRole::chest, JointRole::upper_chest};
     for (const JointRole role : roles) joints[index_of(role)] = no_item;

@@ -132,10 +132,14 @@ class LimbFinder {
     score += 0.3 * length(spine);
     if (dot(apart(limbs.legs), apart(limbs.arms)) < 0) std::swap(limbs.arms.branches[0], limbs.arms.branches[1]);
     if (!limbs.head.empty()) score += 0.15 * shape_.size;
-    // Fingers are many like branches at the end of an arm: legs have none.
-    const double upright = std::clamp((opposite + 0.2) / 1.0, 0.0, 1.0);
+    const double upright = std::clamp(opposite + 0.2, 0.0, 1.0);
     const double whole = std::min(1.0, length(spine) / (0.1 * shape_.size)) * (limbs.head.empty() ? 0.5 : 1.0);
-    limbs.confidence = std::min(limbs.legs.likeness, limbs.arms.likeness) * upright * whole;
+    // What reaches as low as the legs is a leg, too; goals of a foot are shorter than arms.
+    const double rise = dot(ends(limbs.arms) - ends(limbs.legs), normalised(spine));
+    const double arms = std::clamp(rise / (0.1 * shape_.size), 0.0, 1.0);
+    const double legs = std::min(1.0, 2 * limbs.legs.length / limbs.arms.length);
+    limbs.confidence = std::min(limbs.legs.likeness, limbs.arms.likeness) * upright * whole * arms * legs;
+    score *= 0.3 + 0.7 * arms * legs;
     return score;
   }
 

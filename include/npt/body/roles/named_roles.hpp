@@ -127,13 +127,6 @@ inline NamedRoles named_roles(const Motion& motion) {
   NamedRoles roles{.joints = nothing};
   for (const auto& [count, dialect] : order) roles.known += internal::add_roles(*dialect, names, roles.joints);
   if (roles.known > 0) roles.dialect = order.front().second->name;
-  // Limbs of one word: "leg" is a lower leg only where an upper one is beside it.
-  for (std::size_t side = 0; side < 2; ++side)
-    for (const auto& [upper, lower] :
-         {std::pair(LimbPart::upper_arm, LimbPart::lower_arm), std::pair(LimbPart::upper_leg, LimbPart::lower_leg)}) {
-      std::size_t& first = roles.joints[index_of(limb_role(upper, side))];
-      if (first == no_item) std::swap(first, roles.joints[index_of(limb_role(lower, side))]);
-    }
   return roles;
 }
 

@@ -55,12 +55,16 @@ class LimbCutter {
     return path;
   }
 
-  /// Where the upper bone of a limb begins: it and the next one are the longest two in a row.
-  std::size_t upper_of(const std::vector<std::size_t>& path) const {
-    std::size_t upper = 0;
+  /// Where the upper bone of a limb begins: it and the next one are the longest two in a row, on both sides, so that
+  /// what one hand holds doesn't count.
+  std::size_t upper_of(const std::vector<std::size_t>& path, const std::vector<std::size_t>& other,
+                       std::size_t first = 0) const {
+    std::size_t upper = first;
     double most = -1;
-    for (std::size_t i = 0; i + 2 < path.size(); ++i) {
-      const double shorter = std::min(shape_.distance(path[i], path[i + 1]), shape_.distance(path[i + 1], path[i + 2]));
+    for (std::size_t i = first; i + 2 < std::min(path.size(), other.size()); ++i) {
+      double shorter = shape_.size;
+      for (const std::vector<std::size_t>* own : {&path, &other})
+        for (const std::size_t k : {i, i + 1}) shorter = std::min(shorter, shape_.distance((*own)[k], (*own)[k + 1]));
       if (shorter > most) most = shorter, upper = i;
     }
     return upper;
@@ -68,7 +72,7 @@ class LimbCutter {
 
   void cut_leg(std::size_t side) {
     const std::vector<std::size_t> path = bones_of(limbs_.legs.branches[side]);
-    const std::size_t first = upper_of(path);
+    const std::size_t first = upper_of(path, bones_of(limbs_.legs.branches[1 - side]));
     constexpr std::array<LimbPart, 4> parts{LimbPart::upper_leg, LimbPart::lower_leg, LimbPart::foot, LimbPart::toes};
     for (std::size_t i = 0; i < parts.size() && first + i < path.size(); ++i) set(parts[i], side, path[first + i]);
     const std::size_t upper = path[first], lower = first + 1 < path.size() ? path[first + 1] : no_item;
@@ -121,8 +125,8 @@ class LimbCutter {
         ++hand, path.resize(std::min(hand, path.size()));
       upper = hand >= 2 ? hand - 2 : 0;
     } else {
-      const std::size_t first = path.size() > 2 && begins_in_middle(side) ? 1 : 0;
-      upper = first + upper_of({path.begin() + static_cast<std::ptrdiff_t>(first), path.end()});
+      upper =
+          upper_of(path, bones_of(limbs_.arms.branches[1 - side]), path.size() > 2 && begins_in_middle(side) ? 1 : 0);
     }
     if (upper > 0) set(LimbPart::shoulder, side, path[upper - 1]);
     constexpr std::array<LimbPart, 3> parts{LimbPart::upper_arm, LimbPart::lower_arm, LimbPart::hand};
@@ -179,11 +183,10 @@ class LimbCutter {
         set(digit_part(digits.size() == 4 ? of_four[d] : d, i), side, digits[d][i]);
   }
 
-  /// Neck and head, or a head alone. What begins behind the head, eyes and jaw, branches from it.
+  /// Neck and head, or a head alone. What begins behind the head, eyes and jaw, branches from it, or turns forwards.
   void cut_head() {
     std::vector<std::size_t> path;
-    for (const std::size_t joint : limbs_.head) {
-      if (shape_.ends[joint]) break;
+    for (const std::size_t joint : limbs_.head.empty() ? limbs_.head : bones_of(limbs_.head.front())) {
       path.push_back(joint);
       const auto branches =
           std::ranges::count_if(shape_.children[joint], [&](std::size_t c) { return !shape_.ends[c]; });
@@ -191,8 +194,11 @@ class LimbCutter {
     }
     if (path.empty()) return;
     std::size_t head = path.size() - 1;
+    const Vec3d up = normalised(shape_.positions[path[0]] - shape_.positions[limbs_.legs.joint]);
+    const auto bone = [&](std::size_t i) { return shape_.positions[path[i]] - shape_.positions[path[i - 1]]; };
     // A bone much longer than the neck's ends at the top of the head.
-    if (head >= 2 && shape_.bone(path[head]) > 1.3 * shape_.bone(path[head - 1])) --head;
+    if (head >= 2 && (length(bone(head)) > 1.3 * length(bone(head - 1)) || dot(normalised(bone(head)), up) < 0.5))
+      --head;
     set(JointRole::head, path[head]);
     if (head > 0)
       set(JointRole::neck, path[0]);
