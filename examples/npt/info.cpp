@@ -1,18 +1,25 @@
-/// npt info: what a mesh, a file of weights or a body file holds.
+/// npt info: what a mesh, a skeleton, a motion, a file of weights or a body file holds.
 #include "arguments.hpp"
 #include "report.hpp"
 #include "subcommand.hpp"
 
+#include <formats/motion.hpp>
 #include <formats/read.hpp>
 
 #include <npt/base/default_executor.hpp>
 #include <npt/base/error.hpp>
+#include <npt/body/roles/bone_map.hpp>
+#include <npt/body/roles/joint_roles.hpp>
+#include <npt/body/roles/rest_pose.hpp>
+#include <npt/body/roles/root_motion.hpp>
+#include <npt/io/file.hpp>
 #include <npt/io/mesh_file.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/union_find.hpp>
 #include <npt/nets/network_list.hpp>
+#include <npt/scene/motion_of_scene.hpp>
 #include <npt/scene/pose.hpp>
 
 #include <algorithm>
@@ -40,6 +47,8 @@ using program::Report;
 struct Options {
   std::vector<fs::path> files;
   bool json = false;
+  bool bones = false;
+  fs::path bone_map{};  ///< empty: as found
 };
 
 /// Sets among the vertices for which `counts` holds.
@@ -136,8 +145,46 @@ void describe_attributes(Report& report, const npt::Mesh& mesh) {
   if (!tags.empty()) report["tags"] = tags;
 }
 
+std::string in_units(double value, const char* unit) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%.3f %s", value, unit);
+  return text;
+}
+
+/// How its curves are sampled, and where it goes.
+void describe_clip(Report& report, const npt::Motion& motion, const npt::JointRoles& roles) {
+  char text[64];
+  if (motion.rate > 0)
+    std::snprintf(text, sizeof text, "%g frames a second", motion.rate);
+  else
+    std::snprintf(text, sizeof text, "keys");
+  report["rate"] = text;
+  if (roles.confidence < 0.3) return;
+  const npt::RootMotion root = npt::root_motion_of(motion, roles);
+  report["root_motion"] = root.joint == npt::no_item ? "in place"
+                                                     : "moved " + in_units(std::hypot(root.way.x, root.way.z), "m") +
+                                                           " by " + motion.joints[root.joint].name;
+}
+
+/// A skeleton in the file's own coordinates. `names`: with its joints', which scenes with skins have already.
+void describe_skeleton(Report& report, const npt::Motion& motion, bool names) {
+  const npt::JointRoles roles = npt::joint_roles(motion);
+  if (names) {
+    Report joints = Report::array();
+    for (const npt::MotionJoint& joint : motion.joints)
+      if (!joint.end) joints.push_back(joint.name);
+    report["joint_count"] = joints.size();
+    report["joints"] = joints;
+  }
+  if (!roles.dialect.empty()) report["joint_names"] = roles.dialect;
+  report["person"] = std::to_string(std::lround(100 * roles.confidence)) + " % confidence";
+  if (roles.confidence >= 0.3) report["rest_pose"] = npt::to_string(npt::rest_pose_of(motion, roles));
+  report["up_axis"] = npt::up_axis(motion);
+  report["unit"] = in_units(npt::metres_a_unit(motion), "m");
+}
+
 /// What only a scene has: its parts, materials, joints and clips.
-void describe_scene(Report& report, const npt::Scene& scene) {
+void describe_scene(Report& report, const npt::Scene& scene, const std::string& file) {
   Report parts = Report::array(), materials = Report::array(), clips = Report::array(), joints = Report::array();
   for (const std::size_t n : scene.shown) {
     const npt::SceneNode& node = scene.nodes[n];
@@ -156,9 +203,10 @@ void describe_scene(Report& report, const npt::Scene& scene) {
     for (const std::size_t joint : skin.joints)
       if (nodes.insert(joint).second) joints.push_back(scene.nodes[joint].name);
   for (const npt::Clip& clip : scene.clips) {
-    char seconds[32];
-    std::snprintf(seconds, sizeof seconds, "%.3f s", clip.length());
-    clips.push_back({{"name", clip.name}, {"length", seconds}});
+    clips.push_back({{"name", clip.name}, {"length", in_units(clip.length(), "s")}});
+    if (!npt::has_skeleton(scene)) continue;
+    const npt::Motion motion = npt::motion_of(scene, &clip, file);
+    describe_clip(clips.back(), motion, npt::joint_roles(motion));
   }
   if (!parts.empty()) report["parts"] = parts;
   if (!materials.empty()) report["materials"] = materials;
@@ -166,12 +214,21 @@ void describe_scene(Report& report, const npt::Scene& scene) {
     report["images"] = scene.appearance->images.size();
   if (!joints.empty()) report["joint_count"] = joints.size();
   if (!joints.empty()) report["joints"] = joints;
+  if (npt::has_skeleton(scene)) {
+    const npt::Motion motion = npt::motion_of(scene, scene.clips.empty() ? nullptr : &scene.clips.front(), file);
+    describe_skeleton(report, motion, joints.empty());
+  }
   if (!clips.empty()) report["clips"] = clips;
 }
 
 Report describe_mesh(const fs::path& file) {
   const bool is_scene = formats::is_scene(file);
   const npt::Scene scene = is_scene ? formats::read_scene(file) : npt::Scene{};
+  if (is_scene && scene.shown.empty() && npt::has_skeleton(scene)) {
+    Report report{{"file", file.string()}, {"kind", scene.clips.empty() ? "skeleton" : "skeleton and clips"}};
+    describe_scene(report, scene, file.string());
+    return report;
+  }
   const npt::Mesh mesh = is_scene ? npt::ScenePoser(scene, file.string()).mesh() : formats::read_mesh(file);
   Report report{{"file", file.string()}, {"kind", mesh.face_count() == 0 ? "points" : "mesh"}};
   report["vertices"] = mesh.vertex_count();
@@ -179,8 +236,30 @@ Report describe_mesh(const fs::path& file) {
   describe_topology(report, mesh);
   describe_box(report, mesh);
   describe_attributes(report, mesh);
-  if (is_scene) describe_scene(report, scene);
+  if (is_scene) describe_scene(report, scene, file.string());
   return report;
+}
+
+Report describe_bvh(const fs::path& file) {
+  const npt::Motion motion = formats::read_bvh_motion(file);
+  Report report{{"file", file.string()}, {"kind", "skeleton and clip"}};
+  describe_skeleton(report, motion, true);
+  Report clip{{"name", motion.clip.name}, {"length", in_units(motion.clip.length(), "s")}};
+  describe_clip(clip, motion, npt::joint_roles(motion));
+  report["clips"] = Report::array({clip});
+  return report;
+}
+
+/// The roles of a file's joints, as --bone-map reads them.
+std::string bones_of(const fs::path& file, const fs::path& map) {
+  const npt::Scene scene = formats::is_bvh(file) ? npt::Scene{} : formats::read_scene(file);
+  const npt::Motion motion =
+      formats::is_bvh(file)
+          ? formats::read_bvh_motion(file)
+          : npt::motion_of(scene, scene.clips.empty() ? nullptr : &scene.clips.front(), file.string());
+  npt::JointRoles roles = npt::joint_roles(motion);
+  if (!map.empty()) roles = npt::parse_bone_map(npt::read_file(map), motion, roles, map.string());
+  return npt::format_bone_map(motion, roles);
 }
 
 std::uint64_t dimension(const npt::SafetensorsFile& file, const char* tensor, std::size_t i) {
@@ -283,9 +362,15 @@ void print_for_people(const Report& report) {
 }
 
 void run(const Options& options) {
+  if (options.bones) {
+    for (const fs::path& file : options.files) std::cout << bones_of(file, options.bone_map);
+    return;
+  }
   Report reports = Report::array();
   for (const fs::path& file : options.files)
-    reports.push_back(holds_tensors(file) ? describe_tensors(file) : describe_mesh(file));
+    reports.push_back(holds_tensors(file)     ? describe_tensors(file)
+                      : formats::is_bvh(file) ? describe_bvh(file)
+                                              : describe_mesh(file));
   if (options.json) {
     std::cout << reports.dump(2, ' ', false, Report::error_handler_t::replace) << '\n';
     return;
@@ -301,12 +386,18 @@ void add(CLI::App& command) {
   command
       .add_option(
           "FILE", o->files,
-          "Describe these: meshes (.ply, .obj, .glb, .fbx, ...), weights and body models (safetensors, under any name)")
+          "Describe these: meshes (.ply, .obj, .glb, .fbx, ...), skeletons and clips (.bvh, and files without a "
+          "mesh), weights and body models (safetensors, under any name)")
       ->required();
   command.add_flag("--json", o->json, "Print JSON: an array with an object for each file");
+  auto* bones = command.add_flag(
+      "--bones", o->bones, "Print a bone map: which joint is the hips, a hand, ..., with a confidence from 0 to 1");
+  command.add_option("--bone-map", o->bone_map, "Read a corrected bone map, whose lines go before what is found")
+      ->needs(bones);
   command.callback([o] { run(*o); });
 }
 
-const program::Subcommand registered("info", "Say what a mesh, a weights file or a body model holds", add);
+const program::Subcommand registered("info",
+                                     "Say what a mesh, a skeleton, a clip, a weights file or a body model holds", add);
 
 }  // namespace info_command
