@@ -50,6 +50,10 @@ class JointsByName {
       if (motion.joints[j].end) continue;
       const JointName name = parse_joint_name(motion.joints[j].name);
       for (std::size_t w = 0; w < name.words.size(); ++w) add({name.side.value_or(2), name.words[w]}, {j, w});
+      // "lfemur": a side's letter that nothing divides from its word.
+      const std::string& word = name.words.front();
+      if (!name.side && word.size() > 1 && (word[0] == 'l' || word[0] == 'r'))
+        add({word[0] == 'l' ? 0U : 1U, word.substr(1)}, {j, name.words.size()});
     }
   }
 
