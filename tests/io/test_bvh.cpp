@@ -123,7 +123,7 @@ TEST_CASE("channels turn a joint in their order, in all six orders") {
     const npt::Bvh bvh = npt::parse_bvh(
         bvh_text("CHANNELS 3 " + names[order[0]] + " " + names[order[1]] + " " + names[order[2]]), "a.bvh");
     const npt::Motion motion = npt::motion_of(bvh, "a");
-    const npt::NodePlace place = npt::joint_places(motion, 0.0)[1];
+    const npt::NodePlace place = npt::local_places(motion, 0.0)[1];
     npt::Matrix3 expected = npt::Matrix3::identity();
     for (std::size_t i = 0; i < 3; ++i)
       expected = expected * npt::rotation_matrix(axes[order[i]] *
@@ -132,8 +132,8 @@ TEST_CASE("channels turn a joint in their order, in all six orders") {
     CHECK(npt::length(place.translation - npt::Vec3d{1.5, -0.2, 3}) < 1e-12);
   }
   const npt::Motion motion = npt::motion_of(npt::parse_bvh(bvh_text(), "a.bvh"), "a");
-  CHECK(npt::joint_places(motion, 0.0)[0].translation == npt::Vec3d{1, 2, 3});  // stands for the offset
-  CHECK(npt::joint_places(motion, std::nullopt)[0].translation == npt::Vec3d{0, 1, 0});
+  CHECK(npt::local_places(motion, 0.0)[0].translation == npt::Vec3d{1, 2, 3});  // stands for the offset
+  CHECK(npt::local_places(motion, std::nullopt)[0].translation == npt::Vec3d{0, 1, 0});
   CHECK(motion.joints[2].name == "Left Arm_end");
 }
 

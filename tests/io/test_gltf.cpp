@@ -321,3 +321,18 @@ TEST_CASE("Draco: numbers that stand in the file a second time are taken, others
     CHECK(error_in(small_gltf::file(with(small_gltf::json()))) == "no error");
   }
 }
+
+TEST_CASE("a VRM file's names of joints are read in both versions, and what isn't right about them is passed over") {
+  const auto read = [](const std::string& extension) {
+    return npt::parse_gltf(
+        R"({"asset":{"version":"2.0"},"nodes":[{"name":"a"},{"name":"b"}],"extensions":{)" + extension + "}}", "a.vrm");
+  };
+  const npt::Scene one =
+      read(R"("VRMC_vrm":{"humanoid":{"humanBones":{"hips":{"node":1},"head":{"node":7},"neck":3}}})");
+  CHECK(one.nodes[1].bone == "hips");
+  CHECK(one.nodes[0].bone.empty());
+  const npt::Scene zero =
+      read(R"("VRM":{"humanoid":{"humanBones":[{"bone":"spine","node":0},{"bone":"jaw","node":-1},4]}})");
+  CHECK(zero.nodes[0].bone == "spine");
+  CHECK(read(R"("VRM":[1])").nodes[0].bone.empty());
+}

@@ -124,7 +124,7 @@ TEST_CASE("a spine of one joint turns as three do, and joints of no role keep th
   CHECK((turn(own, target.joint(JointRole::spine)) - turn(other, source.joint(JointRole::upper_chest))).squared_norm() <
         1e-10);
   CHECK((turn(own, target.joint(JointRole::head)) - turn(other, source.joint(JointRole::head))).squared_norm() < 1e-10);
-  CHECK(npt::joint_places(got, 1.3).back().translation == npt::Vec3d{0, 0.1, -0.1});
+  CHECK(npt::local_places(got, 1.3).back().translation == npt::Vec3d{0, 0.1, -0.1});
 }
 
 TEST_CASE("a foot that a rig moves apart from its leg follows the leg") {

@@ -11,6 +11,8 @@
 #include <npt/io/gltf_clip_reader.hpp>
 #include <npt/io/gltf_document.hpp>
 #include <npt/io/gltf_mesh_reader.hpp>
+#include <npt/io/json_tree.hpp>
+#include <npt/io/text.hpp>
 #include <npt/scene/scene.hpp>
 
 #include <algorithm>
@@ -45,6 +47,7 @@ class GltfReader {
     const std::size_t materials = scene_.appearance == nullptr ? 0 : scene_.appearance->materials.size();
     scene_.meshes = GltfMeshReader<Draco>(document_, materials).read();
     read_nodes();
+    read_bones();
     read_skins();
     read_shown();
     check_instances();
@@ -109,6 +112,31 @@ class GltfReader {
       }
     }
     check_circles(items);
+  }
+
+  /// VRM's humanoid bones: an object of them in VRM 1, a list in VRM 0. What isn't as it should be is passed over: nothing
+  /// but names of joints depends on it.
+  void read_bones() {
+    const JsonValue* extensions = document_.root().value->find("extensions");
+    for (const char* version : {"VRMC_vrm", "VRM"}) {
+      const JsonValue* vrm = extensions == nullptr ? nullptr : extensions->find(version);
+      const JsonValue* humanoid = vrm == nullptr ? nullptr : vrm->find("humanoid");
+      const JsonValue* bones = humanoid == nullptr ? nullptr : humanoid->find("humanBones");
+      if (bones == nullptr) continue;
+      for (std::size_t i = 0; i < bones->items.size(); ++i) {
+        const JsonValue* name = bones->items[i].find("bone");
+        if (i < bones->keys.size())
+          name_bone(bones->items[i], bones->keys[i]);
+        else if (name != nullptr)
+          name_bone(bones->items[i], name->text);
+      }
+      return;
+    }
+  }
+  void name_bone(const JsonValue& bone, const std::string& name) {
+    const JsonValue* node = bone.find("node");
+    const auto number = node == nullptr ? std::nullopt : parse_number<std::size_t>(node->text);
+    if (number && *number < scene_.nodes.size()) scene_.nodes[*number].bone = name;
   }
 
   void check_circles(const std::vector<Item>& items) const {

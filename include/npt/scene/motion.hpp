@@ -33,6 +33,7 @@ struct MotionJoint {
   std::size_t node = no_item;  ///< of the scene that it was made of
   /// In metres with y up, as its skin was bound: files may stand in another pose at rest.
   std::optional<Affine> bind{};
+  std::string bone{};  ///< which one it is, as a VRM file says it: "leftUpperArm"
 };
 
 /// Invariants  a joint stands before its descendants, and these before any other joint; channels of `clip` name joints,
@@ -67,7 +68,7 @@ inline void set_from(const ClipChannel& channel, double time, NodePlace& place) 
 }
 
 /// Where each joint stands in its parent at a time; nothing: at rest.
-inline std::vector<NodePlace> joint_places(const Motion& motion, std::optional<double> time) {
+inline std::vector<NodePlace> local_places(const Motion& motion, std::optional<double> time) {
   std::vector<NodePlace> places;
   places.reserve(motion.joints.size());
   for (const MotionJoint& joint : motion.joints) places.push_back(joint.rest);
@@ -78,7 +79,7 @@ inline std::vector<NodePlace> joint_places(const Motion& motion, std::optional<d
 
 /// From each joint's own coordinates to metres with y up.
 inline std::vector<Affine> joint_worlds(const Motion& motion, std::optional<double> time) {
-  const std::vector<NodePlace> places = joint_places(motion, time);
+  const std::vector<NodePlace> places = local_places(motion, time);
   std::vector<Affine> worlds(places.size());
   for (std::size_t j = 0; j < places.size(); ++j) {
     const std::size_t parent = motion.joints[j].parent;

@@ -159,8 +159,10 @@ class MotionMaker {
       const bool split = n != root && is_split(scene_.nodes[n].parent);
       joint_of_[n] = motion.joints.size();
       const bool tip = children_[n].empty() && !moving_[n];
-      motion.joints.push_back({scene_.nodes[n].name, parent == no_item ? no_item : joint_of_[parent],
-                               split || scene_.nodes[n].matrix ? place_of(rest) : scene_.nodes[n].place, tip, n});
+      MotionJoint joint{.name = scene_.nodes[n].name, .parent = parent == no_item ? no_item : joint_of_[parent]};
+      joint.rest = split || scene_.nodes[n].matrix ? place_of(rest) : scene_.nodes[n].place;
+      joint.end = tip, joint.node = n, joint.bone = scene_.nodes[n].bone;
+      motion.joints.push_back(std::move(joint));
     }
   }
 

@@ -44,6 +44,7 @@ struct SceneNode {
   std::optional<Affine> matrix{};  ///< instead of `place`; such a node is not animated
   std::size_t mesh = no_item, skin = no_item;
   std::vector<double> weights{};  ///< of its mesh's morph targets; empty: the mesh's own
+  std::string bone{};             ///< what a VRM file calls it: "leftUpperArm"; empty: nothing
 };
 
 /// How far a morph target takes each vertex. normals: [V] or empty

@@ -94,6 +94,24 @@ TEST_CASE("a skeleton without names is known by its shape, whatever the frames o
     }
 }
 
+TEST_CASE("what a VRM file says of its joints goes before their names") {
+  skeletons::Person person = nameless(skeletons::person(skeletons::dialects().front()));
+  for (std::size_t j = 0; j < person.roles.size(); ++j) {
+    std::string bone = npt::role_name(person.roles[j]);
+    person.motion.joints[j].name = "bone" + std::to_string(j);
+    // VRM 0's thumbs
+    if (const std::size_t at = bone.find("ThumbProximal"); at != std::string::npos)
+      bone.replace(at, 13, "ThumbIntermediate");
+    if (const std::size_t at = bone.find("ThumbMetacarpal"); at != std::string::npos)
+      bone.replace(at, 15, "ThumbProximal");
+    person.motion.joints[j].bone = bone;
+  }
+  const npt::JointRoles roles = npt::joint_roles(person.motion);
+  CHECK(wrong_roles(person, roles) == "");
+  CHECK(roles.dialect == "VRM's bones");
+  CHECK(roles.confidence > 0.95);
+}
+
 TEST_CASE("left and right are the body's own where names exchange them") {
   skeletons::Names names = skeletons::dialects().front();
   std::swap(names.sides[0], names.sides[1]);

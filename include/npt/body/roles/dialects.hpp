@@ -36,7 +36,7 @@ inline constexpr std::string_view vrm =
     "thumbmetacarpal thumbproximal thumbdistal indexproximal indexintermediate indexdistal middleproximal "
     "middleintermediate middledistal ringproximal ringintermediate ringdistal littleproximal "
     "littleintermediate littledistal";
-inline constexpr std::string_view little =
+inline constexpr std::string_view named_little =
     "thumb1 thumb2 thumb3 index1 index2 index3 middle1 middle2 middle3 ring1 ring2 ring3 little1 little2 little3";
 inline constexpr std::string_view pinky =
     "thumb1 thumb2 thumb3 index1 index2 index3 middle1 middle2 middle3 ring1 ring2 ring3 pinky1 pinky2 pinky3";
@@ -55,7 +55,7 @@ inline constexpr std::string_view mmd =
     "中指３/middle3 "
     "薬指１/third1 薬指２/third2 薬指３/third3 小指１/little1 小指２/little2 小指３/little3";
 inline constexpr std::string_view cmu = "thumb - - handindex1/fingers handindex2 handindex3 - - - - - - - - -";
-inline constexpr std::string_view none = "- - - - - - - - - - - - - - -";
+inline constexpr std::string_view no_digits = "- - - - - - - - - - - - - - -";
 
 }  // namespace joint_digits
 
@@ -73,7 +73,7 @@ inline constexpr std::array<JointDialect, 19> joint_dialects{{
     {"VRM 1", "hips neck head", "shoulder upperarm lowerarm wrist/hand", "upperleg lowerleg foot toes/toe",
      joint_digits::vrm},
     {"VRoid", "hips neck head", "shoulder upperarm lowerarm hand", "upperleg lowerleg foot toebase",
-     joint_digits::little},
+     joint_digits::named_little},
     {"Biped", "pelvis neck/neck1 head/head1", "clavicle upperarm forearm hand", "thigh calf foot toe0",
      joint_digits::biped},
     {"CMU, ASF", "root lowerneck/upperneck head", "clavicle humerus radius wrist/hand", "femur tibia foot toes",
@@ -96,8 +96,8 @@ inline constexpr std::array<JointDialect, 19> joint_dialects{{
     {"Quaternius, people", "hips/body neck head", "shoulder upperarm lowerarm hand/palm", "upperleg lowerleg foot toes",
      joint_digits::from_two},
     {"KayKit", "hips neck head", "shoulder upperarm lowerarm wrist/hand", "upperleg lowerleg foot toes",
-     joint_digits::none},
-    {"Kenney", "root - head", "- arm - -", "leg - - -", joint_digits::none},
+     joint_digits::no_digits},
+    {"Kenney", "root - head", "- arm - -", "leg - - -", joint_digits::no_digits},
 }};
 
 /// Words before a joint's own that say nothing about it.

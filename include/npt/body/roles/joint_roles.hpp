@@ -112,11 +112,11 @@ class RoleJudge {
   /// A limb of one word: "leg" is a lower leg only where there is an upper one, or where the shape has it so.
   void name_upper_bones() {
     for (std::size_t side = 0; side < 2; ++side)
-      for (const auto& [upper, lower] :
+      for (const auto& [near_part, far_part] :
            {std::pair(LimbPart::upper_arm, LimbPart::lower_arm), std::pair(LimbPart::upper_leg, LimbPart::lower_leg)}) {
-        std::size_t& first = named_.joints[index_of(limb_role(upper, side))];
-        std::size_t& second = named_.joints[index_of(limb_role(lower, side))];
-        if (first == no_item && joint_of(shaped_, lower, side) != second) std::swap(first, second);
+        std::size_t& first = named_.joints[index_of(limb_role(near_part, side))];
+        std::size_t& second = named_.joints[index_of(limb_role(far_part, side))];
+        if (first == no_item && joint_of(shaped_, far_part, side) != second) std::swap(first, second);
       }
   }
 

@@ -114,9 +114,28 @@ inline std::size_t add_roles(const JointDialect& dialect, const JointsByName& na
   return added;
 }
 
+/// What a VRM file says itself. VRM 0 calls a thumb's joints as it calls a finger's.
+inline std::size_t add_bones(const Motion& motion, RoleTable& joints) {
+  const bool one = std::ranges::any_of(
+      motion.joints, [](const MotionJoint& joint) { return joint.bone.ends_with("ThumbMetacarpal"); });
+  std::size_t added = 0;
+  for (std::size_t j = 0; j < motion.joints.size(); ++j) {
+    std::string bone = motion.joints[j].bone;
+    if (const std::size_t thumb = bone.find("Thumb"); thumb != std::string::npos && !one)
+      bone = bone.ends_with("Proximal")       ? bone.substr(0, thumb) + "ThumbMetacarpal"
+             : bone.ends_with("Intermediate") ? bone.substr(0, thumb) + "ThumbProximal"
+                                              : bone;
+    const JointRole role = role_named(bone);
+    if (role == JointRole::none || joints[index_of(role)] != no_item) continue;
+    joints[index_of(role)] = j;
+    ++added;
+  }
+  return added;
+}
+
 }  // namespace internal
 
-/// By the dialect that knows most joints, then by the next ones for what it leaves open. Joints between hips and neck
+/// As a VRM file says itself, or by the dialect that knows most joints, then by the next ones for what it leaves open. Joints between hips and neck
 /// are left out: every tool counts them in its own way.
 inline NamedRoles named_roles(const Motion& motion) {
   const internal::JointsByName names(motion);
@@ -129,8 +148,10 @@ inline NamedRoles named_roles(const Motion& motion) {
   }
   std::ranges::stable_sort(order, [](const auto& a, const auto& b) { return a.first > b.first; });
   NamedRoles roles{.joints = nothing};
+  if (const std::size_t told = internal::add_bones(motion, roles.joints); told > 0)
+    roles.known = told, roles.dialect = "VRM's bones";
   for (const auto& [count, dialect] : order) roles.known += internal::add_roles(*dialect, names, roles.joints);
-  if (roles.known > 0) roles.dialect = order.front().second->name;
+  if (roles.known > 0 && roles.dialect.empty()) roles.dialect = order.front().second->name;
   return roles;
 }
 

@@ -1,0 +1,89 @@
+/// Joint roles and retargeting on real skeletons beside the repository, where they are there.
+#include <doctest/doctest.h>
+
+#include <npt/body/roles/joint_roles.hpp>
+#include <npt/body/roles/placed_motion.hpp>
+#include <npt/io/bvh.hpp>
+#include <npt/io/file.hpp>
+#include <npt/io/gltf_reader.hpp>
+#include <npt/scene/motion_of_scene.hpp>
+
+#include <support/needs.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+npt::Motion motion_in(const fs::path& file) {
+  if (file.extension() == ".bvh") return npt::placed_motion(npt::motion_of(npt::read_bvh(file), "clip"));
+  const npt::Scene scene = npt::parse_gltf(npt::read_file(file), file.string());
+  return npt::motion_of(scene, scene.clips.empty() ? nullptr : &scene.clips.back(), file.string());
+}
+
+npt::JointRoles roles_without_names(npt::Motion motion) {
+  for (npt::MotionJoint& joint : motion.joints) joint.name = "";
+  return npt::joint_roles(motion);
+}
+
+std::vector<fs::path> files_in(const std::string& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(fs::path(NPT_SHARED) / folder))
+    if (entry.path().extension() == ".bvh" || entry.path().extension() == ".glb") files.push_back(entry.path());
+  std::ranges::sort(files);
+  return files;
+}
+
+}  // namespace
+
+TEST_CASE("the shape of real skeletons gives the roles that their names give" *
+          support::needs_shared("data/characters/humanoids")) {
+  std::size_t roles = 0, same = 0, whole = 0, files = 0;
+  for (const char* folder : {"data/characters/humanoids", "data/clips"})
+    for (const fs::path& file : files_in(folder)) {
+      const npt::Motion motion = motion_in(file);
+      const npt::JointRoles named = npt::joint_roles(motion), shaped = roles_without_names(motion);
+      ++files;
+      whole += named.confidence > 0.9 ? 1U : 0U;
+      for (std::size_t r = 0; r < npt::joint_role_count; ++r) {
+        if (named.joints[r] == npt::no_item) continue;
+        ++roles;
+        same += named.joints[r] == shaped.joints[r] ? 1U : 0U;
+      }
+    }
+  MESSAGE(files << " files, " << whole << " of them with confidence over 0.9; " << same << " of " << roles
+                << " roles by shape as by name");
+  // A rigid figure of seven parts, one without arms, one whose arms are called legs, one of other words, and a sage whose
+  // sleeves have given his skeleton collar bones as long as his arms.
+  CHECK(files - whole <= 5);
+  CHECK(static_cast<double>(same) > 0.97 * static_cast<double>(roles));
+}
+
+TEST_CASE("a clip without mesh has the same roles with a prefix before its names, and without names" *
+          support::needs_shared("data/awkward/clip_without_mesh.glb")) {
+  const fs::path folder = fs::path(NPT_SHARED) / "data/awkward";
+  const npt::JointRoles named = npt::joint_roles(motion_in(folder / "clip_without_mesh.glb"));
+  const npt::JointRoles nameless = npt::joint_roles(motion_in(folder / "clip_without_mesh_nameless.glb"));
+  CHECK(npt::joint_roles(motion_in(folder / "clip_without_mesh_prefixed.glb")).joints == named.joints);
+  CHECK(nameless.confidence > 0.5);
+  for (std::size_t r = 0; r < npt::joint_role_count; ++r) {
+    const auto role = static_cast<npt::JointRole>(r);
+    if (!npt::is_of_digit(role)) CHECK_MESSAGE(nameless.joints[r] == named.joints[r], npt::role_name(role));
+  }
+  CHECK(npt::joint_roles(motion_in(folder / "walk.bvh")).joints ==
+        npt::joint_roles(motion_in(folder / "walk_other_names.bvh")).joints);
+  CHECK(npt::joint_roles(motion_in(folder / "clip_of_a_horse_without_mesh.glb")).confidence < 0.3);
+}
+
+TEST_CASE("drawings' clips are found to be z up, and CMU's in its unit" * support::needs_shared("data/clips")) {
+  const fs::path folder = fs::path(NPT_SHARED) / "data/clips";
+  CHECK(npt::up_axis(motion_in(folder / "fair_dab.bvh")) == "z");
+  CHECK(npt::up_axis(motion_in(folder / "cmu_02_01.bvh")) == "y");
+  CHECK(npt::metres_a_unit(motion_in(folder / "cmu_02_01.bvh")) == doctest::Approx(0.05644));
+}
