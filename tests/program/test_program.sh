@@ -329,6 +329,13 @@ test_transfer() {
   expect 0 --out "3 frames" -- transfer --method network --identity a.obj --pose moving.glb --clip frames --fps 4 --out clip --format ply
   exists clip/frame_0002.ply
   expect 0 --out "c.glb in" -- transfer --method network --identity moving.glb --pose b.ply --out c.glb
+  printf 'HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.04\n0 0 0\n0 0 9\n' > a.bvh
+  expect 0 --out "skeleton and clip" --out "joint count  1" --out "25 frames a second" -- info a.bvh
+  expect 0 --out 'hips "Hips" 0.85' -- info --bones a.bvh
+  printf 'hips -\nhead Hips 0.5\n' > bones.txt
+  expect 0 --out 'head "Hips" 0.5' -- info --bones a.bvh --bone-map bones.txt
+  printf 'tail Hips\n' > bones.txt
+  expect 1 --err "bones.txt: line 1: found 'tail', expected a role" -- info --bones a.bvh --bone-map bones.txt
   expect 0 --out "triangles 4" --out "texture coordinates" -- info c.glb
   expect 1 --err "found no clip 'Walk', expected one of 'frames'" -- transfer --identity a.obj --pose moving.glb --clip Walk --out x.glb
   expect 1 --err "at most 0.5" -- transfer --identity a.obj --pose moving.glb --time 7 --out x.glb

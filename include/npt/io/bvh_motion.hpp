@@ -105,6 +105,7 @@ inline Bvh bvh_of(const Motion& motion, double rate, double unit = 0.01) {
   using enum BvhChannel;
   const std::vector<Affine> rest = joint_worlds(motion, std::nullopt);
   std::vector<Quaternion> at_rest;
+  at_rest.reserve(rest.size());
   for (const Affine& world : rest) at_rest.push_back(place_of(world).rotation);
   Bvh bvh{.frame_time = 1 / rate};
   for (std::size_t j = 0; j < motion.joints.size(); ++j) {

@@ -38,6 +38,7 @@ namespace internal {
 
 inline std::vector<Quaternion> world_rotations(const std::vector<Affine>& worlds) {
   std::vector<Quaternion> rotations;
+  rotations.reserve(worlds.size());
   for (const Affine& world : worlds) rotations.push_back(place_of(world).rotation);
   return rotations;
 }

@@ -50,6 +50,7 @@ class RoleJudge {
  public:
   explicit RoleJudge(const Motion& motion) : motion_(motion), shape_(motion), named_(named_roles(motion)) {
     shaped_.fill(no_item);
+    if (shape_.count() > most_joints) return;
     if (const std::optional<Limbs> limbs = find_limbs(shape_)) {
       shaped_ = shaped_roles(shape_, *limbs);
       shape_confidence_ = limbs->confidence;
@@ -70,6 +71,8 @@ class RoleJudge {
   }
 
  private:
+  // No body has so many; the search over the shape takes their square.
+  static constexpr std::size_t most_joints = 4096;
   static constexpr std::array<LimbPart, 4> arm{LimbPart::shoulder, LimbPart::upper_arm, LimbPart::lower_arm,
                                                LimbPart::hand};
   static constexpr std::array<LimbPart, 4> leg{LimbPart::upper_leg, LimbPart::lower_leg, LimbPart::foot,

@@ -73,6 +73,7 @@ class SkeletonShape {
  private:
   static std::vector<Vec3d> positions_of(const std::vector<Affine>& worlds) {
     std::vector<Vec3d> places;
+    places.reserve(worlds.size());
     for (const Affine& world : worlds) places.push_back(world.shift);
     return places;
   }
