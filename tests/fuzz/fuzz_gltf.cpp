@@ -1,6 +1,9 @@
 /// Any bytes to the glTF reader give a scene that can be posed and written, or an npt::Error; a scene written and read
 /// again has the same vertices.
+#include <npt/body/roles/joint_roles.hpp>
 #include <npt/io/gltf.hpp>
+#include <npt/scene/motion_of_scene.hpp>
+#include <npt/transfer/retarget.hpp>
 
 #include <fuzz/seeds.hpp>
 #include <io/small_gltf.hpp>
@@ -83,6 +86,11 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         poser.positions(&clip, 0.4 * clip.length(), xyz);
       } catch (const npt::Error&) {  // moved out of the floats' range
       }
+    }
+    if (npt::has_skeleton(scene)) {
+      const npt::Motion motion = npt::motion_of(scene, scene.clips.empty() ? nullptr : &scene.clips[0], "input");
+      const npt::JointRoles roles = npt::joint_roles(motion);
+      npt::retarget(motion, roles, motion, roles);
     }
     const std::string written = npt::format_gltf(scene, "copy");
     const npt::Scene again = npt::parse_gltf(written, "copy");

@@ -3,7 +3,7 @@
 ///   rotations   of each role's joint, relative to the pose that its skeleton was bound or stands in; arms, legs and
 ///               fingers point where the source's point, whether their rests are T or A poses
 ///   spine       turns by its place between hips and shoulders, whatever the number of its joints
-///   hips        move as the source's, by the ratio of leg lengths; the middle between the thighs counts, so that a
+///   hips        move as the source's above the ground, by the ratio of leg lengths; the middle between the thighs counts, so that a
 ///               root on the floor does, too
 ///   others      keep their place in their parent; feet that a rig moves apart from their legs follow these
 /// Bones keep their lengths. Keys stand at the source's times, and where these are no frames, at 30 a second as well.
@@ -71,6 +71,7 @@ struct RetargetSide {
     else if (hips != no_item)
       middle = positions[hips];
     pelvis = middle;
+    if (leg() > 0 && axes.up == Vec3d{0, 1, 0}) pelvis.y = lowest(worlds) + standing_height();
   }
 
   /// The height of the lowest joint of the legs.
@@ -113,6 +114,14 @@ struct RetargetSide {
     }
     return sum;
   }
+  /// Of the pelvis above the ground, with straight legs and flat feet: legs may be apart or bent at rest.
+  double standing_height() const {
+    double ankle = 0;
+    for (std::size_t side = 0; side < 2; ++side)
+      if (const std::size_t foot = roles.joint(LimbPart::foot, side); foot != no_item)
+        ankle += (worlds[foot].shift.y - lowest(worlds)) / 2;
+    return leg() + ankle;
+  }
   /// Where the bone of a role points: to the next joint of its limb.
   Vec3d direction(JointRole role) const {
     const std::size_t own = roles.joint(role), next = is_of_limb(role) ? roles.joint(next_of(role)) : no_item;
@@ -130,7 +139,7 @@ struct RetargetSide {
   std::vector<Quaternion> rotations;
   Matrix3 frame;   ///< left, up and forward as columns
   Vec3d middle{};  ///< between the thighs, or else the hips
-  Vec3d pelvis{};  ///< the same, above the ground that the clip stands on
+  Vec3d pelvis{};  ///< the same, where it stands on the ground with straight legs
 };
 
 class Retargeter {
@@ -283,7 +292,7 @@ class Retargeter {
 
   void place_hips(std::size_t hips, const Affine& outer, const std::vector<Affine>& source, NodePlace& place) {
     const Vec3d way = across_(from_.pelvis_at(source) - from_.pelvis) * scale_;
-    const Vec3d inside = inverse(to_.worlds[hips])(to_.pelvis);  // in the joint's own coordinates
+    const Vec3d inside = inverse(to_.worlds[hips])(to_.middle);  // in the joint's own coordinates
     NodePlace turned = place;
     turned.translation = {};
     place.translation = inverse(outer)(to_.pelvis + way) - turned.affine()(inside);
