@@ -3,8 +3,8 @@
 ///   rotations   of each role's joint, relative to the pose that its skeleton was bound or stands in; arms, legs and
 ///               fingers point where the source's point, whether their rests are T or A poses
 ///   spine       turns by its place between hips and shoulders, whatever the number of its joints
-///   hips        move as the source's above the ground, by the ratio of leg lengths; the middle between the thighs counts, so that a
-///               root on the floor does, too
+///   hips        move as the source's above the ground, by the ratio of leg lengths; the middle between the thighs
+///               counts, so that a root on the floor does, too
 ///   others      keep their place in their parent; feet that a rig moves apart from their legs follow these
 /// Bones keep their lengths. Keys stand at the source's times, and where these are no frames, at 30 a second as well.
 /// Limits    both rests are taken to be poses of a body that stands straight: a source whose rest runs or sits bends
@@ -84,8 +84,8 @@ struct RetargetSide {
     return least;
   }
 
-  /// A rest may hang below the ground, as BVH's do around the origin: then the clip's own lowest point is where its feet
-  /// stand, if it is another by more than a quarter of a leg.
+  /// A rest may hang below the ground, as BVH's do around the origin: then the clip's own lowest point is where its
+  /// feet stand, if it is another by more than a quarter of a leg.
   void find_ground() {
     const double at_rest = lowest(worlds), off = 0.25 * leg();
     if (!(std::abs(at_rest) > off)) return;
