@@ -32,7 +32,7 @@ npt::Scene read_scene(const std::filesystem::path& path, std::vector<std::string
 /// Whether this build has assimp.
 bool reads_foreign();
 /// A file in one of the formats in `foreign`.
-npt::Scene read_foreign(const std::filesystem::path& path);
+npt::Scene read_foreign(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 npt::Mesh read_off(const std::filesystem::path& path);
 
 }  // namespace formats
