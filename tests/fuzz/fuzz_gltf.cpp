@@ -60,6 +60,8 @@ std::vector<std::string> seeds() {
       R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3")",
       R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","sparse":{"count":1,"indices":{"bufferView":3,)"
       R"("componentType":5121},"values":{"bufferView":1}})"));
+  result.push_back(small_gltf::packed_file());
+  result.push_back(small_gltf::changed(R"({"POSITION":0,)", R"({"POSITION":0,"_OWN":1,"COLOR_1":2,)"));
   result.push_back(
       small_gltf::changed(R"({"input":6,"output":7})", R"({"input":6,"output":7,"interpolation":"CUBICSPLINE"})"));
 #ifdef NPT_WITH_DRACO
