@@ -102,12 +102,6 @@ class PackedProgram {
   /// Parameters of pointwise layers; steps' offsets in program() refer to it.
   const T* pointwise_parameters() const { return pointwise_.data(); }
 
-  std::size_t bytes() const {
-    std::size_t total = pointwise_.size() * sizeof(T);
-    for (const PackedStage<T>& s : stages_) total += s.weights.bytes() + s.pooled_weights.size() * sizeof(T);
-    return total;
-  }
-
  private:
   /// A stage's weights [rows][columns] and bias as one matrix, folded convolutions multiplied in.
   struct Matrix {
