@@ -18,8 +18,7 @@
 
 namespace npt::inline NPT_ABI {
 
-/// What the products are computed in. Everything else (moments, modulation, feature maps) is always the engine's
-/// scalar.
+/// What the products are computed in. All else (moments, modulation, feature maps) is always the engine's scalar.
 enum class Precision {
   native,     ///< the engine's scalar
   bf16,       ///< products of bfloat16 values summed in fp32

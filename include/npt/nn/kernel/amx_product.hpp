@@ -110,6 +110,9 @@ class AmxWeights {
   static const float* bias_at(const float* biases, int row) {
     return biases == nullptr ? nullptr : biases + index(row) * bias_width;
   }
+  std::size_t bytes() const {
+    return words_.size() * sizeof(Word) + (bias_.size() + column_weights_.size() + row_weights_.size()) * sizeof(float);
+  }
   /// Words of an operand for `panels` panels.
   std::size_t operand_words(int panels) const { return panel_words() * index(panels); }
   std::size_t panel_words() const { return index(depth_ * parts_) * 2 * matrix_size; }

@@ -129,6 +129,7 @@ class ProductWeights {
   /// Words of an operand in parts for `panels` panels, and elements that it keeps in T.
   std::size_t operand_words(int panels) const { return in_parts() ? matrix_.operand_words(panels) : 0; }
   std::size_t operand_values() const { return in_parts() ? tile_size(matrix_.value_rows()) : 0; }
+  std::size_t bytes() const { return vector_.bytes() + matrix_.bytes(); }
 
   /// tile[rows(block)][panel_width] = bias + weights * operand for one block and one panel, which lies at `panel` for
   /// T or pairs and in `words` for parts. `bias`: of the block's first row.
