@@ -14,6 +14,7 @@
 #include <npt/io/json_tree.hpp>
 #include <npt/io/text.hpp>
 #include <npt/scene/clip.hpp>
+#include <npt/scene/clip_of_motion.hpp>
 #include <npt/scene/motion.hpp>
 #include <npt/scene/scene.hpp>
 
@@ -22,7 +23,6 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
-#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -44,9 +44,9 @@ class GltfPatcher {
 
   /// One more animation; its name.
   std::string add_clip(const Motion& motion, const std::string& wanted) {
-    const std::string name = free_name(!wanted.empty()             ? wanted
-                                       : !motion.clip.name.empty() ? motion.clip.name
-                                                                   : "motion");
+    const std::string name = free_clip_name(names_, !wanted.empty()             ? wanted
+                                                    : !motion.clip.name.empty() ? motion.clip.name
+                                                                                : "motion");
     const std::string place = "clip " + in_quotes(name);
     if (motion.clip.channels.empty()) text_.fail(place, "no curve", "one at least");
     AddedChannels added(accessors_, 0);
@@ -61,29 +61,24 @@ class GltfPatcher {
     for (const std::string& channel : added.channels()) json += channel + ",";
     json.back() = ']';
     text_.add_item(text_.root(), "animations", json + "}");
-    names_.insert(name);
+    names_.push_back(name);
     return name;
   }
 
-  /// The pose at a time, or that of the joints' rests, as the rest of the nodes.
-  void set_rest(const Motion& motion, std::optional<double> time) {
+  /// The pose at a time as the rest of the nodes.
+  void set_rest(const Motion& motion, double time) {
     for (const ClipChannel* c : last_of_each(motion, "pose"))
       check_curve(*c, text_.name(), "pose, joint " + in_quotes(motion.joints[c->node].name));
     const std::vector<NodePlace> places = local_places(motion, time);
-    std::vector<std::pair<std::size_t, ClipChannel>> old;  // the rests that were, of nodes
+    std::vector<ClipChannel> old;  // the rests that were
     for (std::size_t j = 0; j < places.size(); ++j) {
-      const std::size_t before = old.size();
-      const std::size_t node = motion.joints[j].node;
-      if (node == no_item &&
-          !std::ranges::any_of(motion.clip.channels, [&](const ClipChannel& c) { return c.node == j; }))
-        continue;  // a joint that the file doesn't have and nothing moves
-      const NodePlace own = place_of_node(node_of(motion, j)), now = places[j];
-      if (!is_near(own.translation, now.translation))
-        old.emplace_back(node, constant(ChannelPath::translation, numbers(own.translation)));
-      if (!is_same_rotation(own.rotation, now.rotation))
-        old.emplace_back(node, constant(ChannelPath::rotation, numbers(own.rotation)));
-      if (!is_near(own.scale, now.scale)) old.emplace_back(node, constant(ChannelPath::scale, numbers(own.scale)));
-      if (old.size() > before) write_place(node, now, before, old);
+      const auto moves = [j](const ClipChannel& c) { return c.node == j; };
+      if (motion.joints[j].node == no_item && std::ranges::none_of(motion.clip.channels, moves)) continue;
+      const std::size_t node = node_of(motion, j);
+      std::vector<ClipChannel> parts = changed_parts(node, place_of_node(node), places[j]);
+      if (parts.empty()) continue;
+      write_place(node, places[j], parts);
+      for (ClipChannel& part : parts) old.push_back(std::move(part));
     }
     keep_clips(old);
   }
@@ -113,13 +108,8 @@ class GltfPatcher {
       const JsonValue* name = text_.item("animations", i).find("name");
       // What npt's reader calls those without a name.
       const bool own = name != nullptr && name->is(Kind::string) && !name->text.empty();
-      names_.insert(own ? name->text : "clip_" + std::to_string(i));
+      names_.push_back(own ? name->text : "clip_" + std::to_string(i));
     }
-  }
-  std::string free_name(const std::string& wanted) const {
-    std::string name = wanted;
-    for (std::size_t n = 2; names_.contains(name); ++n) name = wanted + "_" + std::to_string(n);
-    return name;
   }
 
   // Nodes.
@@ -197,26 +187,16 @@ class GltfPatcher {
 
   // Rests.
 
-  static bool is_near(Vec3d a, Vec3d b) { return length(a - b) <= 1e-6 * length(a); }
-  static bool is_same_rotation(Quaternion a, Quaternion b) { return 1 - std::abs(dot(a, b)) <= 1e-12; }
-  static ClipChannel constant(ChannelPath path, const std::vector<double>& values) {
-    ClipChannel c{.path = path, .width = values.size(), .times = {0}};
-    for (const double value : values) c.values.push_back(static_cast<float>(value));
-    return c;
-  }
-
-  /// What of a node's place is another: from `first` on in the list of old rests.
-  void write_place(std::size_t number, const NodePlace& place, std::size_t first,
-                   const std::vector<std::pair<std::size_t, ClipChannel>>& old) {
+  /// `parts`: what of it is another than it was
+  void write_place(std::size_t number, const NodePlace& place, const std::vector<ClipChannel>& parts) {
     if (node(number).find("matrix") != nullptr) {
       if (with_place_.insert(number).second) replace_matrix(number, place);
       return;
     }
-    for (std::size_t i = first; i < old.size(); ++i) {
-      const ChannelPath path = old[i].second.path;
-      if (path == ChannelPath::rotation)
+    for (const ClipChannel& part : parts) {
+      if (part.path == ChannelPath::rotation)
         text_.set_member(node(number), "rotation", list_of(numbers(place.rotation)));
-      else if (path == ChannelPath::scale)
+      else if (part.path == ChannelPath::scale)
         text_.set_member(node(number), "scale", list_of(numbers(place.scale)));
       else
         text_.set_member(node(number), "translation", list_of(numbers(place.translation)));
@@ -224,15 +204,14 @@ class GltfPatcher {
   }
 
   /// Animations that were there get the old rest of what they don't move.
-  void keep_clips(const std::vector<std::pair<std::size_t, ClipChannel>>& old) {
+  void keep_clips(const std::vector<ClipChannel>& old) {
     for (std::size_t i = 0; i < text_.count(text_.root(), "animations"); ++i) {
       const JsonValue& animation = text_.item("animations", i);
       const std::string place = "animations[" + std::to_string(i) + "]";
       const std::set<std::string> moved = moved_by(animation, place);
       AddedChannels added(accessors_, text_.count(animation, "samplers", place));
-      for (const auto& [number, channel] : old) {
-        if (!moved.contains(pointer(number, channel.path))) added.add(number, channel);
-      }
+      for (const ClipChannel& part : old)
+        if (!moved.contains(pointer(part.node, part.path))) added.add(part.node, part);
       for (const std::string& sampler : added.samplers()) text_.add_item(animation, "samplers", sampler);
       for (const std::string& channel : added.channels()) text_.add_item(animation, "channels", channel);
     }
@@ -330,7 +309,7 @@ class GltfPatcher {
   GlbChunks chunks_;
   GltfText text_;
   AddedAccessors accessors_;
-  std::set<std::string> names_;
+  std::vector<std::string> names_;
   std::set<std::size_t> with_place_;  ///< nodes whose matrix was replaced
 };
 

@@ -12,6 +12,7 @@
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/scene/clip.hpp>
+#include <npt/scene/joined_nodes.hpp>
 #include <npt/scene/motion.hpp>
 #include <npt/scene/scene.hpp>
 
@@ -84,9 +85,7 @@ class MotionMaker {
     return order;
   }
 
-  Affine own_of(std::size_t node) const {
-    return scene_.nodes[node].matrix ? *scene_.nodes[node].matrix : scene_.nodes[node].place.affine();
-  }
+  Affine own_of(std::size_t node) const { return own_map(scene_.nodes[node]); }
   Affine world_of(std::size_t node) const {
     Affine world;
     for (; node != no_item; node = scene_.nodes[node].parent) world = own_of(node) * world;
@@ -141,9 +140,7 @@ class MotionMaker {
   }
 
   /// A part of a joint that a reader made, not an author.
-  bool is_split(std::size_t node) const {
-    return scene_.nodes[node].name.find("_$AssimpFbx$_") != std::string::npos && !children_[node].empty();
-  }
+  bool is_split(std::size_t node) const { return is_part_of_joint(scene_.nodes[node]) && !children_[node].empty(); }
   bool is_joint(std::size_t node) const {
     return scene_.nodes[node].mesh == no_item || moving_[node] || moved_[node] > 0;
   }
@@ -207,7 +204,8 @@ class MotionMaker {
       for (const std::size_t part : parts) channels.insert(channels.end(), of_node[part].begin(), of_node[part].end());
       if (channels.empty()) continue;
       if (parts.size() > 1) {
-        add_joined(motion, j, parts, channels);
+        for (ClipChannel& curve : joined_curves(scene_, j, parts, channels))
+          motion.clip.channels.push_back(std::move(curve));
         continue;
       }
       for (const ClipChannel* channel : channels) {
@@ -215,35 +213,6 @@ class MotionMaker {
         motion.clip.channels.back().node = j;
       }
     }
-  }
-
-  void add_joined(Motion& motion, std::size_t joint, const std::vector<std::size_t>& parts,
-                  const std::vector<const ClipChannel*>& channels) const {
-    std::vector<float> times;
-    for (const ClipChannel* channel : channels) times.insert(times.end(), channel->times.begin(), channel->times.end());
-    std::ranges::sort(times);
-    times.erase(std::unique(times.begin(), times.end()), times.end());
-    ClipChannel shift{joint, ChannelPath::translation, Interpolation::linear, 3, times, {}};
-    ClipChannel turn{joint, ChannelPath::rotation, Interpolation::linear, 4, times, {}};
-    ClipChannel size{joint, ChannelPath::scale, Interpolation::linear, 3, times, {}};
-    for (const float time : times) {
-      Affine whole;
-      for (const std::size_t part : parts) whole = whole * own_at(part, channels, static_cast<double>(time));
-      const NodePlace place = place_of(whole);
-      const auto add = [](ClipChannel& to, auto... values) { (to.values.push_back(static_cast<float>(values)), ...); };
-      add(shift, place.translation.x, place.translation.y, place.translation.z);
-      add(turn, place.rotation.x, place.rotation.y, place.rotation.z, place.rotation.w);
-      add(size, place.scale.x, place.scale.y, place.scale.z);
-    }
-    for (ClipChannel* channel : {&shift, &turn, &size}) motion.clip.channels.push_back(std::move(*channel));
-  }
-
-  Affine own_at(std::size_t node, const std::vector<const ClipChannel*>& channels, double time) const {
-    if (scene_.nodes[node].matrix) return *scene_.nodes[node].matrix;
-    NodePlace place = scene_.nodes[node].place;
-    for (const ClipChannel* channel : channels)
-      if (channel->node == node) set_from(*channel, time, place);
-    return place.affine();
   }
 
   const Scene& scene_;
