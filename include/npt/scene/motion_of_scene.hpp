@@ -38,10 +38,10 @@ class MotionMaker {
   }
 
   Motion make() {
-    const std::size_t root = choose();
+    root_ = choose();
     Motion motion;
-    motion.base = world_of(scene_.nodes[root].parent);
-    add_joints(motion, root);
+    motion.base = world_of(scene_.nodes[root_].parent);
+    add_joints(motion, root_);
     for (const Skin& skin : scene_.skins) add_binds(motion, skin);
     if (clip_ != nullptr) add_clip(motion);
     motion.rate = key_rate(motion.clip);
@@ -184,9 +184,9 @@ class MotionMaker {
   }
 
   /// The nodes that make up a joint, the outermost first.
-  std::vector<std::size_t> parts_of(const MotionJoint& joint, std::size_t root) const {
+  std::vector<std::size_t> parts_of(const MotionJoint& joint) const {
     std::vector<std::size_t> parts{joint.node};
-    for (std::size_t n = joint.node; n != root && is_split(scene_.nodes[n].parent);)
+    for (std::size_t n = joint.node; n != root_ && is_split(scene_.nodes[n].parent);)
       parts.push_back(n = scene_.nodes[n].parent);
     std::ranges::reverse(parts);
     return parts;
@@ -194,12 +194,11 @@ class MotionMaker {
 
   void add_clip(Motion& motion) {
     motion.clip.name = clip_->name;
-    const std::size_t root = motion.joints.front().node;
     std::vector<std::vector<const ClipChannel*>> of_node(scene_.nodes.size());
     for (const ClipChannel& channel : clip_->channels)
       if (channel.path != ChannelPath::weights) of_node[channel.node].push_back(&channel);
     for (std::size_t j = 0; j < motion.joints.size(); ++j) {
-      const std::vector<std::size_t> parts = parts_of(motion.joints[j], root);
+      const std::vector<std::size_t> parts = parts_of(motion.joints[j]);
       std::vector<const ClipChannel*> channels;
       for (const std::size_t part : parts) channels.insert(channels.end(), of_node[part].begin(), of_node[part].end());
       if (channels.empty()) continue;
@@ -223,6 +222,7 @@ class MotionMaker {
   std::vector<bool> moving_;                ///< [nodes] joints of skins, and what a clip moves
   std::vector<std::size_t> bones_, moved_;  ///< [nodes] nodes below that could be joints; that are moving
   std::vector<std::size_t> joint_of_;
+  std::size_t root_ = 0;
 };
 
 }  // namespace internal
