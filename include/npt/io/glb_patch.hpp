@@ -36,9 +36,9 @@ inline std::string patched_glb(std::string_view file, std::string json, std::str
   for (std::size_t at = 12; at < length;) {
     const std::size_t size = little_u32(file, at);
     const std::uint32_t type = little_u32(file, at + 4);
-    const bool own = type == glb_bytes && !done;
+    const bool own = type == glb_data && !done;
     put(type, at == 12 ? std::string_view(json) : file.substr(at + 8, size), own ? added : std::string_view());
-    if (at == 12 && !has_bytes && !added.empty()) put(glb_bytes, {}, added);
+    if (at == 12 && !has_bytes && !added.empty()) put(glb_data, {}, added);
     done = done || own;
     at += 8 + size;
   }

@@ -3,7 +3,7 @@
 ///   Motion own = motion_of(scene, nullptr, "hero.glb");      the character's own joints
 ///   Motion motion = retarget(walk, roles_of_walk, own, roles_of_own);
 ///   write_with_motion("hero.glb", motion, {.name = "Walk"}, "hero_walk.glb");
-/// Joints are told by MotionJoint::node: nodes of a scene that npt read of a glTF file have the file's own numbers.
+/// Joints are identified by MotionJoint::node: nodes of a scene that npt read of a glTF file have the file's own numbers.
 ///   clip        one more animation behind those that are there, with the motion's keys; a curve that stays the same
 ///               becomes one key, and channels with the same times share them
 ///   apply       instead: the pose at one time becomes the rest of the nodes. Animations that are there get the old
