@@ -4,6 +4,11 @@
 #include <doctest/doctest.h>
 
 #include <npt/io/gltf.hpp>
+#include <npt/io/gltf_reader.hpp>
+#include <npt/scene/clip_of_motion.hpp>
+#include <npt/scene/joined_nodes.hpp>
+#include <npt/scene/motion.hpp>
+#include <npt/scene/motion_of_scene.hpp>
 #include <npt/scene/pose.hpp>
 
 #include <io/scratch.hpp>
@@ -22,6 +27,10 @@ const support::Needs assimp{formats::reads_foreign(), "assimp (libassimp-dev)"};
 const support::Needs assimp_and_knight{
     formats::reads_foreign() && std::filesystem::exists(NPT_SHARED "/data/glb/Knight.glb"),
     "assimp (libassimp-dev) and ../shared/data/glb"};
+
+const support::Needs assimp_and_characters{
+    formats::reads_foreign() && std::filesystem::exists(NPT_SHARED "/data/characters/humanoids"),
+    "assimp (libassimp-dev) and ../shared/data/characters"};
 
 std::string stl_text() {
   std::string text = "solid square\n";
@@ -177,6 +186,65 @@ std::string dae_text() {
 )";
 }
 
+/// The tetrahedron with a blend shape that moves its vertex 3, a picture that isn't there, and a camera's place.
+std::string fbx_with_shape() {
+  std::string text = fbx_text("1");
+  const auto put = [&text](const std::string& before, const std::string& more) {
+    const std::size_t at = text.find(before);
+    REQUIRE(at != std::string::npos);
+    text.insert(at, more);
+  };
+  put("  Model: 2000", R"(  Geometry: 1001, "Geometry::smile", "Shape" {
+    Version: 100
+    Indexes: *1 {
+      a: 3
+    }
+    Vertices: *3 {
+      a: 0,50,0
+    }
+    Normals: *3 {
+      a: 0,0,0
+    }
+  }
+  Deformer: 4000, "Deformer::shapes", "BlendShape" {
+    Version: 100
+  }
+  Deformer: 4001, "SubDeformer::smile", "BlendShapeChannel" {
+    Version: 100
+    DeformPercent: 0
+    FullWeights: *1 {
+      a: 100
+    }
+  }
+  Texture: 5000, "Texture::t", "" {
+    Type: "TextureVideoClip"
+    Version: 202
+    TextureName: "Texture::t"
+    RelativeFilename: "gone.png"
+    FileName: "gone.png"
+  }
+)");
+  const std::size_t end = text.rfind("}");
+  return text.insert(end,
+                     "  C: \"OO\",4000,1000\n  C: \"OO\",4001,4000\n  C: \"OO\",1001,4001\n"
+                     "  C: \"OP\",5000,3000, \"DiffuseColor\"\n");
+}
+
+/// Vertices of a scene's meshes at a time of one of its clips, by name.
+npt::Mesh shown(const npt::Scene& scene, const std::string& clip, double time) {
+  const npt::ScenePoser poser(scene);
+  npt::Mesh mesh = poser.mesh();
+  poser.positions(&npt::find_clip(scene, clip, "x"), time, mesh.coordinates());
+  return mesh;
+}
+double farthest(const npt::Mesh& a, const npt::Mesh& b) {
+  REQUIRE(a.vertex_count() == b.vertex_count());
+  double worst = 0;
+  for (std::size_t v = 0; v < a.vertex_count(); ++v)
+    worst = std::max(worst, static_cast<double>(length(a.positions[v] - b.positions[v])));
+  return worst;
+}
+
 void check_near(npt::Vec3f found, npt::Vec3f expected) {
   CHECK(found.x == doctest::Approx(expected.x).epsilon(1e-5));
   CHECK(found.y == doctest::Approx(expected.y).epsilon(1e-5));
@@ -317,6 +385,91 @@ TEST_CASE("A Collada file's skin and clip move its mesh" * assimp) {
   poser.positions(&scene.clips[0], 0.5, mesh.coordinates());
   check_near(mesh.positions[1], {1, 0, 0});
   check_near(mesh.positions[2], {0, 1, 1});  // z in the file, which turns to -y: forwards
+}
+
+TEST_CASE("A blend shape is a morph target, and what is lost is told" * assimp) {
+  const scratch::Folder folder;
+  npt::write_file(folder / "a.fbx", fbx_with_shape());
+  std::vector<std::string> lost;
+  const npt::Scene scene = formats::read_foreign(folder / "a.fbx", &lost);
+  REQUIRE(scene.meshes.size() == 1);
+  CHECK(scene.meshes[0].weights == std::vector<double>{0});
+  REQUIRE(scene.meshes[0].blocks.at(0).targets.size() == 1);
+  const npt::VertexBlock& block = scene.meshes[0].blocks[0];
+  REQUIRE(block.targets[0].positions.size() == block.positions.size());
+  std::size_t moved = 0;
+  for (std::size_t v = 0; v < block.positions.size(); ++v) {
+    const bool top = block.positions[v].z > 100;
+    CHECK(length(block.targets[0].positions[v] - (top ? npt::Vec3f{0, 50, 0} : npt::Vec3f{})) < 1e-4F);
+    moved += top ? 1 : 0;
+  }
+  CHECK(moved == 1);
+  CHECK(std::ranges::find(lost, "the picture 'gone.png', which isn't in the file or beside it") != lost.end());
+  CHECK(lost.back().starts_with("polygons, as triangles"));
+  const npt::Scene again = npt::parse_gltf(npt::glb_bytes(scene, "x"), "x");
+  CHECK(again.meshes[0].blocks[0].targets[0].positions == block.targets[0].positions);
+  CHECK(again.meshes[0].weights == std::vector<double>{0});
+}
+
+TEST_CASE("What is written of a Collada file has its skin, joints and clips, and one more" * assimp) {
+  const scratch::Folder folder;
+  npt::write_file(folder / "a.dae", dae_text());
+  npt::Scene scene = npt::with_joined_nodes(formats::read_foreign(folder / "a.dae"));
+  const npt::Motion own = npt::motion_of(scene, &scene.clips.at(0), "a.dae");
+  const std::string first = scene.clips[0].name;
+  CHECK(npt::add_clip(scene, own, first) == first + "_2");
+  const npt::Scene again = npt::parse_gltf(npt::glb_bytes(scene, "x"), "x");
+  REQUIRE(again.clips.size() == 2);
+  REQUIRE(again.skins.size() == 1);
+  CHECK(again.nodes.at(again.skins[0].joints.at(0)).name == "lower");
+  CHECK(again.nodes.at(again.skins[0].joints.at(1)).name == "upper");
+  for (const double time : {0.0, 0.2, 0.5}) {
+    const npt::Mesh expected = shown(scene, first, time);
+    CHECK(farthest(shown(again, first, time), expected) < 1e-6);
+    CHECK(farthest(shown(again, first + "_2", time), expected) < 1e-6);
+  }
+}
+
+TEST_CASE("Rigged files of others keep joints, skins, pictures and clips as GLB" * assimp_and_characters) {
+  std::size_t files = 0, clips = 0;
+  double worst = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(NPT_SHARED "/data/characters/humanoids")) {
+    const std::filesystem::path path = entry.path();
+    if (path.extension() != ".fbx") continue;
+    INFO(path.string());
+    const npt::Scene read = formats::read_foreign(path);
+    if (read.skins.empty()) continue;
+    ++files;
+    const npt::Scene scene = npt::with_joined_nodes(read), again = npt::parse_gltf(npt::glb_bytes(scene, "x"), "x");
+    REQUIRE(again.nodes.size() == scene.nodes.size());
+    for (std::size_t n = 0; n < scene.nodes.size(); ++n) {
+      CHECK(again.nodes[n].name == scene.nodes[n].name);
+      CHECK(again.nodes[n].name.find("$AssimpFbx$") == std::string::npos);
+    }
+    REQUIRE(again.skins.size() == read.skins.size());
+    for (std::size_t s = 0; s < read.skins.size(); ++s)
+      for (std::size_t j = 0; j < read.skins[s].joints.size(); ++j)
+        CHECK(again.nodes[again.skins[s].joints.at(j)].name == read.nodes[read.skins[s].joints[j]].name);
+    CHECK((again.appearance == nullptr) == (read.appearance == nullptr));
+    if (read.appearance != nullptr) {
+      REQUIRE(again.appearance->images.size() == read.appearance->images.size());
+      for (std::size_t i = 0; i < read.appearance->images.size(); ++i)
+        CHECK(again.appearance->images[i].bytes == read.appearance->images[i].bytes);
+      for (std::size_t i = 0; i < read.appearance->materials.size(); ++i)
+        CHECK(again.appearance->materials[i].json == read.appearance->materials[i].json);
+    }
+    REQUIRE(again.clips.size() == read.clips.size());
+    for (const npt::Clip& clip : read.clips) {
+      ++clips;
+      for (const double part : {0.0, 0.31, 1.0}) {
+        const double time = part * clip.length();
+        worst = std::max(worst, farthest(shown(again, clip.name, time), shown(read, clip.name, time)));
+      }
+    }
+  }
+  MESSAGE(files << " files, " << clips << " clips, vertices at most " << worst << " m off");
+  CHECK(files > 0);
+  CHECK(worst < 1e-5);
 }
 
 TEST_CASE("Files that end early, or aren't what they say, are errors" * assimp) {

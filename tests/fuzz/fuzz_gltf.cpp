@@ -2,6 +2,7 @@
 /// again has the same vertices.
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/io/gltf.hpp>
+#include <npt/io/gltf_patch.hpp>
 #include <npt/scene/motion_of_scene.hpp>
 #include <npt/transfer/retarget.hpp>
 
@@ -15,6 +16,7 @@
 #endif
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace {
@@ -77,6 +79,21 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
   return 0;
 }
 
+/// A clip and a pose put into a file: what was read of it before is read of it again.
+void patch(std::string_view file, const npt::Scene& scene, const npt::Motion& motion) {
+  for (const bool apply : {false, true}) {
+    std::string patched;
+    try {
+      patched = npt::with_motion(file, motion, {.name = "new", .apply = apply, .time = 0.3}, "input");
+    } catch (const npt::Error&) {  // no curves, a matrix that shears, a value that isn't looked at elsewhere
+      continue;
+    }
+    const npt::Scene again = npt::parse_gltf(patched, "copy");
+    fuzz::expect(again.clips.size() == scene.clips.size() + (apply ? 0 : 1), "one clip more, or none");
+    fuzz::expect(again.nodes.size() == scene.nodes.size() && again.meshes.size() == scene.meshes.size(), "the same");
+  }
+}
+
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   try {
     const npt::Scene scene = npt::parse_gltf({reinterpret_cast<const char*>(data), size}, "input");
@@ -93,6 +110,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
       const npt::Motion motion = npt::motion_of(scene, scene.clips.empty() ? nullptr : &scene.clips[0], "input");
       const npt::JointRoles roles = npt::joint_roles(motion);
       npt::retarget(motion, roles, motion, roles);
+      patch({reinterpret_cast<const char*>(data), size}, scene, motion);
     }
     const std::string written = npt::format_gltf(scene, "copy");
     const npt::Scene again = npt::parse_gltf(written, "copy");

@@ -1,10 +1,13 @@
 /// What the tests in Python and JavaScript look at: dump_gltf FILE FOLDER writes
 ///   frames.bin   for some times of each clip: clip, time, then the vertices, all in double
 ///   scene.glb    the scene, written again; mesh.glb: as one mesh; rest.bin: the vertices as the scene stands
+///   clip.glb     the file with its first clip once more, and applied.glb, with the middle of that as its rest
 /// dump_gltf --made FOLDER writes GLB files of every kind that npt makes.
 #include <npt/io/gltf.hpp>
+#include <npt/io/gltf_patch.hpp>
 #include <npt/scene/animate.hpp>
 #include <npt/scene/from_mesh.hpp>
+#include <npt/scene/motion_of_scene.hpp>
 #include <npt/scene/pose.hpp>
 
 #include <npt/body/mannequin/mannequin.hpp>
@@ -27,12 +30,21 @@ void write_doubles(const fs::path& path, const std::vector<double>& numbers) {
       .write(reinterpret_cast<const char*>(numbers.data()), static_cast<std::streamsize>(8 * numbers.size()));
 }
 
+/// A file with its first clip once more, and another with the middle of that as its rest.
+void write_patched(const fs::path& file, const npt::Scene& scene, const fs::path& clip, const fs::path& applied) {
+  if (scene.clips.empty() || !npt::has_skeleton(scene)) return;
+  const npt::Motion motion = npt::motion_of(scene, &scene.clips[0], file.string());
+  npt::write_with_motion(file, motion, {.name = "once more"}, clip);
+  npt::write_with_motion(file, motion, {.apply = true, .time = 0.5 * motion.clip.length()}, applied);
+}
+
 void dump(const fs::path& file, const fs::path& folder) {
   const npt::Scene scene = npt::read_scene(file);
   const npt::ScenePoser poser(scene, file.string());
   npt::Mesh mesh = poser.mesh();
   npt::write_scene(folder / "scene.glb", scene);
   npt::write_gltf(folder / "mesh.glb", mesh);
+  write_patched(file, scene, folder / "clip.glb", folder / "applied.glb");
   std::vector<double> rest, frames;
   for (const float x : mesh.coordinates()) rest.push_back(static_cast<double>(x));
   write_doubles(folder / "rest.bin", rest);
@@ -88,6 +100,7 @@ void write_made(const fs::path& folder) {
   }
   npt::add_skeleton_clip(rigged, skeleton, first, "turn", times, motions);
   npt::write_scene(folder / "rigged.glb", rigged.scene);
+  write_patched(folder / "rigged.glb", rigged.scene, folder / "clip.glb", folder / "applied.glb");
 
   npt::MeshScene morphed = npt::scene_from(body, "body");
   std::vector<std::vector<float>> frames;

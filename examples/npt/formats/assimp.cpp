@@ -63,6 +63,37 @@ class ForeignScene {
     return std::move(scene_);
   }
 
+  /// What of the file isn't in the scene. Called after read().
+  std::vector<std::string> lost() const {
+    std::vector<std::string> result = lost_pictures_;
+    const auto add = [&](std::size_t count, const std::string& what) {
+      if (count > 0) result.push_back(what);
+    };
+    add(source_->mNumCameras + source_->mNumLights, "cameras and lights");
+    std::size_t maps = 0, clear = 0, glowing = 0, colours = 0, curves = 0;
+    for (unsigned i = 0; i < source_->mNumMaterials; ++i) {
+      const aiMaterial& material = *source_->mMaterials[i];
+      for (int type = aiTextureType_NONE + 1; type <= AI_TEXTURE_TYPE_MAX; ++type)
+        if (type != aiTextureType_DIFFUSE && type != aiTextureType_BASE_COLOR)
+          maps += material.GetTextureCount(static_cast<aiTextureType>(type));
+      ai_real opacity = 1;
+      aiColor3D glow(0, 0, 0);
+      if (material.Get(AI_MATKEY_OPACITY, opacity) == AI_SUCCESS && opacity < 1) ++clear;
+      if (material.Get(AI_MATKEY_COLOR_EMISSIVE, glow) == AI_SUCCESS && !glow.IsBlack()) ++glowing;
+    }
+    for (unsigned i = 0; i < source_->mNumMeshes; ++i)
+      colours += source_->mMeshes[i]->GetNumColorChannels() > 1 ? 1 : 0;
+    for (unsigned i = 0; i < source_->mNumAnimations; ++i)
+      curves += source_->mAnimations[i]->mNumMorphMeshChannels + source_->mAnimations[i]->mNumMeshChannels;
+    add(maps, "materials' pictures of normals, shine, glow and transparency: " + std::to_string(maps));
+    add(clear, "transparency of materials: " + std::to_string(clear));
+    add(glowing, "glow of materials: " + std::to_string(glowing));
+    add(colours, "second and further vertex colours of meshes: " + std::to_string(colours));
+    add(curves, "curves of blend shapes: " + std::to_string(curves));
+    result.push_back("polygons, as triangles; shine of materials; custom properties; constraints");
+    return result;
+  }
+
  private:
   [[noreturn]] void fail(const std::string& place, const std::string& found, const std::string& expected) const {
     throw npt::Error({name_, place, found, expected});
@@ -233,7 +264,11 @@ class ForeignScene {
       if (!fs::path(plain).filename().empty() && fs::is_regular_file(beside, code)) bytes = npt::read_file(beside);
     }
     const bool png = bytes.starts_with("\x89PNG"), jpeg = bytes.starts_with("\xFF\xD8\xFF");
-    if (!png && !jpeg) return std::nullopt;
+    if (!png && !jpeg) {
+      const std::string why = bytes.empty() ? "isn't in the file or beside it" : "is neither PNG nor JPEG";
+      if (missing_.insert(file).second) lost_pictures_.push_back("the picture '" + file + "', which " + why);
+      return std::nullopt;
+    }
     look.images.push_back({fs::path(file).filename().string(), png ? "image/png" : "image/jpeg", std::move(bytes)});
     look.textures.push_back(nlohmann::json{{"source", look.images.size() - 1}}.dump());
     return textures_[file] = look.textures.size() - 1;
@@ -348,6 +383,7 @@ class ForeignScene {
       made.primitives = std::move(kept);
       made.blocks = std::move(blocks);
     }
+    even_out_shapes(made);
     scene_.nodes[number].mesh = scene_.meshes.size();
     scene_.shown.push_back(number);
     scene_.meshes.push_back(std::move(made));
@@ -373,6 +409,7 @@ class ForeignScene {
     std::size_t most = 0;
     for (const auto& own : influences) most = std::max(most, own.size());
     block.influences = (most + 3) / 4 * 4;
+    if (!plain) block.targets.resize(mesh.mNumAnimMeshes);
     std::unordered_map<std::string, std::uint32_t> known;
     std::vector<std::uint32_t> place(mesh.mNumVertices, npt::no_index);
     std::string key;
@@ -396,6 +433,10 @@ class ForeignScene {
       for (const float x : {colour.r, colour.g, colour.b, colour.a}) add(x);
       if (!influences.empty())
         for (const Influence& i : influences[v]) add(static_cast<float>(i.joint)), add(i.weight);
+      for (std::size_t t = 0; t < block.targets.size(); ++t) {
+        const npt::Vec3f move = shape_move(mesh, t, v);
+        for (const float x : {move.x, move.y, move.z}) add(x);
+      }
       const auto [found, fresh] = known.emplace(key, static_cast<std::uint32_t>(block.positions.size()));
       place[v] = found->second;
       if (!fresh) return place[v];
@@ -412,6 +453,8 @@ class ForeignScene {
         block.with_alpha = block.with_alpha || block.colours.back()[3] < 1;
       }
       if (!influences.empty()) add_influences(influences[v], block);
+      for (std::size_t t = 0; t < block.targets.size(); ++t)
+        block.targets[t].positions.push_back(shape_move(mesh, t, v));
       return place[v];
     };
     npt::ScenePrimitive primitive{.block = made.blocks.size()};
@@ -430,6 +473,26 @@ class ForeignScene {
       for (unsigned v = 0; v < mesh.mNumVertices; ++v) number_of(v);
     made.blocks.push_back(std::move(block));
     made.primitives.push_back(std::move(primitive));
+  }
+
+  /// How far a blend shape takes a vertex.
+  npt::Vec3f shape_move(const aiMesh& mesh, std::size_t number, unsigned vertex) const {
+    const aiAnimMesh& shape = *mesh.mAnimMeshes[number];
+    if (shape.mVertices == nullptr || vertex >= shape.mNumVertices) return {};
+    const aiVector3D move = shape.mVertices[vertex] - mesh.mVertices[vertex];
+    if (!std::isfinite(move.x) || !std::isfinite(move.y) || !std::isfinite(move.z))
+      fail("blend shape " + std::to_string(number), "a number that is not finite", "finite numbers");
+    return {move.x, move.y, move.z};
+  }
+  /// A mesh's blocks have the same blend shapes: what one lacks doesn't move it.
+  static void even_out_shapes(npt::SceneMesh& mesh) {
+    std::size_t most = 0;
+    for (const npt::VertexBlock& block : mesh.blocks) most = std::max(most, block.targets.size());
+    for (npt::VertexBlock& block : mesh.blocks) {
+      block.targets.resize(most);
+      for (npt::MorphTarget& target : block.targets) target.positions.resize(block.positions.size());
+    }
+    mesh.weights.assign(most, 0);
   }
 
   static void add_influences(const std::vector<Influence>& own, npt::VertexBlock& block) {
@@ -521,6 +584,8 @@ class ForeignScene {
   npt::Scene scene_;
   std::map<std::string, std::size_t> numbers_;  ///< of nodes, by their name as it stands in the file
   std::map<std::string, std::size_t> textures_;
+  std::set<std::string> missing_;
+  std::vector<std::string> lost_pictures_;
   std::vector<std::pair<const aiNode*, std::size_t>> meshes_of_;
   std::map<const aiMesh*, std::vector<npt::Triangle>> repaired_;  ///< instead of the mesh's own
   std::size_t total_ = 0;
@@ -530,8 +595,12 @@ class ForeignScene {
 
 bool reads_foreign() { return true; }
 
-npt::Scene read_foreign(const std::filesystem::path& path, std::vector<std::string>* notes) {
-  return ForeignScene(path, notes).read();
+npt::Scene read_foreign(const std::filesystem::path& path, std::vector<std::string>* lost,
+                        std::vector<std::string>* notes) {
+  ForeignScene source(path, notes);
+  npt::Scene scene = source.read();
+  if (lost != nullptr) *lost = source.lost();
+  return scene;
 }
 
 }  // namespace formats

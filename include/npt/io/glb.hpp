@@ -21,7 +21,7 @@ struct GlbChunks {
   std::optional<std::string_view> bytes;
 };
 
-inline constexpr std::uint32_t glb_magic = 0x46546C67, glb_json = 0x4E4F534A, glb_bytes = 0x004E4942;
+inline constexpr std::uint32_t glb_magic = 0x46546C67, glb_json = 0x4E4F534A, glb_data = 0x004E4942;
 
 /// Four bytes, little-endian, whatever the machine. Requires at + 4 <= size.
 inline std::uint32_t little_u32(std::string_view bytes, std::size_t at) {
@@ -58,7 +58,7 @@ inline GlbChunks read_glb(std::string_view file, const std::string& name) {
     if ((at == 12) != (type == glb_json))
       fail(at + 4, at == 12 ? "another chunk" : "JSON again", "one chunk JSON, first");
     if (at == 12) chunks.json = content;
-    if (type == glb_bytes && !chunks.bytes) chunks.bytes = content;
+    if (type == glb_data && !chunks.bytes) chunks.bytes = content;
     at += 8 + size;
   }
   return chunks;
@@ -80,7 +80,7 @@ inline std::string format_glb(std::string json, std::string_view bytes, const st
   out += json;
   if (bytes.empty()) return out;
   append_little_u32(out, static_cast<std::uint32_t>(bytes.size() + padding));
-  append_little_u32(out, glb_bytes);
+  append_little_u32(out, glb_data);
   out += bytes;
   out.append(padding, '\0');
   return out;

@@ -46,6 +46,19 @@ inline std::optional<std::string> from_base64(std::string_view text) {
   return bytes;
 }
 
+inline std::string to_base64(std::string_view bytes) {
+  constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::string_view part = bytes.substr(i, 3);
+    std::uint32_t bits = 0;
+    for (std::size_t k = 0; k < 3; ++k) bits = bits << 8 | (k < part.size() ? static_cast<unsigned char>(part[k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k) text += k <= part.size() ? letters[bits >> (18 - 6 * k) & 63U] : '=';
+  }
+  return text;
+}
+
 /// "%20" to a blank. Nothing for a '%' without two hexadecimal digits behind it.
 inline std::optional<std::string> percent_decoded(std::string_view text) {
   std::string result;

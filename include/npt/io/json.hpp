@@ -80,6 +80,11 @@ class JsonReader {
     if (at_ != text_.size()) fail();
   }
 
+  /// Where the key or value that an event tells of, or an object or array that begins, begins in the text.
+  std::size_t begin() const noexcept { return begin_; }
+  /// Where what an event tells of ends.
+  std::size_t position() const noexcept { return at_; }
+
  private:
   [[noreturn]] void fail() { events_.syntax_error(at_); }
   /// The next character, or a zero at the end. A zero in the text itself fits nowhere either.
@@ -100,6 +105,7 @@ class JsonReader {
   /// A value, or of an object or array only its beginning.
   void value() {
     skip_blanks();
+    begin_ = at_;
     const char c = peek();
     if (c == '"') {
       events_.string(string());
@@ -150,6 +156,7 @@ class JsonReader {
     }
     skip_blanks();
     if (peek() != '"') fail();
+    begin_ = at_;
     events_.key(string());
     skip_blanks();
     expect(':');
@@ -233,7 +240,7 @@ class JsonReader {
 
   std::string_view text_;
   Events& events_;
-  std::size_t at_ = 0;
+  std::size_t at_ = 0, begin_ = 0;
   std::string open_;    ///< the brackets around this place, outermost first
   bool fresh_ = false;  ///< the innermost bracket has just been opened
 };

@@ -22,9 +22,11 @@ struct JsonValue {
   enum class Kind : std::uint8_t { null, boolean, number, string, array, object };
 
   Kind kind = Kind::null;
-  std::string text;               ///< a string's characters, a number's digits, "true" or "false"
-  std::vector<JsonValue> items;   ///< of arrays and objects
-  std::vector<std::string> keys;  ///< of objects, one for each item
+  std::string text;                ///< a string's characters, a number's digits, "true" or "false"
+  std::vector<JsonValue> items;    ///< of arrays and objects
+  std::vector<std::string> keys;   ///< of objects, one for each item
+  std::size_t begin = 0, end = 0;  ///< in the text
+  std::size_t member = 0;          ///< where its key begins, of an object's
 
   bool is(Kind other) const noexcept { return kind == other; }
   /// The member of that name; nullptr where there is none, or no object.
@@ -42,7 +44,10 @@ class JsonTree {
   JsonTree(std::string_view text, const std::string& file) : text_(text), file_(file) {}
 
   JsonValue read() {
-    read_json(text_, *this);
+    JsonReader<JsonTree> reader(text_, *this);
+    reader_ = &reader;
+    reader.read();
+    reader_ = nullptr;
     return std::move(root_);
   }
 
@@ -52,7 +57,10 @@ class JsonTree {
   void string(std::string text) { add({JsonValue::Kind::string, std::move(text), {}, {}}); }
   void start_object() { open(JsonValue::Kind::object); }
   void start_array() { open(JsonValue::Kind::array); }
-  void key(std::string name) { open_.back().keys.push_back(std::move(name)); }
+  void key(std::string name) {
+    open_.back().keys.push_back(std::move(name));
+    member_ = reader_->begin();
+  }
   void end_array() { close(); }
   void end_object() {
     std::vector<std::string_view> keys(open_.back().keys.begin(), open_.back().keys.end());
@@ -72,15 +80,18 @@ class JsonTree {
   void open(JsonValue::Kind kind) {
     if (open_.size() == most_levels) fail("more than 64 levels", "fewer");
     count();
-    open_.emplace_back().kind = kind;
+    JsonValue& value = open_.emplace_back();
+    value.kind = kind, value.begin = reader_->begin(), value.member = member_;
   }
   void close() {
     JsonValue value = std::move(open_.back());
     open_.pop_back();
+    value.end = reader_->position();
     put(std::move(value));
   }
   void add(JsonValue value) {
     count();
+    value.begin = reader_->begin(), value.end = reader_->position(), value.member = member_;
     put(std::move(value));
   }
   void count() {
@@ -92,9 +103,10 @@ class JsonTree {
 
   std::string_view text_;
   const std::string& file_;
+  const JsonReader<JsonTree>* reader_ = nullptr;
   JsonValue root_;
   std::vector<JsonValue> open_;  ///< outermost first
-  std::size_t values_ = 0;
+  std::size_t values_ = 0, member_ = 0;
 };
 
 /// `file` stands in the messages of errors.

@@ -30,7 +30,7 @@ struct MotionJoint {
   std::size_t parent = no_item;
   NodePlace rest{};
   bool end = false;            ///< only marks where its parent ends, as BVH's End Sites
-  std::size_t node = no_item;  ///< of the scene that it was made of
+  std::size_t node = no_item;  ///< of the scene that it was made of; of a glTF file's, the file's own number
   /// In metres with y up, as its skin was bound: files may stand in another pose at rest.
   std::optional<Affine> bind{};
   std::string bone{};  ///< which one it is, as a VRM file says it: "leftUpperArm"

@@ -12,6 +12,7 @@
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/scene/clip.hpp>
+#include <npt/scene/joined_nodes.hpp>
 #include <npt/scene/motion.hpp>
 #include <npt/scene/scene.hpp>
 
@@ -37,10 +38,10 @@ class MotionMaker {
   }
 
   Motion make() {
-    const std::size_t root = choose();
+    root_ = choose();
     Motion motion;
-    motion.base = world_of(scene_.nodes[root].parent);
-    add_joints(motion, root);
+    motion.base = world_of(scene_.nodes[root_].parent);
+    add_joints(motion, root_);
     for (const Skin& skin : scene_.skins) add_binds(motion, skin);
     if (clip_ != nullptr) add_clip(motion);
     motion.rate = key_rate(motion.clip);
@@ -84,9 +85,7 @@ class MotionMaker {
     return order;
   }
 
-  Affine own_of(std::size_t node) const {
-    return scene_.nodes[node].matrix ? *scene_.nodes[node].matrix : scene_.nodes[node].place.affine();
-  }
+  Affine own_of(std::size_t node) const { return own_map(scene_.nodes[node]); }
   Affine world_of(std::size_t node) const {
     Affine world;
     for (; node != no_item; node = scene_.nodes[node].parent) world = own_of(node) * world;
@@ -141,9 +140,7 @@ class MotionMaker {
   }
 
   /// A part of a joint that a reader made, not an author.
-  bool is_split(std::size_t node) const {
-    return scene_.nodes[node].name.find("_$AssimpFbx$_") != std::string::npos && !children_[node].empty();
-  }
+  bool is_split(std::size_t node) const { return is_part_of_joint(scene_.nodes[node]) && !children_[node].empty(); }
   bool is_joint(std::size_t node) const {
     return scene_.nodes[node].mesh == no_item || moving_[node] || moved_[node] > 0;
   }
@@ -187,9 +184,9 @@ class MotionMaker {
   }
 
   /// The nodes that make up a joint, the outermost first.
-  std::vector<std::size_t> parts_of(const MotionJoint& joint, std::size_t root) const {
+  std::vector<std::size_t> parts_of(const MotionJoint& joint) const {
     std::vector<std::size_t> parts{joint.node};
-    for (std::size_t n = joint.node; n != root && is_split(scene_.nodes[n].parent);)
+    for (std::size_t n = joint.node; n != root_ && is_split(scene_.nodes[n].parent);)
       parts.push_back(n = scene_.nodes[n].parent);
     std::ranges::reverse(parts);
     return parts;
@@ -197,17 +194,17 @@ class MotionMaker {
 
   void add_clip(Motion& motion) {
     motion.clip.name = clip_->name;
-    const std::size_t root = motion.joints.front().node;
     std::vector<std::vector<const ClipChannel*>> of_node(scene_.nodes.size());
     for (const ClipChannel& channel : clip_->channels)
       if (channel.path != ChannelPath::weights) of_node[channel.node].push_back(&channel);
     for (std::size_t j = 0; j < motion.joints.size(); ++j) {
-      const std::vector<std::size_t> parts = parts_of(motion.joints[j], root);
+      const std::vector<std::size_t> parts = parts_of(motion.joints[j]);
       std::vector<const ClipChannel*> channels;
       for (const std::size_t part : parts) channels.insert(channels.end(), of_node[part].begin(), of_node[part].end());
       if (channels.empty()) continue;
       if (parts.size() > 1) {
-        add_joined(motion, j, parts, channels);
+        for (ClipChannel& curve : joined_curves(scene_, j, parts, channels))
+          motion.clip.channels.push_back(std::move(curve));
         continue;
       }
       for (const ClipChannel* channel : channels) {
@@ -215,35 +212,6 @@ class MotionMaker {
         motion.clip.channels.back().node = j;
       }
     }
-  }
-
-  void add_joined(Motion& motion, std::size_t joint, const std::vector<std::size_t>& parts,
-                  const std::vector<const ClipChannel*>& channels) const {
-    std::vector<float> times;
-    for (const ClipChannel* channel : channels) times.insert(times.end(), channel->times.begin(), channel->times.end());
-    std::ranges::sort(times);
-    times.erase(std::unique(times.begin(), times.end()), times.end());
-    ClipChannel shift{joint, ChannelPath::translation, Interpolation::linear, 3, times, {}};
-    ClipChannel turn{joint, ChannelPath::rotation, Interpolation::linear, 4, times, {}};
-    ClipChannel size{joint, ChannelPath::scale, Interpolation::linear, 3, times, {}};
-    for (const float time : times) {
-      Affine whole;
-      for (const std::size_t part : parts) whole = whole * own_at(part, channels, static_cast<double>(time));
-      const NodePlace place = place_of(whole);
-      const auto add = [](ClipChannel& to, auto... values) { (to.values.push_back(static_cast<float>(values)), ...); };
-      add(shift, place.translation.x, place.translation.y, place.translation.z);
-      add(turn, place.rotation.x, place.rotation.y, place.rotation.z, place.rotation.w);
-      add(size, place.scale.x, place.scale.y, place.scale.z);
-    }
-    for (ClipChannel* channel : {&shift, &turn, &size}) motion.clip.channels.push_back(std::move(*channel));
-  }
-
-  Affine own_at(std::size_t node, const std::vector<const ClipChannel*>& channels, double time) const {
-    if (scene_.nodes[node].matrix) return *scene_.nodes[node].matrix;
-    NodePlace place = scene_.nodes[node].place;
-    for (const ClipChannel* channel : channels)
-      if (channel->node == node) set_from(*channel, time, place);
-    return place.affine();
   }
 
   const Scene& scene_;
@@ -254,6 +222,7 @@ class MotionMaker {
   std::vector<bool> moving_;                ///< [nodes] joints of skins, and what a clip moves
   std::vector<std::size_t> bones_, moved_;  ///< [nodes] nodes below that could be joints; that are moving
   std::vector<std::size_t> joint_of_;
+  std::size_t root_ = 0;
 };
 
 }  // namespace internal

@@ -100,6 +100,7 @@ struct Skin {
   std::vector<Affine> inverse_binds{};  ///< [joints] from the mesh to the joint's own coordinates
 };
 
+/// Nodes, meshes, skins and clips of a glTF file have the file's own numbers.
 /// Invariants (checked by the reader): parents, meshes, skins, joints and nodes of channels are there; parents form no
 /// circle; all numbers are finite.
 struct Scene {
