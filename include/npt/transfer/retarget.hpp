@@ -22,6 +22,8 @@
 #include <npt/scene/clip.hpp>
 #include <npt/scene/motion.hpp>
 #include <npt/scene/scene.hpp>
+#include <npt/transfer/motion/body_shape.hpp>
+#include <npt/transfer/retarget_options.hpp>
 
 #include <algorithm>
 #include <array>
@@ -338,7 +340,9 @@ class Retargeter {
 }  // namespace internal
 
 /// Requires  roles of the two motions; joints of roles that only one of them has stay as they are
-inline Motion retarget(const Motion& source, const JointRoles& from, const Motion& target, const JointRoles& to) {
+inline Motion retarget(const Motion& source, const JointRoles& from, const Motion& target, const JointRoles& to,
+                       const RetargetOptions& options = {}, const RetargetShapes& shapes = {}) {
+  (void)options, (void)shapes;
   return internal::Retargeter(source, from, target, to).run();
 }
 

@@ -31,4 +31,15 @@ struct BodyShape {
   bool empty() const { return rings.empty(); }
 };
 
+/// Of the source and the target; empty where there is no mesh.
+struct RetargetShapes {
+  BodyShape source{}, target{};
+};
+
+/// Requires  the motion and the roles of a skeleton of the scene. Empty where no skin moves with the skeleton.
+inline BodyShape body_shape(const Scene& scene, const Motion& motion, const JointRoles& roles) {
+  (void)scene, (void)motion, (void)roles;
+  return {};
+}
+
 }  // namespace npt::inline NPT_ABI
