@@ -11,6 +11,7 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/roles/joint_role.hpp>
 #include <npt/body/roles/joint_roles.hpp>
+#include <npt/body/roles/nearest_roles.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/triangles.hpp>
@@ -29,17 +30,6 @@ namespace npt::inline NPT_ABI {
 
 namespace internal {
 
-/// [joints] the role of the nearest joint at or above each that has one.
-inline std::vector<JointRole> nearest_roles(const Motion& motion, const JointRoles& roles) {
-  std::vector<JointRole> nearest(motion.joints.size());
-  for (std::size_t j = 0; j < nearest.size(); ++j) {
-    const std::size_t parent = motion.joints[j].parent;
-    nearest[j] = roles.role_of(j);
-    if (nearest[j] == JointRole::none && parent != no_item) nearest[j] = nearest[parent];
-  }
-  return nearest;
-}
-
 inline double winding(Vec3d p, const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles) {
   double sum = 0;
   for (const Triangle& t : triangles) {
@@ -57,12 +47,12 @@ class LimbPenetration {
   /// Keeps references.
   LimbPenetration(const MotionMesh& mesh, const Motion& motion, const JointRoles& roles)
       : mesh_(mesh), motion_(motion) {
-    const std::vector<JointRole> nearest = internal::nearest_roles(motion, roles);
+    const std::vector<JointRole> nearest = nearest_roles(motion, roles);
     const std::vector<Affine> bound = bound_worlds(motion);
     std::vector<bool> trunk(mesh.vertex_count());
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
       const JointRole role = nearest[mesh.main_joint(v)];
-      trunk[v] = role == JointRole::hips || (role >= JointRole::spine && role <= JointRole::upper_chest);
+      trunk[v] = is_of_trunk(role);
       if (!is_of_limb(role)) continue;
       const LimbPart part = part_of(role);
       if (part == LimbPart::lower_arm || part == LimbPart::hand || part >= LimbPart::thumb_1 ||

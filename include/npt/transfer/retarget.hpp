@@ -18,6 +18,7 @@
 #include <npt/config.hpp>
 #include <npt/scene/clip.hpp>
 #include <npt/scene/motion.hpp>
+#include <npt/transfer/motion/arm_clearance.hpp>
 #include <npt/transfer/motion/body_shape.hpp>
 #include <npt/transfer/motion/foot_lock.hpp>
 #include <npt/transfer/motion/joint_retargeter.hpp>
@@ -25,6 +26,8 @@
 #include <npt/transfer/motion/retarget_frames.hpp>
 #include <npt/transfer/motion/retargeted_clip.hpp>
 #include <npt/transfer/motion/root_motion_of.hpp>
+#include <npt/transfer/motion/thigh_clearance.hpp>
+#include <npt/transfer/motion/twist_joints.hpp>
 #include <npt/transfer/retarget_options.hpp>
 
 #include <algorithm>
@@ -54,7 +57,6 @@ inline std::vector<float> retarget_times(const Motion& source) {
 /// Requires  roles of the two motions; joints of roles that only one of them has stay as they are
 inline Motion retarget(const Motion& source, const JointRoles& from, const Motion& target, const JointRoles& to,
                        const RetargetOptions& options = {}, const RetargetShapes& shapes = {}) {
-  (void)shapes;
   internal::JointRetargeter retargeter(source, from, target, to);
   internal::RetargetFrames frames;
   frames.times = internal::retarget_times(source);
@@ -64,7 +66,10 @@ inline Motion retarget(const Motion& source, const JointRoles& from, const Motio
   }
   frames.moving = retargeter.moving();
   internal::PosedJoints pose(target, retargeter.follows(), retargeter.target().worlds);
+  internal::ArmClearance(retargeter, shapes, options, pose, frames).apply();
+  if (options.clearance > 0) internal::clear_thighs(retargeter, shapes.target, options.clearance, pose, frames);
   if (options.foot_lock) internal::FootLock(retargeter, pose, frames).apply();
+  if (options.twist) internal::share_twist(internal::TwistJoints(retargeter.target()), pose, frames);
   internal::move_root(retargeter, pose, frames, options);
   frames.find_moving();
   const internal::RetargetedClip clip(target, retargeter.target().worlds, frames, options.key_tolerance);
