@@ -239,7 +239,7 @@ class BodyShapeMaker {
     const Vec3d p = mesh_.positions[vertex], shoulder = place(roles_.joint(LimbPart::upper_arm, side)),
                 elbow = place(roles_.joint(LimbPart::lower_arm, side));
     const double along = closest_on_segment(p, shoulder, elbow);
-    return (1 - along) / (1 - arm_begin) * length(p - (shoulder + (elbow - shoulder) * along));
+    return 0.5 * (1 - along) / (1 - arm_begin) * length(p - (shoulder + (elbow - shoulder) * along));
   }
 
   /// Points far from each other: each is the farthest from those before it.
