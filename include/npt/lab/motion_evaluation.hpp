@@ -1,0 +1,180 @@
+/// How good a motion on another skeleton is: against the ground truth, where its makers have the clip on that skeleton,
+/// and by what eyes see: feet that slide or sink, arms inside the trunk, bones that change their length.
+///   MotionErrors errors = evaluate_motion({source, from}, {result, to}, &truth, &mesh);
+/// Lengths are those of a body of 1.75 m; a figure's height is that of its joints, as bound.
+#pragma once
+
+#include <npt/base/affine.hpp>
+#include <npt/base/vec3.hpp>
+#include <npt/body/roles/joint_role.hpp>
+#include <npt/body/roles/joint_roles.hpp>
+#include <npt/config.hpp>
+#include <npt/lab/limb_penetration.hpp>
+#include <npt/scene/clip.hpp>
+#include <npt/scene/motion.hpp>
+#include <npt/scene/motion_mesh.hpp>
+#include <npt/scene/scene.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+struct MotionErrors {
+  double joint_median = 0, joint_p95 = 0;        ///< shares of the height, over joints with roles and frames
+  double slide = 0, source_slide = 0;            ///< centimetres a second of contact
+  double contact_seconds = 0;                    ///< of both feet
+  double sink = 0;                               ///< centimetres that a foot is lower than the source's, at most
+  double penetration = 0, worst_penetration = 0;  ///< centimetres, of arm vertices inside the trunk
+  double stretch = 0;                            ///< the largest change of a bone's length, a share of it
+  std::vector<double> joint_errors{};            ///< all, ascending
+};
+
+/// A motion and which joint is which.
+struct JudgedMotion {
+  const Motion& motion;
+  const JointRoles& roles;
+};
+
+namespace internal {
+
+/// From the lowest to the highest joint, as bound.
+inline double joint_height(const Motion& motion) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Affine& world : bound_worlds(motion)) {
+    low = std::min(low, world.shift.y);
+    high = std::max(high, world.shift.y);
+  }
+  return high - low;
+}
+
+class MotionJudge {
+ public:
+  MotionJudge(const JudgedMotion& source, const JudgedMotion& result)
+      : from_(source), to_(result), times_(frame_times(source.motion.clip, rate)) {
+    to_height_ = joint_height(result.motion), from_leg_ = leg(source), to_leg_ = leg(result);
+    for (const double time : times_) {
+      before_.push_back(joint_worlds(from_.motion, time));
+      after_.push_back(joint_worlds(to_.motion, time));
+    }
+  }
+
+  void compare(const Motion& truth, MotionErrors& errors) const {
+    for (std::size_t f = 0; f < times_.size(); ++f) {
+      const std::vector<Affine> expected = joint_worlds(truth, times_[f]);
+      for (const std::size_t joint : to_.roles.joints)
+        if (joint != no_item)
+          errors.joint_errors.push_back(length(after_[f][joint].shift - expected[joint].shift) / to_height_);
+    }
+    std::sort(errors.joint_errors.begin(), errors.joint_errors.end());
+    const auto at = [&](double share) {
+      return errors.joint_errors[static_cast<std::size_t>(share * static_cast<double>(errors.joint_errors.size() - 1))];
+    };
+    if (!errors.joint_errors.empty()) errors.joint_median = at(0.5), errors.joint_p95 = at(0.95);
+  }
+
+  /// A foot's point stands where it is low and hardly moves in the source. Not by the thresholds with which contacts
+  /// are found to be held, so that these are judged, too.
+  void judge_feet(MotionErrors& errors) const {
+    double slide = 0, source_slide = 0;
+    for (std::size_t side = 0; side < 2; ++side)
+      for (const LimbPart part : {LimbPart::foot, LimbPart::toes}) {
+        const std::size_t own = from_.roles.joint(part, side), other = to_.roles.joint(part, side);
+        if (own == no_item || other == no_item || from_leg_ == 0 || to_leg_ == 0) continue;
+        const double from_unit = usual_leg / from_leg_, to_unit = usual_leg / to_leg_;
+        double low = std::numeric_limits<double>::infinity();
+        for (const auto& worlds : before_) low = std::min(low, worlds[own].shift.y);
+        for (std::size_t f = 1; f < times_.size(); ++f) {
+          const double moved = length(before_[f][own].shift - before_[f - 1][own].shift) * from_unit;
+          if (moved * rate > 0.15 || (before_[f][own].shift.y - low) * from_unit > 0.03 || stretched(f, side)) continue;
+          errors.contact_seconds += 1 / rate;
+          source_slide += level(before_[f][own].shift - before_[f - 1][own].shift) * from_unit;
+          slide += level(after_[f][other].shift - after_[f - 1][other].shift) * to_unit;
+        }
+      }
+    if (errors.contact_seconds == 0) return;
+    errors.slide = 100 * slide / errors.contact_seconds;
+    errors.source_slide = 100 * source_slide / errors.contact_seconds;
+  }
+
+  /// Each foot's joints above where they stand at rest, against the source's.
+  void judge_depth(MotionErrors& errors) const {
+    const std::vector<Affine> from_rest = bound_worlds(from_.motion), to_rest = bound_worlds(to_.motion);
+    if (from_leg_ == 0 || to_leg_ == 0) return;
+    for (std::size_t side = 0; side < 2; ++side)
+      for (const LimbPart part : {LimbPart::foot, LimbPart::toes}) {
+        const std::size_t own = from_.roles.joint(part, side), other = to_.roles.joint(part, side);
+        if (own == no_item || other == no_item) continue;
+        double source_low = 0, result_low = 0;  // below their rest
+        for (std::size_t f = 0; f < times_.size(); ++f) {
+          source_low = std::min(source_low, (before_[f][own].shift.y - from_rest[own].shift.y) / from_leg_);
+          result_low = std::min(result_low, (after_[f][other].shift.y - to_rest[other].shift.y) / to_leg_);
+        }
+        errors.sink = std::max(errors.sink, 100 * usual_leg * (source_low - result_low));
+      }
+  }
+
+  void judge_bones(MotionErrors& errors) const {
+    for (std::size_t j = 0; j < to_.motion.joints.size(); ++j) {
+      const std::size_t parent = to_.motion.joints[j].parent;
+      if (parent == no_item || !is_of_limb(to_.roles.role_of(j)) || to_.roles.role_of(parent) == JointRole::none) continue;
+      const double first = length(after_[0][j].shift - after_[0][parent].shift);
+      if (!(first > 1e-4 * to_height_)) continue;
+      for (const auto& worlds : after_)
+        errors.stretch = std::max(errors.stretch, std::abs(length(worlds[j].shift - worlds[parent].shift) / first - 1));
+    }
+  }
+
+  void judge_arms(const MotionMesh& mesh, MotionErrors& errors) const {
+    LimbPenetration depths(mesh, to_.motion, to_.roles);
+    const std::size_t step = std::max<std::size_t>(1, times_.size() / 60);
+    for (std::size_t f = 0; f < times_.size(); f += step) depths.add(after_[f]);
+    errors.penetration = 100 * usual_height / to_height_ * depths.mean();
+    errors.worst_penetration = 100 * usual_height / to_height_ * depths.worst();
+  }
+
+ private:
+  static constexpr double rate = 30, usual_height = 1.6, usual_leg = 0.82;  // of the joints of a body of 1.75 m
+
+  /// A source's leg that its makers draw out can't be followed by one that keeps its lengths.
+  bool stretched(std::size_t frame, std::size_t side) const {
+    const std::size_t hip = from_.roles.joint(LimbPart::upper_leg, side), foot = from_.roles.joint(LimbPart::foot, side);
+    return hip != no_item && foot != no_item &&
+           length(before_[frame][foot].shift - before_[frame][hip].shift) > 1.01 * from_leg_;
+  }
+  static double level(Vec3d way) { return std::hypot(way.x, way.z); }
+  static double leg(const JudgedMotion& judged) {
+    const std::vector<Affine> bound = bound_worlds(judged.motion);
+    const std::size_t hip = judged.roles.joint(LimbPart::upper_leg, 0), knee = judged.roles.joint(LimbPart::lower_leg, 0);
+    const std::size_t foot = judged.roles.joint(LimbPart::foot, 0);
+    if (hip == no_item || knee == no_item || foot == no_item) return 0;
+    return length(bound[knee].shift - bound[hip].shift) + length(bound[foot].shift - bound[knee].shift);
+  }
+
+  JudgedMotion from_, to_;
+  std::vector<double> times_;
+  std::vector<std::vector<Affine>> before_, after_;  ///< [frames][joints]
+  double to_height_ = 0, from_leg_ = 0, to_leg_ = 0;
+};
+
+}  // namespace internal
+
+/// `truth`: the makers' own motion on the result's skeleton; `mesh`: what the result's joints move; each may be nullptr.
+/// Requires  a source with a clip
+inline MotionErrors evaluate_motion(const JudgedMotion& source, const JudgedMotion& result, const Motion* truth,
+                                    const MotionMesh* mesh) {
+  MotionErrors errors;
+  const internal::MotionJudge judge(source, result);
+  if (truth != nullptr) judge.compare(*truth, errors);
+  judge.judge_feet(errors);
+  judge.judge_depth(errors);
+  judge.judge_bones(errors);
+  if (mesh != nullptr) judge.judge_arms(*mesh, errors);
+  return errors;
+}
+
+}  // namespace npt::inline NPT_ABI

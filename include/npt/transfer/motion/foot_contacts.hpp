@@ -1,0 +1,68 @@
+/// When a foot stands: its ankle and its toes, each alone, since a heel lifts before its toes do.
+///   std::vector<Contact> contacts = foot_contacts(frames, ankle, leg);
+/// A point stands while it is low and slow, by thresholds in lengths of the leg; it must be lower and slower to begin
+/// than to go on.
+#pragma once
+
+#include <npt/base/affine.hpp>
+#include <npt/base/vec3.hpp>
+#include <npt/config.hpp>
+#include <npt/transfer/motion/retarget_frames.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+namespace internal {
+
+/// Frames first .. last.
+struct Contact {
+  std::size_t first = 0, last = 0;
+};
+
+/// Lengths of the leg a second, between frames that are at least a thirtieth of a second apart, or else keys of fast
+/// capture would be judged by their noise.
+inline std::vector<double> joint_speeds(const RetargetFrames& frames, std::size_t joint, double leg) {
+  std::vector<double> speeds(frames.count());
+  for (std::size_t f = 0; f < speeds.size(); ++f) {
+    std::size_t before = f, behind = f;
+    while (before > 0 && frames.time(f) - frames.time(before) < 0.032) --before;
+    while (behind + 1 < speeds.size() && frames.time(behind) - frames.time(f) < 0.032) ++behind;
+    const double time = frames.time(behind) - frames.time(before);
+    if (time > 0)
+      speeds[f] = length(frames.sources[behind][joint].shift - frames.sources[before][joint].shift) / (time * leg);
+  }
+  return speeds;
+}
+
+inline std::vector<Contact> foot_contacts(const RetargetFrames& frames, std::size_t joint, double leg) {
+  // In lengths of the leg: 0.25 a second are 20 cm/s of a person. Half of it misses contacts of captured walks, whose
+  // ankles turn over standing toes; twice of it holds feet that a dancer draws over the floor.
+  constexpr double slow = 0.25, no_longer_slow = 0.5, low = 0.06, no_longer_low = 0.1, least_seconds = 0.045;
+  std::vector<Contact> contacts;
+  const std::vector<double> speeds = joint_speeds(frames, joint, leg);
+  std::vector<double> heights;
+  for (const std::vector<Affine>& worlds : frames.sources) heights.push_back(worlds[joint].shift.y / leg);
+  std::vector<double> sorted = heights;
+  // The lowest but a twentieth: a foot that is drawn under the ground once is no floor.
+  const auto twentieth = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 20);
+  std::nth_element(sorted.begin(), twentieth, sorted.end());
+  const double floor = *twentieth;
+  bool stands = false;
+  for (std::size_t f = 0; f < frames.count(); ++f) {
+    const double height = heights[f] - floor;
+    const bool before = stands;
+    stands = stands ? speeds[f] < no_longer_slow && height < no_longer_low : speeds[f] < slow && height < low;
+    if (stands && !before) contacts.push_back({f, f});
+    if (stands) contacts.back().last = f;
+  }
+  std::erase_if(contacts, [&](const Contact& c) { return frames.time(c.last) - frames.time(c.first) < least_seconds; });
+  return contacts;
+}
+
+}  // namespace internal
+
+}  // namespace npt::inline NPT_ABI

@@ -1,0 +1,182 @@
+/// Rotations from joint to joint by their roles, in the target's own frames, and the way of the hips: the plain motion on
+/// another skeleton, before feet, bodies and twist are looked at.
+#pragma once
+
+#include <npt/base/affine.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/quaternion.hpp>
+#include <npt/base/vec3.hpp>
+#include <npt/body/roles/joint_role.hpp>
+#include <npt/body/roles/joint_roles.hpp>
+#include <npt/config.hpp>
+#include <npt/scene/motion.hpp>
+#include <npt/scene/scene.hpp>
+#include <npt/transfer/motion/retarget_side.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+namespace internal {
+
+/// Rotations from joint to joint, and the hips' way: the plain motion, frame by frame.
+class JointRetargeter {
+ public:
+  JointRetargeter(const Motion& source, const JointRoles& from, const Motion& target, const JointRoles& to)
+      : from_(source, from), to_(target, to), parts_(target.joints.size()), moving_(target.joints.size()) {
+    across_ = from_.frame == to_.frame ? Quaternion{} : quaternion_of(to_.frame * from_.frame.transposed());
+    from_.find_ground();
+    const double own = to_.leg(), other = from_.leg();
+    if (own > 0 && other > 0) scale_ = own / other;
+    for (std::size_t j = 0; j < target.joints.size(); ++j) {
+      const std::size_t parent = target.joints[j].parent;
+      parts_[j] = place_of(inverse(parent == no_item ? target.base : to_.worlds[parent]) * to_.worlds[j]);
+    }
+    correct_limbs();
+    order_joints();
+  }
+
+  /// The places of the target's joints in their parents at a time; `source`: the source's joints then.
+  std::vector<NodePlace> frame(const std::vector<Affine>& source) {
+    const std::vector<Quaternion> now = world_rotations(source);
+    std::vector<NodePlace> places = parts_;
+    std::vector<Affine> worlds(places.size());
+    std::vector<Quaternion> rotations(places.size());
+    const Quaternion base = place_of(to_.motion.base).rotation;
+    for (const std::size_t j : order_) {
+      const std::size_t parent = to_.motion.joints[j].parent;
+      const Quaternion& above = parent == no_item ? base : rotations[parent];
+      const Affine& outer = parent == no_item ? to_.motion.base : worlds[parent];
+      rotations[j] = above * places[j].rotation;
+      const JointRole role = to_.roles.role_of(j);
+      if (role != JointRole::none)
+        if (const std::optional<Quaternion> turn = turn_for(role, now)) {
+          rotations[j] = across_ * *turn * inverse(across_) * corrections_[index_of(role)] * to_.rotations[j];
+          places[j].rotation = normalised(inverse(above) * rotations[j]);
+          moving_[j][0] = true;
+        }
+      if (role == JointRole::hips) place_hips(j, outer, source, places[j]);
+      for (const auto& [foot, knee] : follows_)
+        if (j == foot) {
+          const Vec3d ankle = worlds[knee](inverse(to_.worlds[knee])(to_.worlds[foot].shift));
+          places[j].translation = inverse(outer)(ankle);
+          moving_[j][1] = true;
+        }
+      worlds[j] = outer * places[j].affine();
+    }
+    return places;
+  }
+
+  const RetargetSide& source() const { return from_; }
+  const RetargetSide& target() const { return to_; }
+  Quaternion across() const { return across_; }
+  double scale() const { return scale_; }
+  const std::vector<std::array<bool, 2>>& moving() const { return moving_; }
+  /// Feet that a rig moves apart from their legs, and the lower legs.
+  const std::vector<std::pair<std::size_t, std::size_t>>& follows() const { return follows_; }
+
+ private:
+  /// Between two rests: from the direction of the target's bone to that of the source's.
+  void correct_limbs() {
+    for (std::size_t r = middle_role_count; r < joint_role_count; ++r) {
+      const auto role = static_cast<JointRole>(r);
+      const LimbPart part = part_of(role);
+      if (part == LimbPart::shoulder || part == LimbPart::foot || part == LimbPart::toes) continue;
+      const Vec3d own = to_.direction(role), other = from_.direction(role);
+      if (length(own) > 0 && length(other) > 0)
+        corrections_[r] = turn_between(own, across_(other));
+      else if (part == LimbPart::hand || is_of_digit(role))  // without a bone of its own, as the one before it
+        corrections_[r] = corrections_[part == LimbPart::hand || (r - middle_role_count - 8) % 3 != 0
+                                           ? r - 1
+                                           : index_of(limb_role(LimbPart::hand, side_of(role)))];
+    }
+  }
+
+  /// Parents before children, and what is moved apart from its limb behind that.
+  void order_joints() {
+    std::vector<bool> late(parts_.size());
+    for (std::size_t side = 0; side < 2; ++side) {
+      const std::size_t foot = to_.roles.joint(LimbPart::foot, side), knee = to_.roles.joint(LimbPart::lower_leg, side);
+      if (foot == no_item || knee == no_item || is_below(foot, knee)) continue;
+      follows_.emplace_back(foot, knee);
+      late[foot] = true;
+    }
+    for (std::size_t j = 0; j < parts_.size(); ++j) {
+      const std::size_t parent = to_.motion.joints[j].parent;
+      if (parent != no_item && late[parent]) late[j] = true;
+    }
+    for (const bool now : {false, true})
+      for (std::size_t j = 0; j < parts_.size(); ++j)
+        if (late[j] == now) order_.push_back(j);
+  }
+  bool is_below(std::size_t joint, std::size_t above) const {
+    while (joint != no_item && joint != above) joint = to_.motion.joints[joint].parent;
+    return joint == above;
+  }
+
+  /// How a joint of the source has turned since its rest; nothing where it has none of the role.
+  std::optional<Quaternion> turn_of(JointRole role, const std::vector<Quaternion>& now) const {
+    const std::size_t joint = from_.roles.joint(role);
+    if (joint == no_item) return std::nullopt;
+    return now[joint] * inverse(from_.rotations[joint]);
+  }
+
+  /// Of the spine's joints that a skeleton has, the roles in their order.
+  static std::vector<JointRole> spine_of(const JointRoles& roles) {
+    std::vector<JointRole> spine;
+    for (const JointRole role : {JointRole::spine, JointRole::chest, JointRole::upper_chest})
+      if (roles.joint(role) != no_item) spine.push_back(role);
+    return spine;
+  }
+
+  std::optional<Quaternion> spine_turn(JointRole role, const std::vector<Quaternion>& now) const {
+    const std::vector<JointRole> own = spine_of(to_.roles), other = spine_of(from_.roles);
+    const std::optional<Quaternion> hips = turn_of(JointRole::hips, now);
+    if (!hips || other.empty()) return hips;
+    const auto place = static_cast<std::size_t>(std::ranges::find(own, role) - own.begin()) + 1;
+    const double along = static_cast<double>(place * other.size()) / static_cast<double>(own.size());
+    const auto above = static_cast<std::size_t>(std::ceil(along));  // from 1 on
+    const Quaternion high = *turn_of(other[above - 1], now);
+    const Quaternion low = above == 1 ? *hips : *turn_of(other[above - 2], now);
+    const double share = along - static_cast<double>(above - 1);
+    return share == 1 ? high : slerp(low, high, share);
+  }
+
+  std::optional<Quaternion> turn_for(JointRole role, const std::vector<Quaternion>& now) const {
+    if (role >= JointRole::spine && role <= JointRole::upper_chest) return spine_turn(role, now);
+    const std::optional<Quaternion> own = turn_of(role, now);
+    if (own || role != JointRole::neck) return own;
+    const std::optional<Quaternion> head = turn_of(JointRole::head, now);
+    const std::vector<JointRole> spine = spine_of(from_.roles);
+    const std::optional<Quaternion> chest = turn_of(spine.empty() ? JointRole::hips : spine.back(), now);
+    return head && chest ? std::optional(slerp(*chest, *head, 0.5)) : std::nullopt;
+  }
+
+  void place_hips(std::size_t hips, const Affine& outer, const std::vector<Affine>& source, NodePlace& place) {
+    const Vec3d way = across_(from_.pelvis_at(source) - from_.pelvis) * scale_;
+    const Vec3d inside = inverse(to_.worlds[hips])(to_.middle);  // in the joint's own coordinates
+    NodePlace turned = place;
+    turned.translation = {};
+    place.translation = inverse(outer)(to_.pelvis + way) - turned.affine()(inside);
+    moving_[hips][1] = true;
+  }
+
+  RetargetSide from_, to_;
+  Quaternion across_{};  ///< from the source's directions to the target's
+  double scale_ = 1;
+  std::vector<NodePlace> parts_;  ///< [joints] of the target, in their parents, as it was bound
+  std::array<Quaternion, joint_role_count> corrections_{};
+  std::vector<std::size_t> order_;
+  std::vector<std::pair<std::size_t, std::size_t>> follows_;  ///< feet, and the lower legs that they follow
+  std::vector<std::array<bool, 2>> moving_;                   ///< [joints] rotation, translation
+};
+
+}  // namespace internal
+
+}  // namespace npt::inline NPT_ABI
