@@ -160,7 +160,7 @@ void describe_clip(Report& report, const npt::Motion& motion, const npt::JointRo
     std::snprintf(text, sizeof text, "keys");
   report["rate"] = text;
   if (roles.confidence < 0.3) return;
-  const npt::RootMotion root = npt::root_motion_of(motion, roles);
+  const npt::RootPath root = npt::root_motion_of(motion, roles);
   report["root_motion"] = root.joint == npt::no_item ? "in place"
                                                      : "moved " + in_units(std::hypot(root.way.x, root.way.z), "m") +
                                                            " by " + motion.joints[root.joint].name;

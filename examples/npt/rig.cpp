@@ -32,6 +32,7 @@ void run(Options& options) {
   one.jobs = {{options.mesh, *options.pose, options.out, {}, 0}};
   one.page = options.page;
   one.animation = options.animation;
+  one.animation.skeleton = "npt";
   program::animate(one, options.transfer);
 }
 

@@ -10,6 +10,7 @@
 #include "transfer_arguments.hpp"
 #include "transfer_batch.hpp"
 #include "transfer_jobs.hpp"
+#include "transfer_motion.hpp"
 #include "transfer_picture.hpp"
 #include "transfer_view.hpp"
 
@@ -458,6 +459,34 @@ class Transfer {
   std::optional<program::TransferPage> page_;
 };
 
+/// Of one character or of each in a folder, with one clip or with each in a folder of motions: OUT, OUT/CHARACTER.glb,
+/// OUT/CLIP.glb, or OUT/CHARACTER/CLIP.glb.
+std::vector<TransferJob> animation_jobs(const Options& options,
+                                        std::vector<std::unique_ptr<program::OutputFolder>>& folders) {
+  const bool many = fs::is_directory(*options.identity);
+  const std::vector<fs::path> clips =
+      fs::is_directory(*options.pose) ? program::motions_in(*options.pose) : std::vector<fs::path>{};
+  if (!many && clips.empty()) return {{*options.identity, *options.pose, *options.out, {}, 0}};
+  program::expect_folder_name(*options.out, "a folder for the results");
+  folders.push_back(std::make_unique<program::OutputFolder>(*options.out));
+  const std::string moving = options.format == "bvh" ? ".bvh" : ".glb";
+  std::vector<TransferJob> jobs;
+  for (const fs::path& identity : many ? program::meshes_in(*options.identity) : std::vector{*options.identity}) {
+    const std::string extension = options.animation.time ? program::result_extension(identity, options.format) : moving;
+    fs::path out = *options.out;
+    if (many && !clips.empty()) {
+      out /= identity.stem();
+      folders.push_back(std::make_unique<program::OutputFolder>(out));
+    }
+    for (const fs::path& clip : clips)
+      jobs.push_back({identity, clip, out / clip.filename().replace_extension(extension), {}, jobs.size()});
+    if (clips.empty())
+      jobs.push_back(
+          {identity, *options.pose, out / identity.filename().replace_extension(extension), {}, jobs.size()});
+  }
+  return jobs;
+}
+
 /// Sequences that are one file, or one pose of a clip: of one identity, of each in a folder, or of a list.
 void animate(const Options& options) {
   if (options.each)
@@ -470,34 +499,28 @@ void animate(const Options& options) {
                           .keep_going = options.keep_going,
                           .skip_existing = options.skip_existing,
                           .animation = options.animation};
-  std::optional<program::OutputFolder> folder;
-  if (options.pairs) {
-    all.jobs = program::read_pairs(*options.pairs);
-  } else if (fs::is_directory(*options.identity)) {
-    program::expect_folder_name(*options.out, "a folder for the results");
-    folder.emplace(*options.out);
-    for (const fs::path& identity : program::meshes_in(*options.identity)) {
-      const std::string extension =
-          options.animation.time ? program::result_extension(identity, options.format) : std::string(".glb");
-      const fs::path out = *options.out / identity.filename().replace_extension(extension);
-      all.jobs.push_back({identity, *options.pose, out, {}, all.jobs.size()});
-    }
-  } else {
-    all.jobs = {{*options.identity, *options.pose, *options.out, {}, 0}};
-  }
+  std::vector<std::unique_ptr<program::OutputFolder>> folders;
+  all.jobs = options.pairs ? program::read_pairs(*options.pairs) : animation_jobs(options, folders);
   if (options.shard) {
     all.jobs = program::jobs_of(std::move(all.jobs), program::parse_shard(*options.shard, "--shard"));
-    if (folder) folder->keep();
+    for (const auto& folder : folders) folder->keep();
   }
   program::animate(all, options.transfer);
+}
+
+/// Of a list: it says whether the list is one of clips.
+fs::path first_pose(const fs::path& list) {
+  const std::vector<TransferJob> jobs = program::read_pairs(list);
+  return jobs.empty() || fs::is_directory(jobs.front().pose) ? fs::path() : jobs.front().pose;
 }
 
 void run(Options options) {
   if (!options.pairs && !(options.identity && options.pose && options.out))
     throw CLI::RequiredError("--identity, --pose and --out, or --pairs");
-  const bool moves = options.pairs ? program::is_animation(options.animation, "", "")
+  const bool moves = options.pairs ? program::is_animation(options.animation, first_pose(*options.pairs), "")
                                    : program::is_animation(options.animation, *options.pose, *options.out);
   if (moves) return animate(options);
+  if (options.format == "bvh") throw npt::Error({"--format", {}, "bvh for meshes", "ply, obj or glb"});
   if (options.animation.names != "vrm")
     std::cerr << "npt: note: --names changes nothing: only animated results have joints\n";
   Transfer(options).run();
@@ -506,12 +529,12 @@ void run(Options options) {
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   CLI::Option* identity = command.add_option(
-      "--identity", o->identity,
+      "CHARACTER,--identity", o->identity,
       "Pose this mesh, the target character (.ply, .obj, .glb, .fbx, ...), or every mesh of this folder");
   CLI::Option* pose =
-      command.add_option("--pose", o->pose,
-                         "Take the pose from this mesh; from a folder of meshes, or a .glb or .fbx with "
-                         "--clip: the frames of a sequence");
+      command.add_option("CLIP,--pose", o->pose,
+                         "Take the pose from this mesh; the frames of a sequence from a folder of meshes, or from a "
+                         ".glb or .fbx with --clip; the motion from a .bvh, or from a .glb or .fbx without a mesh");
   CLI::Option* out = command.add_option("-o,--out", o->out,
                                         "Write the result to this file (.ply, .obj, .glb); results of a folder to this "
                                         "folder; a sequence to a folder or an animated .glb");
@@ -520,12 +543,13 @@ void add(CLI::App& command) {
       ->excludes(pose)
       ->excludes(out);
   program::add_animation_options(command, o->animation);
+  program::add_motion_options(command, o->animation);
   program::add_transfer_options(command, o->transfer);
   command.add_option("--seed", o->transfer.options.seed, "Draw pairings, points and random weights from this seed")
       ->check(program::whole_number())
       ->capture_default_str();
   command.add_option("--format", o->format, "Write results in a folder in this format (default: the identity's)")
-      ->check(CLI::IsMember({"ply", "obj", "glb"}))
+      ->check(CLI::IsMember({"ply", "obj", "glb", "bvh"}))
       ->excludes("--pairs");
   command
       .add_flag("--each", o->each,

@@ -8,6 +8,7 @@
 #include "stopwatch.hpp"
 #include "transfer_batch.hpp"
 #include "transfer_jobs.hpp"
+#include "transfer_motion.hpp"
 #include "transfer_picture.hpp"
 #include "transfer_view.hpp"
 
@@ -43,10 +44,6 @@ namespace {
 namespace fs = std::filesystem;
 
 bool is_gltf(const fs::path& path) { return extension_of(path) == ".glb" || extension_of(path) == ".gltf"; }
-
-npt::JointNames joint_names(const std::string& names) {
-  return names == "mixamo" ? npt::JointNames::mixamo : names == "smpl" ? npt::JointNames::smpl : npt::JointNames::vrm;
-}
 
 /// The poses of a sequence, one after another: a clip's at a rate, or a folder's meshes in the order of their names.
 class PoseFrames {
@@ -271,7 +268,9 @@ class AnimationTransfer {
 
 bool is_animation(const AnimationArguments& animation, const fs::path& pose, const fs::path& out) {
   if (animation.clip || animation.fps || animation.time || animation.in_place) return true;
-  return fs::is_directory(pose) && is_gltf(out);
+  if (animation.bake || animation.apply || animation.clip_name || animation.skeleton == "own") return true;
+  if (fs::is_directory(pose)) return is_gltf(out) || !motions_in(pose).empty();
+  return is_motion(pose);
 }
 
 void animate(const Animations& all, const TransferArguments& arguments) {
@@ -286,6 +285,7 @@ void animate(const Animations& all, const TransferArguments& arguments) {
   if (all.report) check_output(*all.report, files);
   std::vector<JobOutcome> outcomes(all.jobs.size());
   std::optional<PoseTransfer> transfer;
+  LastCharacter last;
   view::Page page;
   page.fps = all.animation.fps.value_or(30);
   JobOutcome there;
@@ -296,10 +296,14 @@ void animate(const Animations& all, const TransferArguments& arguments) {
       if (!fs::exists(input)) throw npt::Error({input.string(), {}, "no such file", "a mesh"});
     expect_extension(job.identity, mesh_extensions);
     if (all.skip_existing && is_there(job)) return there;
+    const auto opened = [&]() -> const PoseTransfer& {
+      if (!transfer) transfer.emplace(open_transfer(arguments));
+      return *transfer;
+    };
+    if (auto moved = transfer_motions(job, all, arguments, opened, last, all.page ? &page : nullptr)) return *moved;
     AnimationTransfer own(job, all);
     if (all.skip_existing && own.is_done()) return there;
-    if (!transfer) transfer.emplace(open_transfer(arguments));
-    return own.run(*transfer, all.page ? &page : nullptr);
+    return own.run(opened(), all.page ? &page : nullptr);
   };
   const auto write_report = [&] {
     if (!all.report) return;

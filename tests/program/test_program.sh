@@ -367,7 +367,8 @@ test_transfer() {
 "animations":[{"name":"Walk","samplers":[{"input":0,"output":1}],
 "channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}]}]}
 END
-  expect 1 --err "See docs/troubleshooting.md#found-no-mesh" -- transfer --identity a.obj --pose bare.gltf --clip Walk --out x.glb
+  expect 1 --err "bare.gltf: found a skeleton that is not recognised as a person's (confidence 0 %), expected a person's, or a bone map" \
+    -- transfer --identity a.obj --pose bare.gltf --clip Walk --out x.glb
   # GLB files are in metres.
   sed 's/^v \(.*\) \(.*\) \(.*\)$/v \1e2 \2e2 \3e2/' a.obj > cm.obj
   expect 0 --err "cm.obj is taken to be in centimetres, by its size (--unit says another one): cm.glb is in metres" --err "See docs/troubleshooting.md#unit-assumed" -- transfer --method network --identity cm.obj --pose b.ply --out cm.glb
@@ -482,6 +483,61 @@ END
 }
 
 # Many pairs: whatever the number in flight, the part of the list or what was there before, the files are the same.
+# Clips onto joints: the character's own, or those of its body.
+test_motion() {
+  expect 0 -- generate --count 3 --seed 5 --same-shape --pose natural --out walk
+  expect 0 -- generate --seed 5 --pose rest --out rest.ply
+  expect 0 -- rig --mesh rest.ply --pose walk --out walker.glb
+  expect 0 --out "walk.bvh: 3 frames of walk on its own 40 joints" -- transfer walker.glb walker.glb --clip walk -o walk.bvh
+  expect 0 --out "VRM 1" --out "40" --out "30 frames a second" -- info walk.bvh
+
+  # Onto joints of its own: all else of the file stays, a name that is taken gets a number.
+  expect 0 --out "own.glb: 3 frames of walk on its own 40 joints" -- transfer --identity walker.glb --pose walk.bvh --out own.glb
+  expect 0 --out "  walk  " --out "  walk_2  " --out "joint count          40" -- info own.glb
+  expect 0 -- transfer walker.glb walk.bvh -o named.glb --clip-name Stroll --in-place --no-foot-lock --clearance 0
+  expect 0 --out "  Stroll  " --out "in place" -- info named.glb
+  # Onto those of its body.
+  expect 0 --out "body.glb: 3 frames of walk on a skeleton of 40 joints" -- transfer rest.ply walk.bvh -o body.glb --names mixamo
+  expect 0 --out "mixamorig:Hips" --out "  walk  " -- info body.glb
+  expect 0 --out "on a skeleton of 40 joints" -- transfer walker.glb walk.bvh -o npt.glb --skeleton npt
+  # The moved mesh: shapes, a folder of frames, a pose.
+  expect 0 -- transfer walker.glb walk.bvh -o baked.glb --bake
+  expect 0 --out "3 morph targets" -- info baked.glb
+  expect 0 -- transfer rest.ply walk.bvh -o frames
+  exists frames/frame_0002.ply
+  expect 0 -- transfer walker.glb walk.bvh -o pose.ply --time 0.05
+  expect 0 -- transfer walker.glb walk.bvh -o pose.glb --time 0.05 --apply
+  expect 0 --out "  walk  0.067 s" -- info pose.glb
+  grep -q "walk_2" out.txt && fail "a pose that was applied is no clip"
+
+  # Pictures, pages, folders and lists.
+  expect 0 -- transfer walker.glb walk.bvh -o own.glb --render own.png --view own.html
+  exists own.png
+  exists own.html
+  mkdir people clips && cp walker.glb rest.ply people && cp walk.bvh clips && sed 's/hips/Pelvis/' walk.bvh > clips/other.bvh
+  expect 0 --out "walks/rest/walk.glb" --out "walks/walker/other.glb" -- transfer people clips -o walks --report r.jsonl
+  [ "$(grep -c '"method":"joints"' r.jsonl)" -eq 4 ] || fail "report: $(cat r.jsonl)"
+  printf 'walker.glb walk.bvh 1.glb\nrest.ply walk.bvh 2.glb\n' > list.txt
+  expect 0 --out "1.glb: 3 frames" --out "2.glb: 3 frames" -- transfer --pairs list.txt
+
+  # Bone maps, and what is refused.
+  "$npt" info --bones walk.bvh > bones.txt
+  expect 0 -- transfer walker.glb walk.bvh -o own.glb --source-bone-map bones.txt
+  sed 's/leftUpperArm "leftUpperArm" .*/leftUpperArm "nobody"/' bones.txt > wrong.txt
+  expect 1 --err "found no joint 'nobody'" -- transfer walker.glb walk.bvh -o x.glb --bone-map wrong.txt
+  expect 1 --err "--skeleton own" -- transfer rest.ply walk.bvh -o x.glb --skeleton own
+  expect 1 --err "x.obj: found extension .obj, expected .glb or .vrm or .bvh" -- transfer walker.glb walk.bvh -o x.obj
+  expect 1 --err "--apply: found a clip" -- transfer walker.glb walk.bvh -o x.glb --apply
+  sed 's/^Frames: 3/Frames: 1/' walk.bvh | awk '{ print } /^Frame Time/ { getline; print; exit }' > still.bvh
+  expect 1 --err "found a length of 0 s" -- transfer walker.glb still.bvh -o x.glb
+  expect 0 -- transfer walker.glb still.bvh -o still.glb --time 0
+  printf 'HIERARCHY\nROOT Box\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.04\n0 0 0\n0 0 9\n' > box.bvh
+  expect 1 --err "box.bvh: found a skeleton that is not recognised as a person's" -- transfer walker.glb box.bvh -o x.glb
+  expect 1 --err "--format: found bvh for meshes" -- transfer rest.ply rest.ply -o x.ply --format bvh
+  expect 1 --err "--method: found network" -- transfer rest.ply walk.bvh -o x.glb --method network
+  missing x.glb
+}
+
 test_batch() {
   make_meshes
   sed 's/^1 1 1 5$/2 3 4 5/' b.ply > e.ply

@@ -122,3 +122,11 @@ TEST_CASE("a map gives the place that makes it, also where it mirrors") {
   place.scale = {1, 0, 1};
   CHECK(npt::place_of(place.affine()).scale.y == 0);
 }
+
+TEST_CASE("a rig alone, without skin and clip, is a skeleton") {
+  npt::Scene scene;
+  for (std::size_t n = 0; n < 12; ++n) scene.nodes.push_back({.name = "j", .parent = n == 0 ? npt::no_item : n - 1});
+  CHECK(npt::motion_of(scene, nullptr, "rig.glb").joints.size() == 12);
+  scene.nodes.resize(3);
+  CHECK_THROWS_AS(npt::motion_of(scene, nullptr, "rig.glb"), npt::Error);
+}

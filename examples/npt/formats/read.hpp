@@ -15,9 +15,10 @@
 namespace formats {
 
 /// Extensions, in lower case.
-inline constexpr std::array<std::string_view, 8> all{".ply", ".obj", ".glb", ".gltf", ".fbx", ".dae", ".stl", ".off"};
+inline constexpr std::array<std::string_view, 9> all{".ply", ".obj", ".glb", ".gltf", ".vrm",
+                                                     ".fbx", ".dae", ".stl", ".off"};
 /// Those that have clips, in metres and with y up.
-inline constexpr std::array<std::string_view, 4> scenes{".glb", ".gltf", ".fbx", ".dae"};
+inline constexpr std::array<std::string_view, 5> scenes{".glb", ".gltf", ".vrm", ".fbx", ".dae"};
 /// Those that are read through assimp.
 inline constexpr std::array<std::string_view, 3> foreign{".fbx", ".dae", ".stl"};
 

@@ -29,7 +29,7 @@ inline MeshFormat mesh_format(const std::filesystem::path& path) {
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   if (extension == ".obj") return MeshFormat::obj;
   if (extension == ".ply") return MeshFormat::ply;
-  if (extension == ".glb") return MeshFormat::glb;
+  if (extension == ".glb" || extension == ".vrm") return MeshFormat::glb;
   if (extension == ".gltf") return MeshFormat::gltf;
   throw Error({.file = path.string(),
                .found = extension.empty() ? "no extension" : "extension " + in_quotes(extension),

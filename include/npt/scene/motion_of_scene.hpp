@@ -59,6 +59,11 @@ class MotionMaker {
     for (const Clip& clip : scene_.clips)
       for (const ClipChannel& channel : clip.channels)
         if (channel.path != ChannelPath::weights) moving_[channel.node] = true;
+    if (std::find(moving_.begin(), moving_.end(), true) != moving_.end()) return;
+    // A rig alone, which neither a skin nor a clip uses yet: nodes without a mesh are its joints.
+    const auto has_no_mesh = [](const SceneNode& node) { return node.mesh == no_item; };
+    if (std::count_if(scene_.nodes.begin(), scene_.nodes.end(), has_no_mesh) < std::ptrdiff_t{least_joints}) return;
+    std::transform(scene_.nodes.begin(), scene_.nodes.end(), moving_.begin(), has_no_mesh);
   }
 
   void count_below() {

@@ -64,6 +64,10 @@ class BodyDomain {
   /// [J] How the joints move to the pose: blended by all skin weights, these give what pose() does.
   virtual std::vector<Affine> motions(const DomainBinding& identity, const DomainEstimate& pose) const = 0;
 
+  /// [J] How the joints move to the body's rest, from which clips turn them: people's is a T pose that looks along +z.
+  /// The root joint stays in its place.
+  virtual std::vector<Affine> rest_motions(const DomainBinding& identity) const = 0;
+
   /// Adds the tensors that give estimate and binding back.
   virtual void save(const DomainEstimate& estimate, const DomainBinding& binding, TensorList& out) const = 0;
   /// Errors    npt::Error that names the file, for one that lacks a tensor or has it in another shape

@@ -5,6 +5,7 @@
 /// Threads   any number may use one at a time
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/error.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/joint_pose.hpp>
@@ -78,6 +79,10 @@ class BasicCharacter {
   std::optional<SkinnedSkeleton> skeleton() const {
     if (binding_ == nullptr || refinement_ != nullptr) return std::nullopt;
     return own_.body->skeleton(*binding_);
+  }
+  /// How the skeleton's joints move to the body's rest (BodyDomain::rest_motions); empty where there is no skeleton.
+  std::vector<Affine> rest_motions() const {
+    return binding_ == nullptr ? std::vector<Affine>() : own_.body->rest_motions(*binding_);
   }
 
   /// Writes it to a safetensors file: positions, triangles, estimate, joints and skin weights. Faces of more corners,

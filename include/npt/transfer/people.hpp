@@ -108,6 +108,12 @@ class PeopleDomain final : public BodyDomain {
     return character_of(identity).skeleton(fingered());
   }
 
+  std::vector<Affine> rest_motions(const DomainBinding& identity) const override {
+    const BoundCharacter& character = character_of(identity);
+    const std::vector<float> straight(3 * fingered().joint_count(), 0.0F);
+    return character.motions_in_place(fingered(), from_own_rest(character.estimate, straight));
+  }
+
   JointPose joints(const DomainEstimate& estimate) const override {
     using enum SmplJoint;
     const BodyEstimate& own = body_of(estimate);

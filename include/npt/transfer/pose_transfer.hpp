@@ -62,6 +62,11 @@
 
 namespace npt::inline NPT_ABI {
 
+// Of <npt/transfer/motion/character_motion.hpp>, which defines retarget().
+struct Motion;
+struct MotionOptions;
+struct MotionResult;
+
 /// Networks with their weights, the body estimation that belongs to them, and all that stands between them and meshes.
 ///
 /// Methods   where a file holds a body estimator (people's does), meshes that it recognises are posed by body
@@ -333,6 +338,13 @@ class BasicPoseTransfer {
     if (report(character, pose).method != Method::body) return std::nullopt;
     return character.own_.body->motions(*character.binding_, *pose.own_.estimate);
   }
+
+  /// A clip of any skeleton on that which the character's body has: include <npt/transfer/motion/character_motion.hpp>.
+  /// Errors    npt::Error for a character that isn't recognised, and what transfer_motion() refuses
+  template <class Result = MotionResult>
+  Result retarget(const Character& character, const Motion& motion, const MotionOptions& options) const;
+  template <class Result = MotionResult>
+  Result retarget(const Character& character, const Motion& motion) const;
 
   /// Whether a network meets the vertices of pose and identity one by one, so that pairings matter.
   bool pairs_vertices() const noexcept {

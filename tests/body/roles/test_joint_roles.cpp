@@ -150,7 +150,7 @@ TEST_CASE("what is no body gets no confidence, and nothing breaks") {
 TEST_CASE("the clip's way and the joint that carries it are found") {
   skeletons::Person person = skeletons::person(skeletons::dialects().front());
   skeletons::add_clip(person);
-  const npt::RootMotion root = npt::root_motion_of(person.motion, npt::joint_roles(person.motion));
+  const npt::RootPath root = npt::root_motion_of(person.motion, npt::joint_roles(person.motion));
   CHECK(root.joint == 0);
   CHECK(root.way.z == doctest::Approx(1.6).epsilon(1e-4));
   std::erase_if(person.motion.clip.channels, [](const npt::ClipChannel& c) { return c.width == 3; });

@@ -15,7 +15,7 @@
 
 namespace npt::inline NPT_ABI {
 
-struct RootMotion {
+struct RootPath {
   std::size_t joint = no_item;  ///< the topmost whose curve moves the hips' place; no_item: in place
   Vec3d way{};                  ///< of the hips from the first to the last frame, in metres
 };
@@ -30,8 +30,8 @@ inline double translation_range(const Motion& motion, std::size_t joint) {
   return range;
 }
 
-inline RootMotion root_motion_of(const Motion& motion, const JointRoles& roles) {
-  RootMotion found;
+inline RootPath root_motion_of(const Motion& motion, const JointRoles& roles) {
+  RootPath found;
   const std::size_t hips = roles.joint(JointRole::hips) != no_item ? roles.joint(JointRole::hips) : 0;
   if (motion.joints.empty() || motion.clip.channels.empty()) return found;
   for (std::size_t joint = hips; joint != no_item; joint = motion.joints[joint].parent)
