@@ -224,7 +224,7 @@ std::string fbx_with_shape() {
     FileName: "gone.png"
   }
 )");
-  const std::size_t end = text.rfind("}");
+  const std::size_t end = text.rfind('}');
   return text.insert(end,
                      "  C: \"OO\",4000,1000\n  C: \"OO\",4001,4000\n  C: \"OO\",1001,4001\n"
                      "  C: \"OP\",5000,3000, \"DiffuseColor\"\n");
@@ -434,7 +434,7 @@ TEST_CASE("Rigged files of others keep joints, skins, pictures and clips as GLB"
   std::size_t files = 0, clips = 0;
   double worst = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(NPT_SHARED "/data/characters/humanoids")) {
-    const std::filesystem::path path = entry.path();
+    const std::filesystem::path& path = entry.path();
     if (path.extension() != ".fbx") continue;
     INFO(path.string());
     const npt::Scene read = formats::read_foreign(path);

@@ -117,7 +117,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     fuzz::expect(npt::ScenePoser(again, "copy").vertex_count() == mesh.vertex_count(), "all vertices survive writing");
     npt::format_gltf(npt::scene_from(mesh).scene, "mesh");
   } catch (const npt::Error& error) {
-    fuzz::expect(std::string_view(error.what()).find("copy") == std::string_view::npos, error.what());
+    fuzz::expect(!std::string_view(error.what()).starts_with("copy"), error.what());
   }
   return 0;
 }

@@ -90,7 +90,7 @@ class ForeignScene {
     add(glowing, "glow of materials: " + std::to_string(glowing));
     add(colours, "second and further vertex colours of meshes: " + std::to_string(colours));
     add(curves, "curves of blend shapes: " + std::to_string(curves));
-    result.push_back("polygons, as triangles; shine of materials; custom properties; constraints");
+    result.emplace_back("polygons, as triangles; shine of materials; custom properties; constraints");
     return result;
   }
 
