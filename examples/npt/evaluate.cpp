@@ -3,6 +3,7 @@
 #include "arguments.hpp"
 #include "evaluation_report.hpp"
 #include "interrupt.hpp"
+#include "motion_evaluation.hpp"
 #include "open_transfer.hpp"
 #include "pose_option.hpp"
 #include "progress.hpp"
@@ -62,6 +63,9 @@ struct Options {
   std::string shapes = "normal", poses = "paper";
   std::vector<std::string> held_out;
   std::vector<std::string> rigs, pose_rigs;
+  std::vector<fs::path> motion;  ///< source, target
+  std::optional<std::string> motion_clip;
+  bool plain_motion = false;
   std::optional<fs::path> joint_names;
   double noise = 0;
   std::size_t sequences = 0, frames = 30;
@@ -319,6 +323,8 @@ void expect_no_transfer(const std::vector<CLI::Option*>& of_transfer) {
 }
 
 void run(Options o) {
+  if (!o.motion.empty())
+    return program::evaluate_motions(o.motion[0], o.motion[1], o.motion_clip, o.plain_motion, o.json);
   if (!o.held_out.empty() && !o.family && o.rigs.empty()) throw CLI::RequiresError("--held-out", "--family or --rig");
   if (o.sequences > 0) return run_sequences(std::move(o));
   if (o.page) {
@@ -461,6 +467,24 @@ void add(CLI::App& command) {
   command
       .add_flag("--fresh-choices", o->fresh_choices, "Choose points and pairings anew for every frame of a sequence")
       ->needs(sequences);
+  CLI::Option* motion =
+      command
+          .add_option("--motion", o->motion,
+                      "Measure the clips of the first file on the skeleton of the second instead: joints against its "
+                      "own clips of the same names, feet that slide or sink, arms inside the trunk")
+          ->type_name("PATH PATH")
+          ->expected(2)
+          ->excludes(protocol)
+          ->excludes("--pairs")
+          ->excludes(list)
+          ->excludes("--family")
+          ->excludes(rig)
+          ->excludes(sequences);
+  command.add_option("--motion-clip", o->motion_clip, "Measure this clip of --motion only")->needs(motion);
+  command
+      .add_flag("--plain-motion", o->plain_motion,
+                "Leave out the corrections of --motion: rotations from joint to joint and scaled hips")
+      ->needs(motion);
   command
       .add_option("--shapes", o->shapes,
                   "Draw the body's shape parameters from a normal distribution, or uniformly from -4 to 4")

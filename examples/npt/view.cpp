@@ -60,7 +60,7 @@ std::vector<std::string> one_for_each(const std::string& argument, const std::st
   return parts;
 }
 
-/// Extensions that no browser decodes by itself; of these the reader knows Draco's.
+/// Extensions that no browser decodes by itself; of these the reader knows Draco's and meshopt's.
 constexpr std::array<std::string_view, 4> undecoded{"KHR_draco_mesh_compression", "EXT_meshopt_compression",
                                                     "KHR_meshopt_compression", "KHR_texture_basisu"};
 

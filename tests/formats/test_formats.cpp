@@ -15,6 +15,7 @@
 #include <support/needs.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -54,8 +55,12 @@ std::string stl_bytes() {
 
 const char* const off_text = "OFF\n# a square\n4 1 0\n0 0 0\n2 0 0\n2 3 0\n0 3 0\n4 0 1 2 3\n";
 
-/// A tetrahedron of which z points up in the file, in a unit of so many centimetres.
-std::string fbx_text(const std::string& centimetres) {
+/// A tetrahedron of which z points up in the file, in a unit of so many centimetres; or another mesh.
+std::string fbx_text(const std::string& centimetres, const std::string& vertices = "0,0,0,100,0,0,0,-100,0,0,0,180",
+                     const std::string& corners = "0,1,-4,1,2,-4,2,0,-4,0,2,-2") {
+  const auto numbers = [](const std::string& list) {
+    return "*" + std::to_string(std::ranges::count(list, ',') + 1) + " {\n      a: " + list + "\n    }\n";
+  };
   const auto axis = [](const char* name, int value) {
     return std::string("    P: \"") + name + "\", \"int\", \"Integer\", \"\"," + std::to_string(value) + "\n";
   };
@@ -66,13 +71,8 @@ std::string fbx_text(const std::string& centimetres) {
          centimetres + "\n  }\n}\n" +
          R"(Objects:  {
   Geometry: 1000, "Geometry::tetra", "Mesh" {
-    Vertices: *12 {
-      a: 0,0,0,100,0,0,0,-100,0,0,0,180
-    }
-    PolygonVertexIndex: *12 {
-      a: 0,1,-4,1,2,-4,2,0,-4,0,2,-2
-    }
-    GeometryVersion: 124
+    Vertices: )" +
+         numbers(vertices) + "    PolygonVertexIndex: " + numbers(corners) + R"(    GeometryVersion: 124
     LayerElementMaterial: 0 {
       Version: 101
       Name: ""
@@ -107,6 +107,37 @@ Connections:  {
   C: "OO",3000,2000
 }
 )";
+}
+
+/// fbx_text() with a joint, named as the mesh is, that moves vertices 0 and 1; the mesh stands in the file twice.
+std::string skinned_fbx_text() {
+  std::string text = fbx_text("1");
+  const std::string matrix = " *16 {\n      a: 1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1\n    }\n";
+  text.insert(text.find("}\nConnections"), R"(  Model: 2001, "Model::copy", "Mesh" {
+    Version: 232
+  }
+  Model: 6000, "Model::tetra", "LimbNode" {
+    Version: 232
+  }
+  Deformer: 5000, "Deformer::skin", "Skin" {
+    Version: 101
+    Link_DeformAcuracy: 50
+  }
+  Deformer: 7000, "SubDeformer::tetra", "Cluster" {
+    Version: 100
+    UserData: "", ""
+    Indexes: *2 {
+      a: 0,1
+    }
+    Weights: *2 {
+      a: 1,0.5
+    }
+    Transform:)" + matrix +
+                                               "    TransformLink:" + matrix + "  }\n");
+  const std::string joined =
+      "  C: \"OO\",2001,0\n  C: \"OO\",1000,2001\n  C: \"OO\",3000,2001\n  C: \"OO\",6000,0\n"
+      "  C: \"OO\",5000,1000\n  C: \"OO\",7000,5000\n  C: \"OO\",6000,7000\n";
+  return text.insert(text.rfind('}'), joined);
 }
 
 /// A triangle in centimetres, z up, whose vertex 2 is the second joint's; a clip turns that joint about x by 90
@@ -193,7 +224,7 @@ std::string fbx_with_shape() {
     FileName: "gone.png"
   }
 )");
-  const std::size_t end = text.rfind("}");
+  const std::size_t end = text.rfind('}');
   return text.insert(end,
                      "  C: \"OO\",4000,1000\n  C: \"OO\",4001,4000\n  C: \"OO\",1001,4001\n"
                      "  C: \"OP\",5000,3000, \"DiffuseColor\"\n");
@@ -280,6 +311,66 @@ TEST_CASE("An FBX comes in metres, y up, with its materials' names and colours" 
   }
 }
 
+TEST_CASE("Meshes of an FBX that are skinned in part, and stand there twice, are read" * assimp) {
+  const scratch::Folder folder;
+  npt::write_file(folder / "a.fbx", skinned_fbx_text());
+  const npt::Scene scene = formats::read_scene(folder / "a.fbx");
+  REQUIRE(scene.skins.size() == 2);
+  REQUIRE(scene.shown.size() == 2);
+  const npt::Skin& skin = scene.skins[0];
+  REQUIRE(skin.joints.size() == 2);
+  CHECK(scene.nodes[skin.joints[0]].mesh == npt::no_item);  // the joint, though the mesh has its name
+  CHECK(skin.joints[1] == scene.shown[0]);                  // what no joint moves follows the mesh's node
+  const npt::VertexBlock& block = scene.meshes[0].blocks[0];
+  for (std::size_t v = 0; v < block.positions.size(); ++v) {
+    const bool with_joint = block.positions[v] == npt::Vec3f{0, 0, 0} || block.positions[v] == npt::Vec3f{100, 0, 0};
+    CHECK(block.joints[v * block.influences] == (with_joint ? 0 : 1));
+    CHECK(block.weights[v * block.influences] == 1);
+  }
+  CHECK(formats::read_mesh(folder / "a.fbx").vertex_count() == 2 * block.positions.size());
+}
+
+TEST_CASE("An FBX before 2011 is refused with the names of converters" * assimp) {
+  const scratch::Folder folder;
+  std::string text = fbx_text("1");
+  text.replace(text.find("FBXVersion: 7400"), 16, "FBXVersion: 6100");
+  std::string binary = "Kaydara FBX Binary  ";
+  binary += std::string("\0\x1A\0\xD4\x17\0\0", 7) + std::string(100, '\0');
+  for (const std::string& bytes : {text, binary}) {
+    npt::write_file(folder / "old.fbx", bytes);
+    CHECK(scratch::error_of([&] { formats::read_mesh(folder / "old.fbx"); }) ==
+          (folder / "old.fbx").string() +
+              ": found an FBX of version 6.1, expected 7.1 (2011) or later: FBX2glTF makes a GLB of it, Autodesk's FBX "
+              "Converter an FBX of 2013");
+  }
+}
+
+TEST_CASE("An FBX keeps all vertices of a polygon, also of one that crosses itself" * assimp) {
+  const scratch::Folder folder;
+  const auto read = [&](bool crossed, std::vector<std::string>& notes) {
+    // Eighteen corners around a circle: in order, or each five steps from the one before it.
+    std::string vertices, corners;
+    for (int i = 0; i < 18; ++i) {
+      const double angle = 0.3490658503988659 * (crossed ? 5 * i : i);
+      vertices += (i == 0 ? "" : ",") + std::to_string((100 + i) * std::cos(angle)) + "," +
+                  std::to_string((100 + i) * std::sin(angle)) + ",0";
+      corners += i == 17 ? ",-18" : (i == 0 ? "" : ",") + std::to_string(i);
+    }
+    npt::write_file(folder / "a.fbx", fbx_text("1", vertices, corners));
+    return formats::read_mesh(folder / "a.fbx", &notes);
+  };
+  std::vector<std::string> notes;
+  const npt::Mesh whole = read(false, notes);
+  CHECK(whole.vertex_count() == 18);
+  CHECK(whole.face_count() == 16);
+  CHECK(notes.empty());
+  const npt::Mesh crossed = read(true, notes);
+  CHECK(crossed.vertex_count() == 18);
+  CHECK(crossed.face_count() == 16);
+  CHECK(notes == std::vector<std::string>{(folder / "a.fbx").string() +
+                                          ": 1 polygon that crosses itself: cut into triangles from the first corner"});
+}
+
 TEST_CASE("A Collada file's skin and clip move its mesh" * assimp) {
   const scratch::Folder folder;
   npt::write_file(folder / "a.dae", dae_text());
@@ -343,7 +434,7 @@ TEST_CASE("Rigged files of others keep joints, skins, pictures and clips as GLB"
   std::size_t files = 0, clips = 0;
   double worst = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(NPT_SHARED "/data/characters/humanoids")) {
-    const std::filesystem::path path = entry.path();
+    const std::filesystem::path& path = entry.path();
     if (path.extension() != ".fbx") continue;
     INFO(path.string());
     const npt::Scene read = formats::read_foreign(path);

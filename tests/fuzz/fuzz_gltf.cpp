@@ -62,6 +62,8 @@ std::vector<std::string> seeds() {
       R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3")",
       R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","sparse":{"count":1,"indices":{"bufferView":3,)"
       R"("componentType":5121},"values":{"bufferView":1}})"));
+  result.push_back(small_gltf::packed_file());
+  result.push_back(small_gltf::changed(R"({"POSITION":0,)", R"({"POSITION":0,"_OWN":1,"COLOR_1":2,)"));
   result.push_back(
       small_gltf::changed(R"({"input":6,"output":7})", R"({"input":6,"output":7,"interpolation":"CUBICSPLINE"})"));
 #ifdef NPT_WITH_DRACO
@@ -115,7 +117,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     fuzz::expect(npt::ScenePoser(again, "copy").vertex_count() == mesh.vertex_count(), "all vertices survive writing");
     npt::format_gltf(npt::scene_from(mesh).scene, "mesh");
   } catch (const npt::Error& error) {
-    fuzz::expect(std::string_view(error.what()).find("copy") == std::string_view::npos, error.what());
+    fuzz::expect(!std::string_view(error.what()).starts_with("copy"), error.what());
   }
   return 0;
 }

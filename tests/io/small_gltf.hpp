@@ -79,4 +79,36 @@ inline std::string with_bytes(std::size_t at, std::string_view values) {
   return file(json(), bytes().replace(at, values.size(), values));
 }
 
+inline std::string from_hex(std::string_view digits) {
+  std::string bytes;
+  for (std::size_t i = 0; i + 1 < digits.size(); i += 2)
+    bytes += static_cast<char>(std::stoi(std::string(digits.substr(i, 2)), nullptr, 16));
+  return bytes;
+}
+
+/// The file with its positions and corners as meshoptimizer compresses them: positions as normalised 16-bit integers.
+inline std::string packed_file() {
+  const std::string
+      positions = from_hex(
+          "a00118000000013c000000fefd0104000000010c000000fe00000000000000000000000000000000000000000000000000000000"
+          "0000000000000000"),
+      corners = from_hex("e1f0007687566778a9866589689801690000");
+  std::string text = json();
+  const auto replace = [&text](std::string_view from, std::string_view to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace(R"("bufferViews":[{"buffer":0,"byteLength":36})",
+          R"("bufferViews":[{"buffer":1,"byteLength":24,"byteStride":8,"extensions":{"EXT_meshopt_compression":{)"
+          R"("buffer":0,"byteOffset":344,"byteLength":60,"byteStride":8,"mode":"ATTRIBUTES","count":3}}})");
+  replace(R"({"buffer":0,"byteOffset":132,"byteLength":6})",
+          R"({"buffer":1,"byteOffset":24,"byteLength":6,"extensions":{"EXT_meshopt_compression":{"buffer":0,)"
+          R"("byteOffset":404,"byteLength":18,"byteStride":2,"mode":"TRIANGLES","count":3}}})");
+  replace(R"({"bufferView":0,"componentType":5126)", R"({"bufferView":0,"componentType":5122,"normalized":true)");
+  replace(R"("buffers":[{"byteLength":344}])",
+          R"("buffers":[{"byteLength":422},{"byteLength":32}],)"
+          R"("extensionsUsed":["KHR_mesh_quantization","EXT_meshopt_compression"],)"
+          R"("extensionsRequired":["KHR_mesh_quantization","EXT_meshopt_compression"])");
+  return file(text, bytes() + positions + corners);
+}
+
 }  // namespace small_gltf

@@ -17,6 +17,7 @@
 #include <npt/io/mesh_file.hpp>
 #include <npt/scene/pose.hpp>
 
+#include <algorithm>
 #include <limits>
 
 using scratch::error_of;
@@ -238,12 +239,13 @@ TEST_CASE("each broken number and reference is an error that names its place") {
       {R"("bufferView":9,"mimeType")", R"("bufferView":10,"mimeType")", "images[0].bufferView: found 10"},
       {R"("source":0)", R"("source":1)", "textures[0].source: found 1"},
       {R"("baseColorTexture":{"index":0})", R"("baseColorTexture":{"index":7})", "baseColorTexture.index: found 7"},
-      {R"({"asset")", R"({"extensionsRequired":["EXT_meshopt_compression"],"asset")", "can't read meshopt"},
       {R"({"asset")", R"({"extensionsRequired":["ACME_shape"],"asset")", "found 'ACME_shape'"},
       {R"({"asset")", R"({"extensionsRequired":["KHR_mesh_quantization","KHR_materials_unlit"],"asset")", "no error"},
       {R"({"buffer":0,"byteLength":36})",
        R"({"buffer":0,"byteLength":36,"extensions":{"EXT_meshopt_compression":{"buffer":0}}})",
-       "EXT_meshopt_compression, expected bytes that are not compressed"},
+       "bufferViews[0].extensions.EXT_meshopt_compression: found no count"},
+      {R"("source":0)", R"("source":0,"extensions":{"KHR_texture_basisu":{"source":1}})",
+       "textures[0].extensions.KHR_texture_basisu.source: found 1"},
   };
   CHECK(error_in(small_gltf::file()) == "no error");
   for (const BadCase& bad : cases) {
@@ -266,6 +268,7 @@ TEST_CASE("broken numbers in buffers are errors, rounded weights are not") {
         std::string::npos);
   CHECK(error_in(with_bytes(268, floats({1, 0}))).find("key 1 at 0.000000 s") != std::string::npos);
   CHECK(error_in(with_bytes(268, floats({-1, 0}))).find("key 0") != std::string::npos);
+  CHECK(error_in(with_bytes(268, floats({0, 1e9F}))).find("expected four hours at most") != std::string::npos);
   // Weights that sum to 2, and none at all.
   const npt::Scene scene = npt::parse_gltf(with_bytes(72, floats({0, 0, 0, 0, 1, 1})), "x.glb");
   CHECK(scene.meshes[0].blocks[0].weights == std::vector<float>{1, 0, 0, 0, 0.5F, 0.5F, 0, 0, 0, 1, 0, 0});
@@ -280,6 +283,71 @@ TEST_CASE("an inverse bind matrix whose last row is zeros is taken for an affine
   CHECK(notes == std::vector<std::string>{"x.glb: skins[0].inverseBindMatrices, joint 0: the last row is 0 0 0 0, "
                                           "taken as 0 0 0 1"});
   CHECK(error_in(with_bytes(200, floats({2}))).find("expected 0 0 0 1") != std::string::npos);
+}
+
+TEST_CASE("KTX2 and WebP pictures ride along as bytes") {
+  for (const auto& [extension, type] :
+       {std::pair("KHR_texture_basisu", "image/ktx2"), std::pair("EXT_texture_webp", "image/webp")}) {
+    std::string json = small_gltf::json();
+    const auto replace = [&json](const std::string& from, const std::string& to) {
+      json.replace(json.find(from), from.size(), to);
+    };
+    const std::string name = extension;
+    replace(R"({"source":0})", R"({"extensions":{")" + name + R"(":{"source":0}}})");
+    replace("image/png", type);
+    replace(R"({"asset")", R"({"extensionsUsed":[")" + name + R"("],"extensionsRequired":[")" + name + R"("],"asset")");
+    const std::string written = npt::format_gltf(npt::parse_gltf(small_gltf::file(json), "x.glb"), "y.glb");
+    CHECK(written.find(R"("extensionsRequired":[")" + name + "\"]") != std::string::npos);
+    const npt::Scene again = npt::parse_gltf(written, "y.glb");
+    CHECK(again.appearance->images.at(0).mime_type == type);
+    CHECK(again.appearance->images[0].bytes == "\x89PNG");
+    CHECK(again.appearance->textures.at(0) == R"({"extensions":{")" + name + R"(":{"source":0}}})");
+  }
+}
+
+TEST_CASE("attributes of somebody's own and further colours are kept, by scenes and by meshes") {
+  const std::string file =
+      changed(R"({"POSITION":0,)", R"({"POSITION":0,"_PAINT":1,"_AGE":9,"COLOR_1":2,"_WIDE":5,"UNKNOWN":1,)");
+  CHECK(error_in(file) == "x.glb: meshes[0].primitives[0].attributes._AGE: found 2 elements, expected 3, as positions");
+  const std::string good =
+      changed(R"({"POSITION":0,)", R"({"POSITION":0,"_PAINT":1,"COLOR_1":2,"_WIDE":5,"UNKNOWN":1,)");
+  const npt::Scene scene = npt::parse_gltf(good, "x.glb");
+  const auto check = [](const std::vector<npt::VertexAttribute>& others) {
+    REQUIRE(others.size() == 2);
+    CHECK(others[0].name == "_PAINT");
+    CHECK(others[0].values == std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1});
+    CHECK(others[1].name == "COLOR_1");
+    CHECK(others[1].width == 4);
+  };
+  check(scene.meshes[0].blocks[0].others);
+  check(npt::parse_gltf(npt::format_gltf(scene, "y.glb"), "y.glb").meshes[0].blocks[0].others);
+  const npt::Mesh mesh = mesh_of(good);
+  CHECK(std::ranges::count(mesh.properties, "_PAINT.z", &npt::VertexProperty::name) == 1);
+  check(npt::scene_from(mesh).scene.meshes[0].blocks[0].others);
+
+  npt::Mesh own = zoo::hard_cube();
+  own.properties = {
+      {"_age", "float", std::vector<double>(own.vertex_count(), 1)},
+      {"_bad", "double", std::vector<double>(own.vertex_count(), std::numeric_limits<double>::infinity())},
+      {"quality", "float", std::vector<double>(own.vertex_count(), 2)}};
+  const std::string written = npt::format_gltf(npt::scene_from(own).scene, "z.glb");
+  const npt::Scene again = npt::parse_gltf(written, "z.glb");
+  REQUIRE(again.meshes[0].blocks[0].others.size() == 2);
+  CHECK(again.meshes[0].blocks[0].others[0].values.front() == 1);
+  CHECK(again.meshes[0].blocks[0].others[1].values.front() == 0);
+}
+
+TEST_CASE("a second set of joints and weights belongs to the first") {
+  // Weights 72: the first set's; the second set is the first one again, so that all of them become halves.
+  const npt::Scene scene =
+      npt::parse_gltf(changed(R"("WEIGHTS_0":2})", R"("WEIGHTS_0":2,"JOINTS_1":3,"WEIGHTS_1":2})"), "x.glb");
+  const npt::VertexBlock& block = scene.meshes[0].blocks[0];
+  CHECK(block.influences == 8);
+  CHECK(std::vector<float>(block.weights.begin(), block.weights.begin() + 8) ==
+        std::vector<float>{0.5F, 0, 0, 0, 0.5F, 0, 0, 0});
+  CHECK(mesh_of(npt::format_gltf(scene, "y.glb")).positions == mesh_of(small_gltf::file()).positions);
+  CHECK(error_in(changed(R"("WEIGHTS_0":2})", R"("WEIGHTS_0":2,"JOINTS_1":3})")).find("JOINTS_1 without WEIGHTS_1") !=
+        std::string::npos);
 }
 
 TEST_CASE("names: doubled, empty and wild ones stay tags of one line") {

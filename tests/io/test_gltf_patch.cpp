@@ -334,7 +334,7 @@ TEST_CASE("VRM stays VRM, unknown extensions and curves by pointers, too") {
 
 TEST_CASE("a motion that isn't the file's, and bad curves, are errors with their place") {
   using namespace patch_test;
-  const auto error = [](auto change, npt::GltfPatch options = {}) {
+  const auto error = [](auto change, const npt::GltfPatch& options = {}) {
     npt::Motion motion = wave();
     change(motion);
     return error_of([&] { patched(small_gltf::file(), motion, options); });

@@ -19,7 +19,8 @@ using npt::LimbPart;
 using skeletons::person;
 
 npt::Motion on(const skeletons::Person& source, const skeletons::Person& target) {
-  return npt::retarget(source.motion, npt::joint_roles(source.motion), target.motion, npt::joint_roles(target.motion));
+  return npt::retarget(source.motion, npt::joint_roles(source.motion), target.motion, npt::joint_roles(target.motion),
+                       npt::RetargetOptions::plain());
 }
 
 /// The largest distance between joints of the same roles, over the clip.

@@ -2,6 +2,8 @@
 
 #include <npt/base/error.hpp>
 #include <npt/io/file.hpp>
+#include <npt/io/text.hpp>
+#include <npt/mesh/triangles.hpp>
 
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -18,6 +20,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -33,7 +36,9 @@ namespace fs = std::filesystem;
 /// From assimp's scene, which it keeps, to npt's.
 class ForeignScene {
  public:
-  explicit ForeignScene(const fs::path& path) : path_(path), name_(path.string()) {
+  /// `notes`: of what was repaired, or nullptr
+  ForeignScene(const fs::path& path, std::vector<std::string>* notes)
+      : path_(path), name_(path.string()), notes_(notes) {
     extension_ = path.extension().string();
     for (char& c : extension_) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
   }
@@ -44,8 +49,9 @@ class ForeignScene {
     importer_.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_CAMERAS, false);
     importer_.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_LIGHTS, false);
     importer_.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
-    source_ = importer_.ReadFile(name_, aiProcess_Triangulate | aiProcess_ValidateDataStructure);
+    source_ = importer_.ReadFile(name_, aiProcess_ValidateDataStructure);
     if (source_ == nullptr) fail("", "what assimp refuses (" + one_line(importer_.GetErrorString()) + ")", kind());
+    triangulate();
     // A file of clips has a skeleton and no mesh; assimp calls such a scene incomplete.
     if (source_->mRootNode == nullptr || (source_->mNumMeshes == 0 && source_->mNumAnimations == 0))
       fail("", "no mesh", "one at least");
@@ -84,7 +90,7 @@ class ForeignScene {
     add(glowing, "glow of materials: " + std::to_string(glowing));
     add(colours, "second and further vertex colours of meshes: " + std::to_string(colours));
     add(curves, "curves of blend shapes: " + std::to_string(curves));
-    result.push_back("polygons, as triangles; shine of materials; custom properties; constraints");
+    result.emplace_back("polygons, as triangles; shine of materials; custom properties; constraints");
     return result;
   }
 
@@ -97,7 +103,9 @@ class ForeignScene {
       if (static_cast<unsigned char>(c) < 0x20) c = ' ';
     return text;
   }
-  std::string kind() const { return "a whole " + extension_ + " file"; }
+  std::string kind() const {
+    return "a whole " + extension_ + " file" + (is_soup() ? "" : ", or a GLB that Blender makes of it");
+  }
   bool is_soup() const { return extension_ == ".stl"; }
 
   /// Names are kept as UTF-8, as glTF wants them.
@@ -107,8 +115,26 @@ class ForeignScene {
         nlohmann::json::parse(json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)).get<std::string>());
   }
 
+  /// assimp reads FBX from version 7.1 on, that of 2011, and so does Blender.
+  void check_version(const std::string& bytes) const {
+    constexpr std::uint32_t least = 7100;
+    std::uint32_t version = least;
+    if (bytes.starts_with("Kaydara FBX Binary") && bytes.size() >= 27) {
+      version = 0;
+      for (std::size_t i = 4; i-- > 0;) version = version << 8 | static_cast<unsigned char>(bytes[23 + i]);
+    } else if (const std::size_t at = bytes.find("FBXVersion:"); at != std::string::npos) {
+      std::string_view rest = std::string_view(bytes).substr(at + 11);
+      version = npt::parse_number<std::uint32_t>(npt::next_word(rest)).value_or(least);
+    }
+    if (version >= least) return;
+    const std::string digit = std::to_string(version / 100 % 10);
+    fail("", "an FBX of version " + std::to_string(version / 1000) + "." + digit,
+         "7.1 (2011) or later: FBX2glTF makes a GLB of it, Autodesk's FBX Converter an FBX of 2013");
+  }
+
   /// assimp takes an ASCII STL that ends early for one of fewer triangles.
   void check_whole(const std::string& bytes) const {
+    if (extension_ == ".fbx") check_version(bytes);
     if (extension_ != ".stl" || !bytes.starts_with("solid")) return;
     if (bytes.size() >= 84) {  // binary files may begin so too
       std::uint32_t count = 0;
@@ -117,6 +143,77 @@ class ForeignScene {
     }
     if (bytes.rfind("endsolid") == std::string::npos || bytes.rfind("endsolid") < bytes.rfind("facet"))
       fail("the end", "no 'endsolid'", kind());
+  }
+
+  // Polygons.
+
+  /// Corners of more than four, which no other face has.
+  using Polygons = std::vector<std::vector<unsigned>>;
+
+  /// assimp cuts polygons at their ears. One that crosses itself may have none: it is left out in part, and vertices
+  /// would be lost. Such polygons become fans.
+  void triangulate() {
+    std::vector<Polygons> polygons;
+    for (unsigned m = 0; m < source_->mNumMeshes; ++m) polygons.push_back(polygons_of(*source_->mMeshes[m]));
+    source_ = importer_.ApplyPostProcessing(aiProcess_Triangulate);
+    if (source_ == nullptr) fail("", "polygons that assimp can't cut", kind());
+    std::size_t count = 0;
+    for (unsigned m = 0; m < source_->mNumMeshes && m < polygons.size(); ++m)
+      count += make_fans(*source_->mMeshes[m], polygons[m]);
+    if (count > 0 && notes_ != nullptr)
+      notes_->push_back(name_ + ": " + std::to_string(count) +
+                        (count == 1 ? " polygon that crosses itself" : " polygons that cross themselves") +
+                        ": cut into triangles from the first corner");
+  }
+
+  static Polygons polygons_of(const aiMesh& mesh) {
+    std::vector<unsigned> uses(mesh.mNumVertices);
+    Polygons result;
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      const std::span corners(face.mIndices, face.mNumIndices);
+      for (const unsigned v : corners)
+        if (v < uses.size()) ++uses[v];
+      if (corners.size() > 4) result.emplace_back(corners.begin(), corners.end());
+    }
+    const auto alone = [&](unsigned v) { return v < uses.size() && uses[v] == 1; };
+    std::erase_if(result, [&](const auto& corners) { return !std::ranges::all_of(corners, alone); });
+    return result;
+  }
+
+  /// Writes down the triangles of a mesh where assimp left out some of its polygons' ones. Returns how many polygons.
+  std::size_t make_fans(const aiMesh& mesh, const Polygons& polygons) {
+    if (polygons.empty()) return 0;
+    std::vector<std::size_t> polygon_of(mesh.mNumVertices, npt::no_item), found(polygons.size());
+    for (std::size_t p = 0; p < polygons.size(); ++p)
+      for (const unsigned v : polygons[p]) polygon_of[v] = p;
+    std::vector<npt::Triangle> triangles = triangles_of(mesh);
+    const auto polygon = [&](const npt::Triangle& t) {
+      return t[0] < polygon_of.size() ? polygon_of[t[0]] : npt::no_item;
+    };
+    for (const npt::Triangle& t : triangles)
+      if (const std::size_t p = polygon(t); p != npt::no_item) ++found[p];
+    const auto torn = [&](std::size_t p) { return p != npt::no_item && found[p] + 2 < polygons[p].size(); };
+    std::erase_if(triangles, [&](const npt::Triangle& t) { return torn(polygon(t)); });
+    std::size_t count = 0;
+    for (std::size_t p = 0; p < polygons.size(); ++p) {
+      if (!torn(p)) continue;
+      ++count;
+      for (std::size_t c = 2; c < polygons[p].size(); ++c)
+        triangles.push_back({polygons[p][0], polygons[p][c - 1], polygons[p][c]});
+    }
+    if (count > 0) repaired_[&mesh] = std::move(triangles);
+    return count;
+  }
+
+  /// Points and lines are left out.
+  std::vector<npt::Triangle> triangles_of(const aiMesh& mesh) const {
+    if (const auto repaired = repaired_.find(&mesh); repaired != repaired_.end()) return repaired->second;
+    std::vector<npt::Triangle> result;
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f)
+      if (const aiFace& face = mesh.mFaces[f]; face.mNumIndices == 3)
+        result.push_back({face.mIndices[0], face.mIndices[1], face.mIndices[2]});
+    return result;
   }
 
   // Materials: a name, a colour, and a picture.
@@ -194,7 +291,11 @@ class ForeignScene {
     const std::string own = text(node.mName);
     scene_.nodes.push_back(
         {.name = own, .parent = parent, .matrix = affine(node.mTransformation, "node '" + own + "'")});
-    numbers_.emplace(node.mName.C_Str(), number);
+    // Bones and clips name nodes: of several with one name a joint is meant rather than a mesh.
+    const auto [known, fresh] = numbers_.emplace(node.mName.C_Str(), number);
+    const bool mesh_before = !fresh && std::ranges::find(meshes_of_, known->second,
+                                                         [](const auto& m) { return m.second; }) != meshes_of_.end();
+    if (mesh_before && node.mNumMeshes == 0) known->second = number;
     if (node.mNumMeshes > 0) meshes_of_.emplace_back(&node, number);
     for (unsigned i = 0; i < node.mNumChildren; ++i) add_node(*node.mChildren[i], number);
   }
@@ -359,15 +460,12 @@ class ForeignScene {
     npt::ScenePrimitive primitive{.block = made.blocks.size()};
     if (scene_.appearance != nullptr && mesh.mMaterialIndex < scene_.appearance->materials.size())
       primitive.material = mesh.mMaterialIndex;
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-      const aiFace& face = mesh.mFaces[f];
-      if (face.mNumIndices != 3) continue;  // points and lines
-      npt::Triangle triangle{};
-      for (unsigned c = 0; c < 3; ++c) {
-        if (face.mIndices[c] >= mesh.mNumVertices)
-          fail("face " + std::to_string(f), "vertex " + std::to_string(face.mIndices[c]),
+    for (npt::Triangle triangle : triangles_of(mesh)) {
+      for (std::uint32_t& corner : triangle) {
+        if (corner >= mesh.mNumVertices)
+          fail("triangle " + std::to_string(primitive.triangles.size()), "vertex " + std::to_string(corner),
                "below " + std::to_string(mesh.mNumVertices));
-        triangle[c] = number_of(face.mIndices[c]);
+        corner = number_of(corner);
       }
       primitive.triangles.push_back(triangle);
     }
@@ -480,6 +578,7 @@ class ForeignScene {
 
   fs::path path_;
   std::string name_, extension_;
+  std::vector<std::string>* notes_;
   Assimp::Importer importer_;
   const aiScene* source_ = nullptr;
   npt::Scene scene_;
@@ -488,6 +587,7 @@ class ForeignScene {
   std::set<std::string> missing_;
   std::vector<std::string> lost_pictures_;
   std::vector<std::pair<const aiNode*, std::size_t>> meshes_of_;
+  std::map<const aiMesh*, std::vector<npt::Triangle>> repaired_;  ///< instead of the mesh's own
   std::size_t total_ = 0;
 };
 
@@ -495,8 +595,9 @@ class ForeignScene {
 
 bool reads_foreign() { return true; }
 
-npt::Scene read_foreign(const std::filesystem::path& path, std::vector<std::string>* lost) {
-  ForeignScene source(path);
+npt::Scene read_foreign(const std::filesystem::path& path, std::vector<std::string>* lost,
+                        std::vector<std::string>* notes) {
+  ForeignScene source(path, notes);
   npt::Scene scene = source.read();
   if (lost != nullptr) *lost = source.lost();
   return scene;

@@ -6,7 +6,7 @@ namespace formats {
 
 bool reads_foreign() { return false; }
 
-npt::Scene read_foreign(const std::filesystem::path& path, std::vector<std::string>*) {
+npt::Scene read_foreign(const std::filesystem::path& path, std::vector<std::string>*, std::vector<std::string>*) {
   throw npt::Error({path.string(),
                     {},
                     "extension " + path.extension().string(),

@@ -38,13 +38,14 @@ npt::Mesh read_mesh(const std::filesystem::path& path, std::vector<std::string>*
   if (is_one_of(path, off)) return read_off(path);
   if (!is_one_of(path, foreign))
     return with_notes(notes, [&](std::vector<std::string>* to) { return npt::read_mesh(path, to); });
-  const npt::Scene scene = read_foreign(path);
+  const npt::Scene scene = read_scene(path, notes);
   return npt::ScenePoser(scene, path.string()).mesh();
 }
 
 npt::Scene read_scene(const std::filesystem::path& path, std::vector<std::string>* notes) {
-  if (is_one_of(path, foreign)) return read_foreign(path);
-  return with_notes(notes, [&](std::vector<std::string>* to) { return npt::read_scene(path, to); });
+  return with_notes(notes, [&](std::vector<std::string>* to) {
+    return is_one_of(path, foreign) ? read_foreign(path, nullptr, to) : npt::read_scene(path, to);
+  });
 }
 
 }  // namespace formats

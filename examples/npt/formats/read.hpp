@@ -33,8 +33,9 @@ npt::Scene read_scene(const std::filesystem::path& path, std::vector<std::string
 /// Whether this build has assimp.
 bool reads_foreign();
 /// A file in one of the formats in `foreign`. `lost` gets what of it isn't in the scene, and so not in a GLB that is
-/// written of it either: a noun phrase for each kind of thing.
-npt::Scene read_foreign(const std::filesystem::path& path, std::vector<std::string>* lost = nullptr);
+/// written of it either: a noun phrase for each kind of thing. `notes` gets a line for each thing that was mended.
+npt::Scene read_foreign(const std::filesystem::path& path, std::vector<std::string>* lost = nullptr,
+                        std::vector<std::string>* notes = nullptr);
 npt::Mesh read_off(const std::filesystem::path& path);
 
 }  // namespace formats

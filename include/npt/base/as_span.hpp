@@ -1,6 +1,5 @@
 /// A vector's elements as a span, as the implicit conversion gives them. That conversion checks concepts of ranges: it
-/// costs g++ 12 50 million instructions more than this for each type of elements, 140 million for the first, 0.6 and
-/// 1.7 % of what parsing npt.hpp takes.
+/// costs g++ 12 72 million instructions for each type of elements, this none: 9 % of npt.hpp in all.
 #pragma once
 
 #include <npt/config.hpp>

@@ -88,7 +88,7 @@ class BasicBodyModel {
   std::size_t vertex_count() const noexcept { return tables_.vertex_count(); }
   std::size_t joint_count() const noexcept { return tables_.joint_count(); }
   std::size_t shape_count() const noexcept { return tables_.shape_count(); }
-  std::span<const Triangle> triangles() const noexcept { return tables_.triangles; }
+  std::span<const Triangle> triangles() const noexcept { return as_span(tables_.triangles); }
   const BodyTables& tables() const noexcept { return tables_; }
   const RestJoints& rest_joints() const noexcept { return rest_joints_; }
 
@@ -145,7 +145,7 @@ class BasicBodyModel {
     const std::vector<Matrix3> rotations = joint_rotations(axis_angles);
     const std::vector<Rigid> motions = bone_motions(betas, rotations);
     std::vector<double> bend(tables_.posedirs.empty() ? 0 : 9 * (joint_count() - 1));
-    if (!bend.empty()) pose_feature(rotations, bend);
+    if (!bend.empty()) pose_feature(as_span(rotations), as_span(bend));
     for (std::size_t i = 0; i < count; ++i) skin_vertex(vertex_of(i), betas, motions, bend, out.data() + 3 * i);
   }
 

@@ -3,6 +3,7 @@
 /// Source    Loper et al., "SMPL: A Skinned Multi-Person Linear Model", SIGGRAPH Asia 2015
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
@@ -64,7 +65,7 @@ NPT_INLINE void check_matrix(const SparseMatrix& m, std::size_t rows, std::size_
   for (std::size_t r = 0; consistent && r < rows; ++r) consistent = m.start[r] <= m.start[r + 1];
   require(consistent, source, "tensor '" + tensor + "'", "row starts that don't fit its entries",
           "a matrix in CSR form");
-  check_finite(m.value, source, tensor);
+  check_finite(as_span(m.value), source, tensor);
   for (const std::uint32_t c : m.column) {
     if (c < columns) continue;
     throw Error(
@@ -114,15 +115,15 @@ NPT_INLINE void check_tables(const BodyTables& body, const std::string& source =
   // NOLINTNEXTLINE(clang-analyzer-core.DivideZero): the line before has thrown then
   require(body.shapedirs.size() % (3 * v) == 0, source, "tensor 'shapedirs'",
           std::to_string(body.shapedirs.size()) + " numbers", "a multiple of 3 * " + std::to_string(v));
-  check_parents(body.parents, source);
+  check_parents(as_span(body.parents), source);
   const std::size_t corrections = 3 * v * 9 * (j - 1);
   require(body.posedirs.empty() || body.posedirs.size() == corrections, source, "tensor 'posedirs'",
           std::to_string(body.posedirs.size()) + " numbers", std::to_string(corrections) + " numbers or none");
   require(body.joint_names.empty() || body.joint_names.size() == j, source, "joint_names",
           std::to_string(body.joint_names.size()) + " names", std::to_string(j) + " names or none");
-  check_finite(body.v_template, source, "v_template");
-  check_finite(body.shapedirs, source, "shapedirs");
-  check_finite(body.posedirs, source, "posedirs");
+  check_finite(as_span(body.v_template), source, "v_template");
+  check_finite(as_span(body.shapedirs), source, "shapedirs");
+  check_finite(as_span(body.posedirs), source, "posedirs");
   check_matrix(body.J_regressor, j, v, source, "J_regressor");
   check_row_sums(body.J_regressor, 1e-3, source, "J_regressor");
   check_matrix(body.weights, v, j, source, "weights");

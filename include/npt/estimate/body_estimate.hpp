@@ -115,7 +115,7 @@ struct BasicBodyEstimate {
   /// The body's own vertical axis, from pelvis to chest, in the mesh's coordinates; unit.
   Vec3d up() const { return fit.body.axis_angles.empty() ? Vec3d{0, 1, 0} : joint_rotation(0) * Vec3d{0, 1, 0}; }
   /// Of a mesh in which a body lies: the rotation of a joint in its parent's frame.
-  Matrix3 joint_rotation(std::size_t j) const { return npt::joint_rotation(fit.body.axis_angles, j); }
+  Matrix3 joint_rotation(std::size_t j) const { return npt::joint_rotation(as_span(fit.body.axis_angles), j); }
   /// The turn about the vertical axis after which the body faces +z.
   Matrix3 facing_front() const {
     const Vec3d front = joint_rotation(0) * Vec3d{0, 0, 1};

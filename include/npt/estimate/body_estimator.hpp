@@ -125,7 +125,8 @@ class BasicBodyEstimator {
     reading.disagreement = last.disagreement;
     reading.metres = last.metres;
     reading.centre = last.centre;
-    reading.surface = std::make_shared<const FitSurface>(last.surface->moved(reading.points_of(mesh), mesh.triangles));
+    reading.surface =
+        std::make_shared<const FitSurface>(last.surface->moved(as_span(reading.points_of(mesh)), mesh.triangles));
     reading.track = last.track ? last.track : fitter_->track(*last.surface, last.fit);
     SurfaceTrack::Step step = reading.track->follow(*reading.surface, last.fit.body);
     if (step.off > lost) return anew ? *std::move(anew) : read(mesh);
@@ -160,7 +161,7 @@ class BasicBodyEstimator {
 
   static bool same_pose(const Joints& a, const Joints& b) {
     constexpr double apart = 0.01;  // metres
-    return std::ranges::equal(a, b, [](Vec3d p, Vec3d q) { return length(p - q) < apart; });
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](Vec3d p, Vec3d q) { return length(p - q) < apart; });
   }
 
   /// Poses from which limbs of one mesh were searched. Another look mostly ends where the first one did, and a search
@@ -169,9 +170,8 @@ class BasicBodyEstimator {
    public:
     /// Whether the pose is a new one for the pair.
     bool add(LimbPair pair, Joints joints) {
-      if (std::ranges::any_of(
-              poses_, [&](const auto& known) { return known.first == pair && same_pose(known.second, joints); }))
-        return false;
+      for (const auto& known : poses_)
+        if (known.first == pair && same_pose(known.second, joints)) return false;
       poses_.emplace_back(pair, std::move(joints));
       return true;
     }
@@ -275,7 +275,7 @@ class BasicBodyEstimator {
       LimbSearch::Angles& angles = all.emplace_back(motion.axis_angles.begin(), motion.axis_angles.end());
       for (const std::size_t j : limb_roots) {
         const auto parent = static_cast<std::size_t>(smpl_parents[j]);
-        set_joint_rotation(angles, j, fitted[parent].rotation.transposed() * motion.parts[j].rotation);
+        set_joint_rotation(as_span(angles), j, fitted[parent].rotation.transposed() * motion.parts[j].rotation);
       }
     }
     return all;

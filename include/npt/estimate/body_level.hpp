@@ -43,8 +43,8 @@ class BasicBodyLevel {
   }
 
   const DifferentiableBody& body() const noexcept { return body_; }
-  std::span<const Triangle> triangles() const noexcept { return triangles_; }
-  std::span<const Vec3d> rest_points() const noexcept { return rest_; }
+  std::span<const Triangle> triangles() const noexcept { return as_span(triangles_); }
+  std::span<const Vec3d> rest_points() const noexcept { return as_span(rest_); }
   std::span<const Probe> probes() const noexcept { return probes_; }
 
  private:
@@ -117,9 +117,10 @@ class BasicBodyLevel {
       choice.cell = choice.vertices;
       return choice;
     }
-    choice.vertices = farthest_points(points, count);
+    choice.vertices = farthest_points(as_span(points), count);
     choice.cell =
-        geodesics(points, neighbours(edges_of_triangles(model.triangles()), points.size()), choice.vertices).nearest;
+        geodesics(points, neighbours(as_span(edges_of_triangles(model.triangles())), points.size()), choice.vertices)
+            .nearest;
     return choice;
   }
 

@@ -45,7 +45,7 @@ class BasicBodyLookUp {
   }
 
   /// [V] the body's vertices as fitted
-  std::span<const Vec3d> body() const noexcept { return body_; }
+  std::span<const Vec3d> body() const noexcept { return as_span(body_); }
 
   /// outward: the mesh's area vector at the point, 0 where it has none; hint: the last look-up's triangle, or no_index
   ClosestPoint operator()(Vec3d point, Vec3d outward, std::uint32_t& hint) const {

@@ -135,7 +135,7 @@ class BasicCorrespondenceEstimator {
         normals[t].insert(normals[t].end(), {q.x, q.y, q.z});
       }
       results[t].resize(points[t].size());
-      calls.push_back({.inputs = {points[t], normals[t]}, .result = results[t]});
+      calls.push_back({.inputs = {as_span(points[t]), as_span(normals[t])}, .result = as_span(results[t])});
     }
     engine_.run(calls);
     std::vector<std::vector<Vec3f>> places(turns);

@@ -134,7 +134,8 @@ class BasicCorrespondenceFitter {
     while (candidates.size() > 1 && candidates.back().value > 1.3 * candidates.front().value) candidates.pop_back();
     for_each_of(candidates, executor, [&](Candidate& c) { fit_coarsely(surface, readings[c.reading], c); });
     for (const Candidate& c : candidates) evaluations += c.evaluations;
-    const auto best = std::ranges::min_element(candidates, {}, &Candidate::value);
+    const auto best = std::min_element(candidates.begin(), candidates.end(),
+                                       [](const Candidate& a, const Candidate& b) { return a.value < b.value; });
     CorrespondenceFit result = finished(surface, *best, readings[best->reading]);
     result.body.evaluations += evaluations;
     result.body.starts = static_cast<int>(candidates.size());

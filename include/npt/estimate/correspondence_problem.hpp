@@ -132,7 +132,7 @@ class BasicCorrespondenceProblem {
   std::span<const Match> matches() const noexcept { return matches_; }
   std::size_t probe_matches() const noexcept { return std::min(stage_->probes, level_->probes().size()); }
   const DifferentiableBody::State& state() const noexcept { return state_; }
-  std::span<const Vec3d> body_points() const noexcept { return points_of_body_; }
+  std::span<const Vec3d> body_points() const noexcept { return as_span(points_of_body_); }
 
  private:
   /// In deviations: from here on a beta costs hardly more, so that the prior may be strong enough that the body is not
@@ -157,7 +157,7 @@ class BasicCorrespondenceProblem {
   double evaluate(std::span<const double> x, std::vector<Match>& matches, DifferentiableBody::State& state) {
     ++evaluations_;
     const DifferentiableBody& body = level_->body();
-    body.forward(x, state, points_of_body_);
+    body.forward(x, state, as_span(points_of_body_));
     matches.clear();
     data_value_ = 0;
     if (stage_->surface_weight > 0) {
@@ -219,7 +219,7 @@ class BasicCorrespondenceProblem {
 
   void from_mesh(std::vector<Match>& matches) {
     const std::span<const Triangle> triangles = level_->triangles();
-    tree_.move(points_of_body_, triangles);
+    tree_.move(as_span(points_of_body_), triangles);
     const std::size_t count = std::min(stage_->samples, surface_.samples().size());
     const double limit = 9 * stage_->scale * stage_->scale;
     for (std::size_t k = 0; k < count; ++k) {
@@ -276,7 +276,7 @@ class BasicCorrespondenceProblem {
 
   void linearise() {
     const DifferentiableBody& body = level_->body();
-    body.derivatives(x_, state_, derivatives_);
+    body.derivatives(as_span(x_), state_, derivatives_);
     equations_.clear();
     const std::size_t from_places =
         matches_.size() - (place_weight() > 0 ? std::min(stage_->places, points_.size()) : 0);
@@ -313,7 +313,7 @@ class BasicCorrespondenceProblem {
 
   void add_row(const DifferentiableBody& body, const Match& m, Vec3d direction, double weight, double residual) {
     body.row(state_, derivatives_, m.at.corners, m.at.weights, direction, row_);
-    equations_.add(row_, weight, residual);
+    equations_.add(as_span(row_), weight, residual);
   }
 
   const BodyModel& model_;

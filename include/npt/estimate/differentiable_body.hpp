@@ -118,8 +118,8 @@ class BasicDifferentiableBody {
   std::size_t joint_count() const noexcept { return parents_.size(); }
   std::size_t shape_count() const noexcept { return shapes_; }
   std::size_t parameter_count() const noexcept { return 3 + 3 * joint_count() + shapes_; }
-  std::span<const std::uint32_t> vertices() const noexcept { return vertices_; }
-  std::span<const int> parents() const noexcept { return parents_; }
+  std::span<const std::uint32_t> vertices() const noexcept { return as_span(vertices_); }
+  std::span<const int> parents() const noexcept { return as_span(parents_); }
 
   /// out: [n]
   void forward(std::span<const double> x, State& state, std::span<Vec3d> out) const {

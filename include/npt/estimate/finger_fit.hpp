@@ -121,9 +121,9 @@ class BasicFingerSearch {
   void choose_samples(const FitSurface& surface) {
     const std::size_t joint = joint_index(SmplJoint::left_hand) + side_,
                       wrist = joint_index(SmplJoint::left_wrist) + side_;
-    const std::vector<float> angles = with_fingers(fit_.axis_angles, {});
-    const std::vector<Rigid> motions = model_.bone_motions(fit_.betas, angles);
-    const std::vector<Vec3d> rest = model_.joints(fit_.betas);
+    const std::vector<float> angles = with_fingers(as_span(fit_.axis_angles), {});
+    const std::vector<Rigid> motions = model_.bone_motions(as_span(fit_.betas), as_span(angles));
+    const std::vector<Vec3d> rest = model_.joints(as_span(fit_.betas));
     const Vec3d knuckles = motions[joint](rest[joint]) + fit_.translation;
     const double reach = 1.8 * length(rest[joint] - rest[wrist]);
     std::vector<FitSurface::Sample> near;
@@ -157,7 +157,7 @@ class BasicFingerSearch {
     std::array<HandBend, 2> both;
     both[side_] = bend;
     std::vector<float> xyz(3 * vertices.size());
-    model_.posed(fit_.betas, with_fingers(fit_.axis_angles, both), vertices, xyz);
+    model_.posed(as_span(fit_.betas), as_span(with_fingers(as_span(fit_.axis_angles), both)), vertices, as_span(xyz));
     std::vector<Vec3d> points;
     points.reserve(vertices.size());
     for (std::size_t i = 0; i < xyz.size(); i += 3)
@@ -168,7 +168,7 @@ class BasicFingerSearch {
   /// Where the hand is with its fingers bent.
   void place(const HandBend& bend) {
     points_ = posed(bend, hand_.vertices);
-    normals_ = area_vectors(points_, hand_.triangles);
+    normals_ = area_vectors(as_span(points_), as_span(hand_.triangles));
     for (Vec3d& n : normals_) n = normalised(n);
   }
 

@@ -101,7 +101,7 @@ class BasicFitBias {
       const Matrix3 own = pose.joint_rotation(j);
       fitted[j] = parent < 0 ? own : fitted[static_cast<std::size_t>(parent)] * own;
       turned[j] = fitted[j] * of_pose[j] * of_identity[j].transposed();
-      set_joint_rotation(result, j,
+      set_joint_rotation(as_span(result), j,
                          parent < 0 ? turned[j] : turned[static_cast<std::size_t>(parent)].transposed() * turned[j]);
     }
     return result;

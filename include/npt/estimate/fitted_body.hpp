@@ -28,16 +28,16 @@ struct BodyFit {
 /// [V] A fitted body's vertices, where they lie in the mesh.
 NPT_INLINE std::vector<Vec3d> fitted_points(const BodyModel& model, const BodyFit& fit) {
   std::vector<float> xyz(3 * model.vertex_count());
-  model.posed(fit.betas, fit.axis_angles, xyz);
+  model.posed(as_span(fit.betas), as_span(fit.axis_angles), as_span(xyz));
   std::vector<Vec3d> points(model.vertex_count());
-  for (std::size_t v = 0; v < points.size(); ++v) points[v] = point_at(xyz, v) + fit.translation;
+  for (std::size_t v = 0; v < points.size(); ++v) points[v] = point_at(as_span(xyz), v) + fit.translation;
   return points;
 }
 
 /// [J] A fitted body's joints, where they lie in the mesh.
 NPT_INLINE std::vector<Vec3d> fitted_joints(const BodyModel& model, const BodyFit& fit) {
-  std::vector<Vec3d> joints = model.joints(fit.betas);
-  const std::vector<Rigid> motions = model.bone_motions(fit.betas, fit.axis_angles);
+  std::vector<Vec3d> joints = model.joints(as_span(fit.betas));
+  const std::vector<Rigid> motions = model.bone_motions(as_span(fit.betas), as_span(fit.axis_angles));
   for (std::size_t j = 0; j < joints.size(); ++j) joints[j] = motions[j](joints[j]) + fit.translation;
   return joints;
 }

@@ -138,8 +138,8 @@ class BasicLimbSearch {
 
   Posed pose(const BodyFit& fit) const {
     Posed posed;
-    posed.joints = model_->joints(fit.betas);
-    posed.motions = model_->bone_motions(fit.betas, fit.axis_angles);
+    posed.joints = model_->joints(as_span(fit.betas));
+    posed.motions = model_->bone_motions(as_span(fit.betas), as_span(fit.axis_angles));
     for (Rigid& m : posed.motions) m.shift += fit.translation;
     const std::vector<float> rest_angles(fit.axis_angles.size());
     std::vector<std::uint32_t> vertices;
@@ -147,7 +147,7 @@ class BasicLimbSearch {
       for (const Point& p : points) vertices.push_back(p.vertex);
     for (const Point& p : others_) vertices.push_back(p.vertex);
     std::vector<float> xyz(3 * vertices.size());
-    model_->posed(fit.betas, rest_angles, vertices, xyz);
+    model_->posed(as_span(fit.betas), as_span(rest_angles), as_span(vertices), as_span(xyz));
     std::size_t at = 0;
     const auto next = [&] {
       const Vec3d p = Vec3f{xyz[3 * at], xyz[3 * at + 1], xyz[3 * at + 2]}.as<double>();

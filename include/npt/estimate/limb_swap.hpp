@@ -45,7 +45,8 @@ NPT_INLINE bool limbs_touch(const BodyModel& model, const BodyFit& fit, double n
   for (std::size_t a = 0; a < points.size(); a += stride)
     for (std::size_t b = 0; b < a; b += stride) {
       const Vec3d d = points[a] - points[b];
-      if (dot(d, d) < near * near && bones_between(model.tables().parents, parts[a], parts[b]) >= 4) return true;
+      if (dot(d, d) < near * near && bones_between(as_span(model.tables().parents), parts[a], parts[b]) >= 4)
+        return true;
     }
   return false;
 }

@@ -78,7 +78,7 @@ class BasicCorrespondenceTemplate {
   }
 
   /// [24] of the mean shape.
-  std::span<const Vec3d> joints() const noexcept { return joints_; }
+  std::span<const Vec3d> joints() const noexcept { return as_span(joints_); }
 
   /// The surface's point that is closest to a place.
   BodyPoint locate(Vec3d place) const {

@@ -70,7 +70,7 @@ class BasicPlacePatches {
   /// Whether a patch is more than half of its piece.
   bool most_of_piece(std::uint32_t point) const { return 2 * share(point) > piece_share(point); }
   /// Edges between patches.
-  std::span<const Edge> broken() const noexcept { return broken_; }
+  std::span<const Edge> broken() const noexcept { return as_span(broken_); }
 
   /// Share of the mesh's area that is cut off from the greatest patches of its pieces. Meshes that were read right have
   /// 0 to 0.015, where hands touch thighs and upper arms the chest; crossed shins that end in each other's feet 0.05.

@@ -73,7 +73,7 @@ NPT_INLINE std::vector<float> from_own_rest(const BodyEstimate& identity, std::s
   if (!(weight > 0)) return result;
   const auto bend = skeleton::internal::bend_beyond_rest(identity);
   for (std::size_t j = 0; j < smpl_joint_count; ++j) {
-    set_joint_rotation(result, j, joint_rotation(axis_angles, j) * rotation_matrix(bend[j] * weight));
+    set_joint_rotation(as_span(result), j, joint_rotation(axis_angles, j) * rotation_matrix(bend[j] * weight));
   }
   return result;
 }

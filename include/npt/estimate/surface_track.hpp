@@ -59,7 +59,7 @@ class BasicSurfaceTrack {
       : body_(tied(model, level, std::move(tree), surface, fit, facing, samples_, parts_)), rest_(samples_.size()) {
     const std::vector<double> x(body_.parameter_count());
     DifferentiableBody::State state;
-    body_.forward(x, state, rest_);
+    body_.forward(as_span(x), state, as_span(rest_));
   }
 
   /// The angles and the place of the next frame, from those of the last one; its shape is the last one's.
@@ -110,7 +110,7 @@ class BasicSurfaceTrack {
     }
     DifferentiableBody::State state;
     std::vector<Vec3d> points(rest_.size());
-    body_.forward(x, state, points);
+    body_.forward(as_span(x), state, as_span(points));
     Vec3d shift;
     for (std::size_t k = 0; k < points.size(); ++k) shift += target(surface, k) - points[k];
     shift = shift / std::max(1.0, static_cast<double>(points.size()));
@@ -196,7 +196,7 @@ class BasicSurfaceTrack {
         const double weight = per_square_metre * share * share / static_cast<double>(points.size());
         const auto add = [&](Vec3d direction, double residual) {
           track_->body_.row(now_.state, derivatives_, {k, k, k}, {1, 0, 0}, direction, row_);
-          equations_.add(row_, weight, residual);
+          equations_.add(as_span(row_), weight, residual);
         };
         add({1, 0, 0}, d.x);
         add({0, 1, 0}, d.y);
@@ -222,9 +222,9 @@ class BasicSurfaceTrack {
   static DifferentiableBody tied(const BodyModel& model, const BodyLevel& level, TriangleTree tree,
                                  const FitSurface& surface, const BodyFit& fit, double facing,
                                  std::vector<std::uint32_t>& samples, std::vector<std::uint32_t>& parts) {
-    const std::vector<Rigid> motions = model.bone_motions(fit.betas, fit.axis_angles);
+    const std::vector<Rigid> motions = model.bone_motions(as_span(fit.betas), as_span(fit.axis_angles));
     const std::vector<Vec3d> posed = fitted_points(model, fit);
-    tree.move(posed, level.triangles());
+    tree.move(as_span(posed), level.triangles());
     BodyTables tables;
     tables.parents = model.tables().parents;
     tables.weights.columns = tables.parents.size();
@@ -256,10 +256,11 @@ class BasicSurfaceTrack {
       add(inverse(moved)(s.point));
       vertices.push_back(static_cast<std::uint32_t>(samples.size()));
       samples.push_back(k);
-      parts.push_back(std::ranges::max_element(weights, {}, [](const auto& entry) { return entry.second; })->first);
+      const auto less = [](const auto& a, const auto& b) { return a.second < b.second; };
+      parts.push_back(std::max_element(weights.begin(), weights.end(), less)->first);
     }
     tables.J_regressor.columns = vertices.size() + tables.parents.size();
-    const std::vector<Vec3d> joints = model.joints(fit.betas);
+    const std::vector<Vec3d> joints = model.joints(as_span(fit.betas));
     for (std::size_t j = 0; j < joints.size(); ++j) {
       tables.weights.append(static_cast<std::uint32_t>(j), 1);
       add(joints[j]);

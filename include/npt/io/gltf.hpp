@@ -2,7 +2,9 @@
 ///   read as a Scene     nodes, meshes, skins, morph targets, clips; materials with their textures, as they came
 ///   read as a Mesh      all primitives as the scene stands; pose.hpp gives its clips' frames
 ///   accessors           all kinds, interleaved, sparse, normalised and quantised (KHR_mesh_quantization)
-///   Draco               where built with libdraco (NPT_WITH_DRACO), else refused, as EXT_meshopt_compression is
+///   meshopt             EXT_meshopt_compression, always
+///   Draco               where built with libdraco (NPT_WITH_DRACO), else refused
+///   attributes          those of other programs ("_NAME") and further colours are kept
 ///   left out            lines, and points beside surfaces; cameras, lights, tangents, extras
 /// Repaired  inverse bind matrices whose last row is 0 0 0 0 are taken with 0 0 0 1, with a note
 /// Images are never decoded. Numerics  positions are 32-bit floats

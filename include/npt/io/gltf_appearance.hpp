@@ -91,6 +91,7 @@ class GltfAppearanceReader {
       result.mime_type = result.bytes.starts_with("\x89PNG")        ? "image/png"
                          : result.bytes.starts_with("\xFF\xD8\xFF") ? "image/jpeg"
                          : result.bytes.starts_with("RIFF")         ? "image/webp"
+                         : result.bytes.find("ftyp") == 4           ? "image/avif"
                                                                     : "image/ktx2";
     return result;
   }
@@ -100,6 +101,12 @@ class GltfAppearanceReader {
     for (const Item& item : document_.objects(document_.root(), "textures")) {
       document_.index(item, "source", look.images.size(), "images");
       document_.index(item, "sampler", look.samplers.size(), "samplers");
+      // KTX2, WebP and AVIF pictures are named by extensions.
+      const auto extensions = document_.member(item, "extensions", Kind::object);
+      for (std::size_t i = 0; extensions && i < extensions->value->items.size(); ++i)
+        if (const Item own{&extensions->value->items[i], extensions->place + "." + extensions->value->keys[i]};
+            own.value->is(Kind::object))
+          document_.index(own, "source", look.images.size(), "images");
     }
     for (const Item& item : document_.objects(document_.root(), "materials"))
       check_textures(item, look.textures.size());

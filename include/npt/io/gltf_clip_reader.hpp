@@ -77,6 +77,9 @@ class GltfClipReader {
       if (c.times[k] < (k == 0 ? 0 : c.times[k - 1]))
         document_.fail(sampler.place, "key " + std::to_string(k) + " at " + std::to_string(c.times[k]) + " s",
                        "times from 0 on that ascend");
+    // A few bytes can ask for any number of frames.
+    if (!c.times.empty() && c.times.back() > longest)
+      document_.fail(sampler.place, "a clip of " + std::to_string(c.times.back()) + " s", "four hours at most");
     const std::size_t width = c.path == ChannelPath::weights ? 1 : c.width;
     c.values = document_.floats(number("output"), width, path);
     const std::size_t expected = c.times.size() * c.width * (c.interpolation == Interpolation::cubic ? 3 : 1);
@@ -90,6 +93,8 @@ class GltfClipReader {
     const std::size_t mesh = scene_.nodes[node].mesh;
     return mesh == no_item ? 0 : scene_.meshes[mesh].weights.size();
   }
+
+  static constexpr float longest = 4 * 3600;  // seconds
 
   GltfDocument& document_;
   const Scene& scene_;

@@ -1,7 +1,7 @@
 /// A glTF document as its JSON and buffers, with every look at it checked: kinds of values, indices, byte ranges.
 /// Places in messages read "nodes[3].mesh".
 /// Errors    npt::Error that names file, place, what was found and what was expected
-/// Source    glTF 2.0 specification, section 3.6; KHR_mesh_quantization
+/// Source    glTF 2.0 specification, section 3.6; KHR_mesh_quantization; EXT_meshopt_compression
 #pragma once
 
 #include <npt/base/error.hpp>
@@ -9,6 +9,7 @@
 #include <npt/io/glb.hpp>
 #include <npt/io/gltf_uri.hpp>
 #include <npt/io/json_tree.hpp>
+#include <npt/io/meshopt.hpp>
 #include <npt/io/text.hpp>
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <deque>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -50,6 +52,8 @@ class GltfDocument {
     check_asset();
     read_buffers();
   }
+  GltfDocument(const GltfDocument&) = delete;  // views look into its own bytes
+  GltfDocument& operator=(const GltfDocument&) = delete;
 
   const std::string& name() const noexcept { return name_; }
   GltfItem root() const { return {&root_, ""}; }
@@ -144,7 +148,7 @@ class GltfDocument {
 
   /// The bytes of a buffer view.
   std::string_view view(const GltfItem& object, const char* key) const {
-    return view_bytes(views_.at(need_view(object, key)), object.place);
+    return views_.at(need_view(object, key)).bytes;
   }
 
   /// A description of an accessor, checked.
@@ -197,8 +201,7 @@ class GltfDocument {
     if (v.stride != 0) a.stride = v.stride;
     if (a.stride < size)
       fail(item.place, "a stride of " + std::to_string(a.stride) + " bytes", "at least " + std::to_string(size));
-    a.bytes =
-        range(view_bytes(v, item.place), whole(item, "byteOffset").value_or(0), a.count, a.stride, size, item.place);
+    a.bytes = range(v.bytes, whole(item, "byteOffset").value_or(0), a.count, a.stride, size, item.place);
     return a;
   }
 
@@ -241,8 +244,8 @@ class GltfDocument {
 
  private:
   struct View {
-    std::size_t buffer = 0, offset = 0, length = 0, stride = 0;
-    bool meshopt = false;
+    std::string_view bytes;
+    std::size_t stride = 0;
   };
 
   static const char* kind_name(JsonValue::Kind kind) {
@@ -261,64 +264,81 @@ class GltfDocument {
   }
 
   void read_buffers() {
+    const bool meshopt = uses("EXT_meshopt_compression");
     for (const GltfItem& item : objects(root(), "buffers")) {
       const std::uint64_t length = need_whole(item, "byteLength");
-      const auto uri = member(item, "uri", JsonValue::Kind::string);
+      const bool fallback = is_fallback(item);
+      const auto uri = fallback ? std::nullopt : member(item, "uri", JsonValue::Kind::string);
       std::string_view bytes;
+      bool there = true;
       if (uri) {
-        loaded_.push_back(read_uri(uri->value->text, folder_, name_, uri->place).bytes);
+        bytes = loaded_.emplace_back(read_uri(uri->value->text, folder_, name_, uri->place).bytes);
       } else if (buffers_.empty() && own_bytes_) {
         bytes = *own_bytes_;
-      } else if (!is_meshopt_fallback(item)) {
-        fail(item.place, "no uri", buffers_.empty() ? "a uri, or a GLB with a chunk of bytes" : "a uri");
+      } else {
+        there = false;
+        if (!fallback && !meshopt)
+          fail(item.place, "no uri", buffers_.empty() ? "a uri, or a GLB with a chunk of bytes" : "a uri");
       }
-      const std::size_t held = uri ? loaded_.back().size() : bytes.size();
-      if (length > held && !is_meshopt_fallback(item))
+      if (there && length > bytes.size())
         fail(item.place, "byteLength " + std::to_string(length),
-             "at most " + std::to_string(held) + ", the bytes there");
-      buffers_.push_back({uri ? loaded_.size() - 1 : no_loaded, bytes,
-                          static_cast<std::size_t>(std::min<std::uint64_t>(length, held))});
+             "at most " + std::to_string(bytes.size()) + ", the bytes there");
+      buffers_.push_back(bytes.substr(0, static_cast<std::size_t>(std::min<std::uint64_t>(length, bytes.size()))));
     }
     for (const GltfItem& item : objects(root(), "bufferViews")) {
-      View view;
-      const auto buffer = index(item, "buffer", buffers_.size(), "buffers");
-      if (!buffer) fail(item.place, "no buffer", "a buffer's number");
-      view.buffer = *buffer;
-      const std::uint64_t offset = whole(item, "byteOffset").value_or(0), length = need_whole(item, "byteLength");
-      const std::uint64_t held = buffers_[*buffer].length;
-      if (const auto extensions = member(item, "extensions", JsonValue::Kind::object))
-        view.meshopt = extensions->value->find("EXT_meshopt_compression") != nullptr;
-      if (!view.meshopt && (offset > held || length > held - offset))
-        fail(item.place,
-             "bytes " + std::to_string(offset) + " to " + std::to_string(offset) + " + " + std::to_string(length),
-             "a range within " + std::to_string(held) + " bytes");
-      view.offset = static_cast<std::size_t>(offset), view.length = static_cast<std::size_t>(length);
+      const auto extensions = member(item, "extensions", JsonValue::Kind::object);
+      const auto compressed =
+          extensions ? member(*extensions, "EXT_meshopt_compression", JsonValue::Kind::object) : std::nullopt;
+      const std::string_view bytes = compressed ? decoded(item, *compressed) : buffer_range(item);
       const std::uint64_t stride = whole(item, "byteStride").value_or(0);
       if (stride != 0 && (stride < 4 || stride > 252))
         fail(item.place, "byteStride " + std::to_string(stride), "4 to 252");
-      view.stride = static_cast<std::size_t>(stride);
-      views_.push_back(view);
+      views_.push_back({bytes, static_cast<std::size_t>(stride)});
     }
     accessors_ = objects(root(), "accessors");
   }
 
-  bool is_meshopt_fallback(const GltfItem& item) const {
-    const auto extensions = member(item, "extensions", JsonValue::Kind::object);
-    return extensions && extensions->value->find("EXT_meshopt_compression") != nullptr;
+  bool uses(std::string_view extension) const {
+    const std::vector<GltfItem> names = items(root(), "extensionsUsed");
+    return std::any_of(names.begin(), names.end(), [&](const GltfItem& n) { return n.value->text == extension; });
+  }
+  /// A buffer for readers that don't know the compression.
+  bool is_fallback(const GltfItem& item) const {
+    const JsonValue* extensions = item.value->find("extensions");
+    const JsonValue* meshopt = extensions == nullptr ? nullptr : extensions->find("EXT_meshopt_compression");
+    const JsonValue* fallback = meshopt == nullptr ? nullptr : meshopt->find("fallback");
+    return fallback != nullptr && fallback->text == "true";
+  }
+
+  /// The range of a buffer that a view is, or its compressed bytes.
+  std::string_view buffer_range(const GltfItem& item) const {
+    const auto buffer = index(item, "buffer", buffers_.size(), "buffers");
+    if (!buffer) fail(item.place, "no buffer", "a buffer's number");
+    const std::uint64_t offset = whole(item, "byteOffset").value_or(0), length = need_whole(item, "byteLength");
+    const std::uint64_t held = buffers_[*buffer].size();
+    if (offset > held || length > held - offset)
+      fail(item.place,
+           "bytes " + std::to_string(offset) + " to " + std::to_string(offset) + " + " + std::to_string(length),
+           "a range within " + std::to_string(held) + " bytes");
+    return buffers_[*buffer].substr(static_cast<std::size_t>(offset), static_cast<std::size_t>(length));
+  }
+  /// The bytes of a view that meshoptimizer compressed.
+  std::string_view decoded(const GltfItem& item, const GltfItem& meshopt) {
+    const std::uint64_t count = need_whole(meshopt, "count"), stride = need_whole(meshopt, "byteStride"),
+                        length = need_whole(item, "byteLength");
+    if (stride > 256 || count > length || count * stride != length)
+      fail(meshopt.place, std::to_string(count) + " elements of " + std::to_string(stride) + " bytes",
+           std::to_string(length) + " bytes, the view's");
+    spend(length / 4, meshopt.place);
+    return loaded_.emplace_back(
+        decode_meshopt({buffer_range(meshopt), text(meshopt, "mode"), text(meshopt, "filter"),
+                        static_cast<std::size_t>(count), static_cast<std::size_t>(stride), name_, meshopt.place}));
   }
 
   std::size_t need_view(const GltfItem& object, const char* key) const {
     const auto view = index(object, key, views_.size(), "buffer views");
     if (!view) fail(object.place, std::string("no ") + key, "a buffer view's number");
     return *view;
-  }
-  std::string_view view_bytes(const View& view, const std::string& place) const {
-    if (view.meshopt)
-      fail(place, "EXT_meshopt_compression",
-           "bytes that are not compressed by it: npt can't read those (gltfpack -noq without -c writes others)");
-    const Buffer& buffer = buffers_[view.buffer];
-    const std::string_view bytes = buffer.loaded == no_loaded ? buffer.bytes : std::string_view(loaded_[buffer.loaded]);
-    return bytes.substr(view.offset, view.length);
   }
   /// `count` elements of `size` bytes, `stride` apart, from `offset` on.
   std::string_view range(std::string_view bytes, std::uint64_t offset, std::uint64_t count, std::uint64_t stride,
@@ -404,19 +424,12 @@ class GltfDocument {
     }
   }
 
-  struct Buffer {
-    std::size_t loaded;
-    std::string_view bytes;
-    std::size_t length;
-  };
-  static constexpr std::size_t no_loaded = static_cast<std::size_t>(-1);
-
   std::string name_;
   std::optional<std::filesystem::path> folder_;
   std::optional<std::string_view> own_bytes_;
   JsonValue root_;
-  std::vector<std::string> loaded_;
-  std::vector<Buffer> buffers_;
+  std::deque<std::string> loaded_;  ///< files' bytes and decoded views; they stay where they are
+  std::vector<std::string_view> buffers_;
   std::vector<View> views_;
   std::vector<GltfItem> accessors_;
   std::uint64_t budget_ = 0;

@@ -13,12 +13,14 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -150,7 +152,21 @@ class GltfMeshReader {
     virtual std::vector<float> floats(const std::string& name, std::size_t components) = 0;
     virtual std::vector<std::uint32_t> wholes(const std::string& name) = 0;  ///< four each
     virtual std::size_t colour_components(const std::string& name) const = 0;
+    virtual std::vector<VertexAttribute> others() const = 0;  ///< names and widths of what is kept as it is
   };
+
+  /// Attributes of other programs' own, and further colours.
+  std::vector<VertexAttribute> others_of(const Item& attributes) const {
+    std::vector<VertexAttribute> result;
+    for (const std::string& name : attributes.value->keys) {
+      if (!is_other_attribute(name)) continue;
+      static constexpr std::array<std::string_view, 5> types{"", "SCALAR", "VEC2", "VEC3", "VEC4"};
+      const std::string type = document_.accessor_type(accessor(attributes, name).value());
+      const auto found = std::find(types.begin() + 1, types.end(), type);
+      if (found != types.end()) result.push_back({name, static_cast<std::size_t>(found - types.begin()), {}});
+    }
+    return result;
+  }
 
   VertexBlock block_from(const Item& item, Source& source) {
     VertexBlock block;
@@ -183,6 +199,11 @@ class GltfMeshReader {
         for (std::size_t c = 0; c < width; ++c) block.colours[v][c] = values[width * v + c];
     }
     read_influences(item, source, block, expect);
+    block.others = source.others();
+    for (VertexAttribute& other : block.others) {
+      other.values = source.floats(other.name, other.width);
+      expect(other.values.size() / other.width, other.name);
+    }
     return block;
   }
 
@@ -243,6 +264,7 @@ class GltfMeshReader {
       return reader.document_.wholes(number(name), 4, name);
     }
     std::size_t colour_components(const std::string& name) const override { return reader.components_of(number(name)); }
+    std::vector<VertexAttribute> others() const override { return reader.others_of(attributes); }
     GltfMeshReader& reader;
     const Item& attributes;
   };
@@ -305,6 +327,11 @@ class GltfMeshReader {
     }
     std::size_t colour_components(const std::string& name) const override {
       return reader.components_of(reader.accessor(attributes, name).value());
+    }
+    std::vector<VertexAttribute> others() const override {
+      std::vector<VertexAttribute> result = reader.others_of(attributes);
+      std::erase_if(result, [this](const VertexAttribute& other) { return !has(other.name); });
+      return result;
     }
     GltfMeshReader& reader;
     const Item& attributes;

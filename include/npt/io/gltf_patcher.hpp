@@ -44,9 +44,9 @@ class GltfPatcher {
 
   /// One more animation; its name.
   std::string add_clip(const Motion& motion, const std::string& wanted) {
-    const std::string name = free_clip_name(names_, !wanted.empty()             ? wanted
-                                                    : !motion.clip.name.empty() ? motion.clip.name
-                                                                                : "motion");
+    std::string name = free_clip_name(names_, !wanted.empty()             ? wanted
+                                              : !motion.clip.name.empty() ? motion.clip.name
+                                                                          : "motion");
     const std::string place = "clip " + in_quotes(name);
     if (motion.clip.channels.empty()) text_.fail(place, "no curve", "one at least");
     AddedChannels added(accessors_, 0);
@@ -247,6 +247,7 @@ class GltfPatcher {
       last[{c.node, c.path}] = &c;
     }
     std::vector<const ClipChannel*> channels;
+    channels.reserve(last.size());
     for (const auto& [key, channel] : last) channels.push_back(channel);
     return channels;
   }

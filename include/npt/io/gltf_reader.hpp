@@ -58,11 +58,12 @@ class GltfReader {
  private:
   using Item = GltfItem;
 
-  /// What a file may ask for and npt can do without understanding it: how surfaces look, and quantised numbers.
+  /// What a file may ask for and npt can do without understanding it: how surfaces look, and how
+  /// numbers are packed.
   void check_extensions() const {
-    static constexpr std::array<std::string_view, 6> understood{"KHR_mesh_quantization", "KHR_texture_transform",
-                                                                "KHR_texture_basisu",    "KHR_lights_punctual",
-                                                                "EXT_texture_webp",      "EXT_texture_avif"};
+    static constexpr std::array<std::string_view, 7> understood{
+        "KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_texture_transform", "KHR_texture_basisu",
+        "KHR_lights_punctual",   "EXT_texture_webp",        "EXT_texture_avif"};
     for (const Item& item : document_.items(document_.root(), "extensionsRequired")) {
       const std::string& name = item.value->text;
       const bool known = std::ranges::find(understood, name) != understood.end() || name.starts_with("KHR_materials_");
@@ -73,9 +74,10 @@ class GltfReader {
         document_.fail(item.place, name,
                        "a file without it: this npt was built without libdraco (Debian: libdraco-dev)");
 #endif
-      if (name == "EXT_meshopt_compression")
-        document_.fail(item.place, name, "a file without it: npt can't read meshopt's compression");
-      if (!known) document_.fail(item.place, in_quotes(name), "extensions that npt knows");
+      if (name == "KHR_meshopt_compression")
+        document_.fail(item.place, in_quotes(name), "EXT_meshopt_compression, as gltfpack -cc writes it");
+      if (!known)
+        document_.fail(item.place, in_quotes(name), "extensions that npt knows: Blender exports the file without it");
     }
   }
 

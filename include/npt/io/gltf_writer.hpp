@@ -292,6 +292,8 @@ class GltfWriter {
                       : accessor(joints, 4, vertex_target));
       text.member("WEIGHTS_" + std::to_string(set), accessor(weights, 4, vertex_target));
     }
+    for (const VertexAttribute& other : block.others)
+      text.member(other.name, accessor(other.values, other.width, vertex_target));
     return text.close('}').take();
   }
 

@@ -30,16 +30,17 @@ class BasicTensorList {
     std::unique_ptr<std::vector<std::byte>>& bytes = bytes_.emplace_back(std::make_unique<std::vector<std::byte>>());
     const std::span<const std::byte> own = std::as_bytes(values);
     bytes->assign(own.begin(), own.end());
-    tensors_.push_back({.name = std::move(name), .dtype = dtype_of<T>(), .shape = std::move(shape), .bytes = *bytes});
+    tensors_.push_back(
+        {.name = std::move(name), .dtype = dtype_of<T>(), .shape = std::move(shape), .bytes = as_span(*bytes)});
   }
   /// One after another: shape [n].
   template <class T>
   void add(std::string name, const std::vector<T>& values) {
-    add(std::move(name), std::span<const T>(values), {values.size()});
+    add(std::move(name), as_span(values), {values.size()});
   }
   void add_text(const std::string& key, std::string text) { metadata_[key] = std::move(text); }
 
-  void write(const std::filesystem::path& path) const { write_safetensors(path, tensors_, metadata_); }
+  void write(const std::filesystem::path& path) const { write_safetensors(path, as_span(tensors_), metadata_); }
 
  private:
   template <class T>

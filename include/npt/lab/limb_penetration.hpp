@@ -68,9 +68,8 @@ class LimbPenetration {
       arms_.resize(most);
     }
     if (trunk_.empty()) return;
-    std::erase_if(arms_, [&](std::size_t v) {
-      return internal::winding(mesh.positions[v], mesh.positions, trunk_) > inside;
-    });
+    std::erase_if(arms_,
+                  [&](std::size_t v) { return internal::winding(mesh.positions[v], mesh.positions, trunk_) > inside; });
     tree_.emplace(mesh.positions, trunk_);
   }
 

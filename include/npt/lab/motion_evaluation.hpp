@@ -25,13 +25,13 @@
 namespace npt::inline NPT_ABI {
 
 struct MotionErrors {
-  double joint_median = 0, joint_p95 = 0;        ///< shares of the height, over joints with roles and frames
-  double slide = 0, source_slide = 0;            ///< centimetres a second of contact
-  double contact_seconds = 0;                    ///< of both feet
-  double sink = 0;                               ///< centimetres that a foot is lower than the source's, at most
+  double joint_median = 0, joint_p95 = 0;         ///< shares of the height, over joints with roles and frames
+  double slide = 0, source_slide = 0;             ///< centimetres a second of contact
+  double contact_seconds = 0;                     ///< of both feet
+  double sink = 0;                                ///< centimetres that a foot is lower than the source's, at most
   double penetration = 0, worst_penetration = 0;  ///< centimetres, of arm vertices inside the trunk
-  double stretch = 0;                            ///< the largest change of a bone's length, a share of it
-  std::vector<double> joint_errors{};            ///< all, ascending
+  double stretch = 0;                             ///< the largest change of a bone's length, a share of it
+  std::vector<double> joint_errors{};             ///< all, ascending
 };
 
 /// A motion and which joint is which.
@@ -121,7 +121,8 @@ class MotionJudge {
   void judge_bones(MotionErrors& errors) const {
     for (std::size_t j = 0; j < to_.motion.joints.size(); ++j) {
       const std::size_t parent = to_.motion.joints[j].parent;
-      if (parent == no_item || !is_of_limb(to_.roles.role_of(j)) || to_.roles.role_of(parent) == JointRole::none) continue;
+      if (parent == no_item || !is_of_limb(to_.roles.role_of(j)) || to_.roles.role_of(parent) == JointRole::none)
+        continue;
       const double first = length(after_[0][j].shift - after_[0][parent].shift);
       if (!(first > 1e-4 * to_height_)) continue;
       for (const auto& worlds : after_)
@@ -142,14 +143,16 @@ class MotionJudge {
 
   /// A source's leg that its makers draw out can't be followed by one that keeps its lengths.
   bool stretched(std::size_t frame, std::size_t side) const {
-    const std::size_t hip = from_.roles.joint(LimbPart::upper_leg, side), foot = from_.roles.joint(LimbPart::foot, side);
+    const std::size_t hip = from_.roles.joint(LimbPart::upper_leg, side),
+                      foot = from_.roles.joint(LimbPart::foot, side);
     return hip != no_item && foot != no_item &&
            length(before_[frame][foot].shift - before_[frame][hip].shift) > 1.01 * from_leg_;
   }
   static double level(Vec3d way) { return std::hypot(way.x, way.z); }
   static double leg(const JudgedMotion& judged) {
     const std::vector<Affine> bound = bound_worlds(judged.motion);
-    const std::size_t hip = judged.roles.joint(LimbPart::upper_leg, 0), knee = judged.roles.joint(LimbPart::lower_leg, 0);
+    const std::size_t hip = judged.roles.joint(LimbPart::upper_leg, 0),
+                      knee = judged.roles.joint(LimbPart::lower_leg, 0);
     const std::size_t foot = judged.roles.joint(LimbPart::foot, 0);
     if (hip == no_item || knee == no_item || foot == no_item) return 0;
     return length(bound[knee].shift - bound[hip].shift) + length(bound[foot].shift - bound[knee].shift);

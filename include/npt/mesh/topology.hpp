@@ -83,7 +83,7 @@ struct Neighbours {
 /// The neighbours that `edges` (each once) give `vertex_count` vertices.
 NPT_INLINE Neighbours neighbours(std::span<const Edge> edges, std::size_t vertex_count) {
   // Ascending edges give ascending neighbours: first the smaller ones, as second ends.
-  if (!std::is_sorted(edges.begin(), edges.end())) return neighbours(unique_edges(edges), vertex_count);
+  if (!std::is_sorted(edges.begin(), edges.end())) return neighbours(as_span(unique_edges(edges)), vertex_count);
   Neighbours result;
   result.start.assign(vertex_count + 1, 0);
   for (const Edge& edge : edges)
@@ -98,6 +98,8 @@ NPT_INLINE Neighbours neighbours(std::span<const Edge> edges, std::size_t vertex
   return result;
 }
 
-NPT_INLINE Neighbours neighbours(const Mesh& mesh) { return neighbours(unique_edges(mesh), mesh.vertex_count()); }
+NPT_INLINE Neighbours neighbours(const Mesh& mesh) {
+  return neighbours(as_span(unique_edges(mesh)), mesh.vertex_count());
+}
 
 }  // namespace npt::inline NPT_ABI

@@ -188,6 +188,7 @@ class SceneFromMesh {
     const auto with_texcoord = [](const Corner& c) { return c.texcoord != no_index; };
     if (std::ranges::any_of(part.vertices, with_texcoord)) add_texcoords(part, block);
     add_colours(part, block);
+    add_others(part, block);
     return block;
   }
 
@@ -223,6 +224,29 @@ class SceneFromMesh {
         colour[c] = static_cast<float>(value > 0 ? std::min(value, 1.0) : 0.0);  // NaN: 0
       }
       block.colours.push_back(colour);
+    }
+  }
+
+  /// What glTF lets programs keep at vertices: properties "_NAME", or "_NAME.x" and so on.
+  void add_others(const Part& part, VertexBlock& block) const {
+    for (const VertexProperty& p : mesh_.properties) {
+      const std::size_t dot = p.name.size() < 2 ? 0 : p.name.size() - 2;
+      const bool several = p.name.substr(dot) == ".x";
+      const std::string name = several ? p.name.substr(0, dot) : p.name;
+      if (!is_other_attribute(name) || (!several && p.name[dot] == '.')) continue;
+      std::vector<const VertexProperty*> columns{&p};
+      for (const char* next : {".y", ".z", ".w"}) {
+        const VertexProperty* column = several ? property(name + next) : nullptr;
+        if (column == nullptr) break;
+        columns.push_back(column);
+      }
+      VertexAttribute other{name, columns.size(), {}};
+      for (const Corner& corner : part.vertices)
+        for (const VertexProperty* column : columns) {
+          const auto value = static_cast<float>(column->values[corner.v]);
+          other.values.push_back(std::isfinite(value) ? value : 0);  // glTF has no others
+        }
+      block.others.push_back(std::move(other));
     }
   }
 

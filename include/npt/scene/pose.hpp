@@ -264,6 +264,32 @@ class ScenePoser {
             mesh, "texcoord" + std::to_string(set) + (c == 0 ? "_u" : "_v"), 0,
             [set](const VertexBlock& b) { return b.texcoords.size() > set; },
             [set, c](const VertexBlock& b, std::size_t v) { return b.texcoords[set][v][c]; });
+    add_others(mesh);
+  }
+  /// What npt doesn't know: "_NAME", or where it has several numbers "_NAME.x" and so on.
+  void add_others(Mesh& mesh) const {
+    std::vector<std::pair<std::string, std::size_t>> known;
+    each_block([&](const VertexBlock& block, std::size_t) {
+      for (const VertexAttribute& other : block.others) {
+        const auto same = [&](const auto& k) { return k.first == other.name; };
+        const auto found = std::find_if(known.begin(), known.end(), same);
+        if (found == known.end())
+          known.emplace_back(other.name, other.width);
+        else
+          found->second = std::max(found->second, other.width);
+      }
+    });
+    for (const auto& [name, width] : known)
+      for (std::size_t c = 0; c < width; ++c) {
+        const auto in = [&name = name, c](const VertexBlock& b) {
+          const auto same = [&](const VertexAttribute& other) { return other.name == name && c < other.width; };
+          const auto found = std::find_if(b.others.begin(), b.others.end(), same);
+          return found == b.others.end() ? nullptr : &*found;
+        };
+        add_property(
+            mesh, width == 1 ? name : name + '.' + "xyzw"[c], 0, [&](const VertexBlock& b) { return in(b) != nullptr; },
+            [&](const VertexBlock& b, std::size_t v) { return in(b)->values[v * in(b)->width + c]; });
+      }
   }
 
   /// Blocks that came without normals get those of their faces.

@@ -11,12 +11,14 @@
 #include <npt/mesh/triangles.hpp>
 #include <npt/scene/clip.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -52,6 +54,20 @@ struct MorphTarget {
   std::vector<Vec3f> positions{}, normals{};
 };
 
+/// Numbers at vertices that npt doesn't know the meaning of, and further colours: kept as they are.
+struct VertexAttribute {
+  std::string name{};           ///< as glTF names it: "_NAME", "COLOR_1"
+  std::size_t width = 1;        ///< numbers a vertex: 1 to 4
+  std::vector<float> values{};  ///< [V, width]
+};
+
+/// Whether an attribute is one of those: a name of somebody's own begins with "_".
+inline bool is_other_attribute(std::string_view name) {
+  const bool word = std::all_of(name.begin(), name.end(), [](char c) { return c > ' ' && c < '\x7F'; });
+  return word && (name.starts_with('_') ||
+                  (name.size() == 7 && name.starts_with("COLOR_") && name[6] >= '1' && name[6] <= '9'));
+}
+
 /// Vertices with all that belongs to them. [V] or empty, but for positions
 struct VertexBlock {
   std::vector<Vec3f> positions{}, normals{};
@@ -62,6 +78,7 @@ struct VertexBlock {
   std::vector<std::uint16_t> joints{};  ///< [V, influences] numbers in the skin
   std::vector<float> weights{};         ///< [V, influences] not negative, each row sums to 1
   std::vector<MorphTarget> targets{};   ///< as many in each block of a mesh
+  std::vector<VertexAttribute> others{};
 };
 
 /// Faces of one material, or points where there are none. Corners are vertices of a block.

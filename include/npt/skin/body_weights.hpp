@@ -71,8 +71,8 @@ class BasicBodyWeights {
         joints_(model.joint_count()),
         stride_((joints_ + lanes - 1) / lanes * lanes) {
     locate();
-    edges_ = edges_of_triangles(triangles_);
-    around_ = neighbours(edges_, points_.size());
+    edges_ = edges_of_triangles(as_span(triangles_));
+    around_ = neighbours(as_span(edges_), points_.size());
     doubt_patches();
     doubt_far();
     fill();
@@ -120,7 +120,7 @@ class BasicBodyWeights {
   void locate() {
     const BodyLookUp look_up(model_, fit_, options_.facing);
     body_.assign(look_up.body().begin(), look_up.body().end());
-    const std::vector<Vec3d> outward = area_vectors(points_, triangles_);
+    const std::vector<Vec3d> outward = area_vectors(as_span(points_), as_span(triangles_));
     weights_.assign(points_.size() * stride_, 0.0F);
     places_.resize(points_.size());
     distances_.resize(points_.size());
@@ -271,7 +271,9 @@ class BasicBodyWeights {
   static std::size_t wrist(std::size_t side) { return joint_index(SmplJoint::left_wrist) + side; }
 
   bool touches(std::uint32_t p, const std::vector<bool>& known) const {
-    return std::ranges::any_of(around_.of(p), [&](std::uint32_t n) { return known[n]; });
+    for (const std::uint32_t n : around_.of(p))
+      if (known[n]) return true;
+    return false;
   }
 
   void mean_of_known(std::uint32_t p, const std::vector<bool>& known) {
@@ -318,8 +320,8 @@ class BasicBodyWeights {
 
   void measure_hands() {
     std::vector<float> skin = model_.tables().weights.to_dense();
-    const Neighbours around = neighbours(edges_of_triangles(model_.triangles()), model_.vertex_count());
-    const std::vector<Rigid> motions = model_.bone_motions(fit_.betas, fit_.axis_angles);
+    const Neighbours around = neighbours(as_span(edges_of_triangles(model_.triangles())), model_.vertex_count());
+    const std::vector<Rigid> motions = model_.bone_motions(as_span(fit_.betas), as_span(fit_.axis_angles));
     for (std::size_t side = 0; side < 2; ++side) {
       const HandSkin of_body({body_, &around, skin, joints_}, side);
       HandSkin hand({points_, &around_, weights_, stride_}, side);
@@ -361,13 +363,13 @@ NPT_INLINE SparseMatrix body_weights(const BodyModel& model, const BodyFit& fit,
   xyz.reserve(3 * points.size());
   for (const Vec3d p : points)
     xyz.insert(xyz.end(), {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
-  const Welding welding = weld(xyz);
+  const Welding welding = weld(as_span(xyz));
   std::vector<Vec3d> welded;
   welded.reserve(welding.vertex_of.size());
   for (const std::uint32_t v : welding.vertex_of) welded.push_back(points[v]);
   const skeleton::internal::BodyWeights bound(model, fit, std::move(welded), welding.welded(triangles), options);
   if (measured != nullptr) *measured = bound.measured();
-  return bound.weights().gathered(welding.point_of);
+  return bound.weights().gathered(as_span(welding.point_of));
 }
 
 }  // namespace npt::inline NPT_ABI

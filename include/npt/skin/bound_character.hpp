@@ -143,21 +143,22 @@ NPT_INLINE BoundCharacter bind_character(const BodyModel& fingered, const MeshVi
   const BodyEstimate& e = character.estimate;
   expect_body(e, mesh.name);
   character.body = e.fit.body;
-  character.body.axis_angles = with_fingers(e.fit.body.axis_angles, e.hands);
+  character.body.axis_angles = with_fingers(as_span(e.fit.body.axis_angles), e.hands);
   character.points = e.points_of(mesh);
   const auto closed = [&e](std::size_t side) {
-    return std::ranges::max(e.hands[side].middle) > skin::internal::least_closed;
+    const auto& bend = e.hands[side].middle;
+    return *std::max_element(bend.begin(), bend.end()) > skin::internal::least_closed;
   };
   std::array<skeleton::internal::HandMeasure, 2> measured;
   character.weights = body_weights(fingered, character.body, character.points, mesh.triangles,
                                    {.facing = e.fit.facing, .closed = {closed(0), closed(1)}}, &measured);
-  const std::vector<Vec3d> rest = fingered.joints(e.fit.body.betas);
-  const auto motions = fingered.bone_motions(e.fit.body.betas, character.body.axis_angles);
+  const std::vector<Vec3d> rest = fingered.joints(as_span(e.fit.body.betas));
+  const auto motions = fingered.bone_motions(as_span(e.fit.body.betas), as_span(character.body.axis_angles));
   for (std::size_t j = 0; j < rest.size(); ++j)
     character.joints.push_back(motions[j](rest[j]) + e.fit.body.translation);
-  character.hands = skin::internal::measured_hands(e, measured, character.joints);
+  character.hands = skin::internal::measured_hands(e, measured, as_span(character.joints));
   character.fingers = {measured[0].fingers, measured[1].fingers};
-  character.body.axis_angles = with_fingers(e.fit.body.axis_angles, character.hands);
+  character.body.axis_angles = with_fingers(as_span(e.fit.body.axis_angles), character.hands);
   return character;
 }
 

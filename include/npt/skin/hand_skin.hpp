@@ -67,8 +67,10 @@ class BasicHandSkin {
         side_(side) {
     const auto forearm = [this](std::size_t p) { return static_cast<double>(mesh_.row(p)[forearm_]) > of_hand(p); };
     std::vector<std::uint32_t> wrist;
-    for (std::uint32_t p = 0; p < mesh_.points.size(); ++p)
-      if (of_hand(p) > 0.3 && !forearm(p) && std::ranges::any_of(mesh_.around->of(p), forearm)) wrist.push_back(p);
+    for (std::uint32_t p = 0; p < mesh_.points.size(); ++p) {
+      const std::span<const std::uint32_t> ring = mesh_.around->of(p);
+      if (of_hand(p) > 0.3 && !forearm(p) && std::any_of(ring.begin(), ring.end(), forearm)) wrist.push_back(p);
+    }
     const std::vector<double> from_wrist = paths(wrist, [&](std::size_t p) { return !forearm(p); }).distance;
     find_tips(from_wrist);
     place_.assign(mesh_.points.size(), outside);
@@ -198,8 +200,8 @@ class BasicHandSkin {
     }
     std::array<std::size_t, finger_count> order{}, result{};
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::ranges::stable_sort(order, {},
-                             [&](std::size_t i) { return dot(mesh_.points[tips_[i]], ends.back() - ends.front()); });
+    const auto across = [&](std::size_t i) { return dot(mesh_.points[tips_[i]], ends.back() - ends.front()); };
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return across(a) < across(b); });
     for (std::size_t f = 0; f < finger_count; ++f) result[order[f]] = f;
     return result;
   }

@@ -108,7 +108,8 @@ class BasicProps {
   /// Along which it is longest, by power iteration; unit. Slender ones end in a few steps. The longest row is never at
   /// right angles to it.
   static Vec3d axis(const Matrix3& covariance) {
-    Vec3d along = *std::ranges::max_element(covariance.rows, {}, [](Vec3d row) { return dot(row, row); });
+    Vec3d along = *std::max_element(covariance.rows.begin(), covariance.rows.end(),
+                                    [](Vec3d a, Vec3d b) { return dot(a, a) < dot(b, b); });
     for (int i = 0; i < 30; ++i) along = normalised(covariance * along);
     return along;
   }

@@ -55,8 +55,8 @@ NPT_INLINE std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit
 /// lengths are the identity's; its root joint stays in place.
 NPT_INLINE std::vector<Rigid> skeleton_motions(const BodyModel& model, const BodyFit& identity,
                                                std::span<const float> axis_angles) {
-  std::vector<Rigid> from = model.bone_motions(identity.betas, identity.axis_angles);
-  std::vector<Rigid> to = model.bone_motions(identity.betas, axis_angles);
+  std::vector<Rigid> from = model.bone_motions(as_span(identity.betas), as_span(identity.axis_angles));
+  std::vector<Rigid> to = model.bone_motions(as_span(identity.betas), axis_angles);
   for (std::size_t j = 0; j < to.size(); ++j) {
     from[j].shift += identity.translation;
     to[j].shift += identity.translation;

@@ -7,6 +7,7 @@
 /// Source    Nocedal and Wright, "Numerical Optimization", 2006, chapter 10
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/config.hpp>
 #include <npt/solve/dense_cholesky.hpp>
 
@@ -69,8 +70,8 @@ class NormalEquations {
     const DenseCholesky factor(size_, std::move(matrix));
     std::vector<double> x(size_);
     for (std::size_t i = 0; i < size_; ++i) x[i] = -right_[i];
-    factor.solve_lower(x);
-    factor.solve_upper(x);
+    factor.solve_lower(as_span(x));
+    factor.solve_upper(as_span(x));
     return x;
   }
 

@@ -110,9 +110,8 @@ NPT_INLINE void save_bound(const BoundCharacter& character, TensorList& out) {
   out.add("flags", std::span<const std::uint32_t>(flags), {flags.size()});
   out.add("body.axis_angles", character.body.axis_angles);
   out.add("hands", bends);
-  const std::vector<double> joints = numbers_of(character.joints), points = numbers_of(character.points);
-  out.add("joints", std::span<const double>(joints), {character.joints.size(), 3});
-  out.add("points", std::span<const double>(points), {character.points.size(), 3});
+  out.add("joints", as_span(numbers_of(as_span(character.joints))), {character.joints.size(), 3});
+  out.add("points", as_span(numbers_of(as_span(character.points))), {character.points.size(), 3});
   out.add("weights.start", character.weights.start);
   out.add("weights.column", character.weights.column);
   out.add("weights.value", character.weights.value);
@@ -132,8 +131,8 @@ NPT_INLINE BoundCharacter load_bound(const SafetensorsFile& file, std::size_t jo
   for_each_number(e, [&](double& x) { x = numbers[i++]; });
   e.fit.body.axis_angles = expect_values<float>(file, "estimate.axis_angles", 3 * smpl_joint_count);
   e.fit.body.betas = expect_values<float>(file, "estimate.betas", shapes);
-  std::ranges::copy(expect_values<double>(file, "estimate.part_distances", e.fit.part_distances.size()),
-                    e.fit.part_distances.begin());
+  const auto distances = expect_values<double>(file, "estimate.part_distances", e.fit.part_distances.size());
+  std::copy(distances.begin(), distances.end(), e.fit.part_distances.begin());
   const auto flags = expect_values<std::int64_t>(file, "flags", 3);
   e.told = flags[0] != 0;
   character.fingers = {flags[1] != 0, flags[2] != 0};
@@ -143,9 +142,9 @@ NPT_INLINE BoundCharacter load_bound(const SafetensorsFile& file, std::size_t jo
   for_each_bend(character.hands, [&](double& x) { x = hands[i++]; });
   character.body = e.fit.body;
   character.body.axis_angles = expect_values<float>(file, "body.axis_angles", 3 * joints);
-  character.joints = points_of(expect_values<double>(file, "joints", 3 * joints));
+  character.joints = points_of(as_span(expect_values<double>(file, "joints", 3 * joints)));
   const std::size_t coordinates = to_values<float>(file.at("positions"), NonFinite::refuse).size();
-  character.points = points_of(expect_values<double>(file, "points", coordinates));
+  character.points = points_of(as_span(expect_values<double>(file, "points", coordinates)));
   character.weights = load_weights(file, character.points.size(), joints);
   return character;
 }

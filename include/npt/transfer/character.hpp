@@ -66,8 +66,8 @@ class BasicCharacter {
   /// Metres in one unit of the mesh's coordinates, where the network asks for one; else 1.
   double unit() const noexcept { return network_.unit; }
   /// The mesh's positions [V, 3] and triangles.
-  std::span<const float> positions() const noexcept { return xyz_; }
-  std::span<const Triangle> triangles() const noexcept { return triangles_; }
+  std::span<const float> positions() const noexcept { return as_span(xyz_); }
+  std::span<const Triangle> triangles() const noexcept { return as_span(triangles_); }
 
   /// Its joints, where a body was estimated.
   std::optional<JointPose> joints() const {

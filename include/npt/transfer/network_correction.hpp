@@ -82,7 +82,7 @@ class BasicNetworkCorrection {
     double share = BasicNetworkCorrection::share(identity.estimate, pose);
     if (!(share > 0)) return angles;
     const Points points = choose(identity);
-    std::vector<Vec3d> own = posed(body, identity, points, angles), other = by_network(identity, points, pose);
+    std::vector<Vec3d> own = posed(body, identity, points, as_span(angles)), other = by_network(identity, points, pose);
     centre(own);
     centre(other);
     double square = 0;
@@ -90,7 +90,7 @@ class BasicNetworkCorrection {
     share *= 1 - rising(std::sqrt(square / static_cast<double>(own.size())), 0.045, 0.07);
     if (!(share > 0)) return angles;
     for (std::size_t i = 0; i < own.size(); ++i) own[i] += (other[i] - own[i]) * share;
-    fit(body, identity, points, own, angles);
+    fit(body, identity, points, as_span(own), angles);
     return angles;
   }
 
@@ -130,7 +130,7 @@ class BasicNetworkCorrection {
     const std::vector<Rigid> motions = identity.motions(body, angles);
     std::vector<Vec3d> result;
     result.reserve(points.size());
-    for (const std::size_t v : points) result.push_back(identity.moved(v, motions));
+    for (const std::size_t v : points) result.push_back(identity.moved(v, as_span(motions)));
     return result;
   }
 
@@ -148,11 +148,11 @@ class BasicNetworkCorrection {
     for (const auto& s : samples.first(std::min(samples.size(), point_count))) add(of_pose[0], turn_pose * s.point);
     std::array<NetworkCall<float>, 2> calls;
     for (std::vector<float>* mesh : {&of_identity[0], &of_pose[0]})
-      normalising_transform(*mesh, Normalisation::centre, "points").apply(*mesh, *mesh);
+      normalising_transform(as_span(*mesh), Normalisation::centre, "points").apply(as_span(*mesh), as_span(*mesh));
     for (std::size_t side = 0; side < 2; ++side) {
       if (side == 1) of_identity[1] = mirrored(of_identity[0]), of_pose[1] = mirrored(of_pose[0]);
       results[side].resize(of_identity[0].size());
-      calls[side] = TransferPair<float>{.pose = of_pose[side], .identity = of_identity[side], .result = results[side]};
+      calls[side] = TransferPair<float>{as_span(of_pose[side]), as_span(of_identity[side]), as_span(results[side])};
     }
     engine_.run(calls);
     const Matrix3 back = turn_pose.transposed();
@@ -181,12 +181,12 @@ class BasicNetworkCorrection {
                   std::span<const Vec3d> target, std::vector<float>& angles) {
     const BodyFit& fitted = identity.body;
     constexpr std::size_t joints = smpl_joint_count;  // no network knows fingers
-    PosedBody at{.parents = body.tables().parents, .rest = body.joints(fitted.betas)};
+    PosedBody at{.parents = as_span(body.tables().parents), .rest = body.joints(as_span(fitted.betas))};
     std::vector<double> turned(3 * joints, 0.0);
     NormalEquations equations(3 * joints + 3);
     for (int step = 0; step < steps; ++step) {
-      at.bones = body.bone_motions(fitted.betas, angles);
-      at.motions = identity.motions(body, angles);
+      at.bones = body.bone_motions(as_span(fitted.betas), as_span(angles));
+      at.motions = identity.motions(body, as_span(angles));
       equations.clear();
       for (std::size_t i = 0; i < points.size(); ++i) add_point(identity, points[i], target[i], at, equations);
       const double hold = stiffness * static_cast<double>(points.size());
@@ -201,7 +201,8 @@ class BasicNetworkCorrection {
         const Matrix3 parent =
             at.parents[j] < 0 ? Matrix3::identity() : at.bones[static_cast<std::size_t>(at.parents[j])].rotation;
         const Matrix3 turn = rotation_matrix({turns[3 * j], turns[3 * j + 1], turns[3 * j + 2]});
-        set_joint_rotation(angles, j, parent.transposed() * turn * parent * joint_rotation(angles, j));
+        set_joint_rotation(as_span(angles), j,
+                           parent.transposed() * turn * parent * joint_rotation(as_span(angles), j));
       }
     }
   }
@@ -232,9 +233,9 @@ class BasicNetworkCorrection {
       }
     }
     const Vec3d off = place - target;
-    equations.add(rows[0], 1, off.x);
-    equations.add(rows[1], 1, off.y);
-    equations.add(rows[2], 1, off.z);
+    equations.add(as_span(rows[0]), 1, off.x);
+    equations.add(as_span(rows[1]), 1, off.y);
+    equations.add(as_span(rows[2]), 1, off.z);
   }
 
   engine::Core<float, Exec> engine_;

@@ -156,9 +156,9 @@ class PeopleDomain final : public BodyDomain {
     expect_body(estimate, "pose");
     const BoundCharacter& character = character_of(identity);
     std::vector<float> result = bias_ ? bias_->angles(character.estimate, estimate) : estimate.fit.body.axis_angles;
-    result = character.angles(result, estimate);
+    result = character.angles(as_span(result), estimate);
     if (correction_ != nullptr) result = correction_->angles(fingered(), character, estimate, std::move(result));
-    return from_own_rest(character.estimate, result);
+    return from_own_rest(character.estimate, as_span(result));
   }
 
   BasicBodyEstimator<Exec> estimator_;

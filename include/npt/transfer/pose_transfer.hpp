@@ -149,8 +149,8 @@ class BasicPoseTransfer {
   Mesh operator()(const Mesh& identity, const Mesh& pose) const {
     Mesh result = identity;
     const std::vector<Triangle> of_identity = triangles_of(identity), of_pose = triangulate(pose);
-    (*this)(MeshView{identity.coordinates(), of_identity, "identity"}, MeshView{pose.coordinates(), of_pose, "pose"},
-            result.coordinates());
+    (*this)(MeshView{identity.coordinates(), as_span(of_identity), "identity"},
+            MeshView{pose.coordinates(), as_span(of_pose), "pose"}, result.coordinates());
     recompute_normals(result);
     return result;
   }
@@ -200,7 +200,7 @@ class BasicPoseTransfer {
   Character character(const Mesh& identity, std::string_view name = "identity", const Control& control = {}) const {
     Character prepared;
     const std::vector<Triangle> triangles = triangulate(identity);
-    prepare(MeshView{identity.coordinates(), triangles, name}, prepared, control);
+    prepare(MeshView{identity.coordinates(), as_span(triangles), name}, prepared, control);
     prepared.mesh_ = std::make_shared<const Mesh>(identity);
     return prepared;
   }
@@ -219,7 +219,7 @@ class BasicPoseTransfer {
             const Control& control = {}) const {
     Pose prepared;
     const std::vector<Triangle> triangles = triangulate(mesh);
-    prepare(MeshView{mesh.coordinates(), triangles, name}, identity_vertices, prepared, control);
+    prepare(MeshView{mesh.coordinates(), as_span(triangles), name}, identity_vertices, prepared, control);
     return prepared;
   }
   Pose pose(const MeshView& mesh, std::size_t identity_vertices = 0, const Control& control = {}) const {
@@ -366,12 +366,6 @@ class BasicPoseTransfer {
     for (const auto& domain : domains_)
       if (domain->body != nullptr) return true;
     return false;
-  }
-  /// The domains of the opened weights, in their order: "human"; empty where a file names none.
-  std::vector<std::string> domain_names() const {
-    std::vector<std::string> names;
-    for (const auto& domain : domains_) names.push_back(domain->name);
-    return names;
   }
 
   /// One line: "bottleneck 256, conv_relu, per-vertex, 4 pairings, mirrored, refined within 0.04, people by body
@@ -612,7 +606,7 @@ class BasicPoseTransfer {
     // Transfers that came out well have 0.12 to 0.35, a robed figure, in three poses that can't be recognised, 0.6 to
     // 1.8.
     constexpr double distorted = 0.5;
-    const double change = edge_change(character.xyz_, result, character.triangles_);
+    const double change = edge_change(as_span(character.xyz_), result, as_span(character.triangles_));
     if (!(change > distorted)) return;
     const transfer::internal::Prepared& own = weaker(character, pose);
     const std::string stretch = "the pose transfer network distorts the result (edges change by " +
@@ -683,7 +677,7 @@ Character BasicPoseTransfer<Exec>::load_character(const std::filesystem::path& p
   for (std::size_t i = 0; i < 3 * triangles.size(); ++i)
     triangles[i / 3][i % 3] = corners[i] < 0 ? no_index : static_cast<std::uint32_t>(corners[i]);
   const std::string name = path.string();
-  const MeshView mesh = checked({xyz, triangles, name}, name);
+  const MeshView mesh = checked({as_span(xyz), as_span(triangles), name}, name);
   auto [estimate, binding] = domains_[d]->body->load(file);
   Character character;
   finish_character(mesh, {d, std::move(estimate)}, std::move(binding), character);

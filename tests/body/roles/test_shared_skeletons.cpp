@@ -7,6 +7,7 @@
 #include <npt/io/file.hpp>
 #include <npt/io/gltf_reader.hpp>
 #include <npt/scene/motion_of_scene.hpp>
+#include <npt/transfer/retarget.hpp>
 
 #include <support/needs.hpp>
 
@@ -79,6 +80,33 @@ TEST_CASE("a clip without mesh has the same roles with a prefix before its names
   CHECK(npt::joint_roles(motion_in(folder / "walk.bvh")).joints ==
         npt::joint_roles(motion_in(folder / "walk_other_names.bvh")).joints);
   CHECK(npt::joint_roles(motion_in(folder / "clip_of_a_horse_without_mesh.glb")).confidence < 0.3);
+}
+
+TEST_CASE("clips without mesh that differ in their names alone give a character the same motion" *
+          support::needs_shared("data/characters/humanoids/quac_witch.glb")) {
+  const npt::Motion target = motion_in(fs::path(NPT_SHARED) / "data/characters/humanoids/quac_witch.glb");
+  const npt::JointRoles roles = npt::joint_roles(target);
+  const auto on_target = [&](const char* name) {
+    const npt::Motion motion = motion_in(fs::path(NPT_SHARED) / "data/awkward" / name);
+    return npt::retarget(motion, npt::joint_roles(motion), target, roles);
+  };
+  const auto difference = [&](const npt::Motion& a, const npt::Motion& b) {
+    double most = 0;
+    for (int f = 0; f <= 30; ++f) {
+      const double time = f / 30.0 * a.clip.length();
+      const auto x = npt::joint_positions(a, time), y = npt::joint_positions(b, time);
+      for (std::size_t j = 0; j < x.size(); ++j)
+        if (const npt::JointRole role = roles.role_of(j); role != npt::JointRole::none && !npt::is_of_digit(role))
+          most = std::max(most, npt::length(x[j] - y[j]));
+    }
+    return most;
+  };
+  const npt::Motion clip = on_target("clip_without_mesh.glb"), walk = on_target("walk.bvh");
+  CHECK(clip.clip.length() > 0.5);
+  CHECK(difference(clip, on_target("clip_without_mesh_prefixed.glb")) < 1e-6);
+  CHECK(difference(clip, on_target("clip_without_mesh_nameless.glb")) < 1e-6);
+  CHECK(walk.clip.length() == doctest::Approx(0.8).epsilon(1e-3));  // 25 frames
+  CHECK(difference(walk, on_target("walk_other_names.bvh")) < 1e-6);
 }
 
 TEST_CASE("drawings' clips are found to be z up, and CMU's in its unit" * support::needs_shared("data/clips")) {

@@ -75,7 +75,6 @@ class DeformationTransfer {
     place_others();
   }
 
-  std::size_t source_vertex_count() const noexcept { return source_vertices_; }
   std::size_t target_vertex_count() const noexcept { return target_.point_of.size(); }
 
   /// The target's vertices for a pose of the source.

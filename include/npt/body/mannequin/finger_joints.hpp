@@ -134,11 +134,12 @@ NPT_INLINE std::vector<float> with_fingers(std::span<const float> axis_angles, c
     const std::size_t hand = joint_index(SmplJoint::left_hand) + side;
     const HandBend& bend = hands[side];
     if (bend.knuckles != 0)
-      set_joint_rotation(result, hand, joint_rotation(axis_angles, hand) * rotation_matrix(hinge * bend.knuckles));
+      set_joint_rotation(as_span(result), hand,
+                         joint_rotation(axis_angles, hand) * rotation_matrix(hinge * bend.knuckles));
     for (std::size_t f = 0; f < finger_count; ++f) {
       const std::size_t middle = middle_finger_joint(side, f);
-      set_joint_rotation(result, middle, rotation_matrix(hinge * bend.middle[f]));
-      set_joint_rotation(result, middle + 1, rotation_matrix(hinge * (bend.middle[f] * 2 / 3 + bend.end[f])));
+      set_joint_rotation(as_span(result), middle, rotation_matrix(hinge * bend.middle[f]));
+      set_joint_rotation(as_span(result), middle + 1, rotation_matrix(hinge * (bend.middle[f] * 2 / 3 + bend.end[f])));
     }
   }
   return result;

@@ -34,8 +34,8 @@ NPT_INLINE BodyTables mannequin_tables() {
     body.v_template.insert(body.v_template.end(), {q.x, q.y, q.z});
   }
   body.shapedirs = anatomy::mannequin_shapedirs(surface);
-  body.weights = anatomy::mannequin_weights(surface.positions);
-  body.J_regressor = anatomy::mannequin_joint_regressor(surface.positions, surface.mirror);
+  body.weights = anatomy::mannequin_weights(as_span(surface.positions));
+  body.J_regressor = anatomy::mannequin_joint_regressor(as_span(surface.positions), as_span(surface.mirror));
   body.triangles = surface.triangles;
   body.parents.assign(smpl_parents.begin(), smpl_parents.end());
   body.joint_names.assign(smpl_joint_names.begin(), smpl_joint_names.end());

@@ -4,6 +4,7 @@
 /// Source    joints: Sukumar, "Construction of polygonal interpolants: a maximum entropy approach", 2004
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/mannequin/anatomy.hpp>
 #include <npt/body/skeleton.hpp>
@@ -197,14 +198,14 @@ NPT_INLINE SparseMatrix mannequin_joint_regressor(std::span<const Vec3d> positio
       points.push_back(positions[v]);
       prior.push_back(rest);
     }
-    const std::vector<double> w = convex_weights(points, prior, place.position);
+    const std::vector<double> w = convex_weights(as_span(points), as_span(prior), place.position);
     const std::size_t row = joint_index(place.joint);
     for (std::size_t i = 0; i < ring.size(); ++i) {
       dense[row * n + ring[i]] = static_cast<float>(w[i]);
       if (place.position.x != 0.0) dense[(row + 1) * n + mirror[ring[i]]] = static_cast<float>(w[i]);
     }
   }
-  return SparseMatrix::from_dense(dense, smpl_joint_count, n);
+  return SparseMatrix::from_dense(as_span(dense), smpl_joint_count, n);
 }
 
 }  // namespace npt::inline NPT_ABI::anatomy

@@ -97,8 +97,6 @@ class Core {
 
   Precision precision() const { return packed_->precision(); }
   const Exec& executor() const { return executor_; }
-  /// Bytes of packed weights.
-  std::size_t weight_bytes() const { return packed_->bytes(); }
 
   /// The network's inputs, in the order in which they are given.
   const graph::InputList& inputs() const { return packed_->program().inputs; }

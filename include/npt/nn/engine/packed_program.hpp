@@ -18,8 +18,7 @@
 
 namespace npt::inline NPT_ABI {
 
-/// What the products are computed in. Everything else (moments, modulation, feature maps) is always the engine's
-/// scalar.
+/// What the products are computed in. All else (moments, modulation, feature maps) is always the engine's scalar.
 enum class Precision {
   native,     ///< the engine's scalar
   bf16,       ///< products of bfloat16 values summed in fp32
@@ -101,12 +100,6 @@ class PackedProgram {
   const PackedStage<T>& stage(int i) const { return stages_[static_cast<std::size_t>(i)]; }
   /// Parameters of pointwise layers; steps' offsets in program() refer to it.
   const T* pointwise_parameters() const { return pointwise_.data(); }
-
-  std::size_t bytes() const {
-    std::size_t total = pointwise_.size() * sizeof(T);
-    for (const PackedStage<T>& s : stages_) total += s.weights.bytes() + s.pooled_weights.size() * sizeof(T);
-    return total;
-  }
 
  private:
   /// A stage's weights [rows][columns] and bias as one matrix, folded convolutions multiplied in.

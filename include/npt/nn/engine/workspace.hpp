@@ -65,8 +65,7 @@ struct MeshBatch {
   }
 };
 
-/// Values that the stages of one side leave for each mesh: an activation's mean and 1 / deviation, or its pooled
-/// maxima.
+/// Values that the stages of one side leave for each mesh: an activation's mean and 1 / deviation, or pooled maxima.
 template <class T>
 struct MeshValues {
   AlignedBuffer<T> values;

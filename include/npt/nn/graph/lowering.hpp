@@ -35,8 +35,7 @@ constexpr bool increases_up_to(const Graph& graph, int n, const std::array<int, 
 }
 
 /// The activation that is pooled activation t with one more layer behind it, which the pooled values go through like
-/// those in front of max_pool: one of `count` that are there, or -1. The chain of `longer`, a copy of t, gets the
-/// layer.
+/// those in front of max_pool: one of `count`, or -1. The chain of `longer`, a copy of t, gets the layer.
 template <class Activations, class A>
 constexpr int find_behind_pool(const Activations& activations, int count, A& longer, const Step& step) {
   if (step.normalises || step.other >= 0)

@@ -48,8 +48,7 @@ struct Pointwise {
   static constexpr bool normalises = false;  ///< needs mean and deviation of its input over all vertices
   /// x <= y implies f(x) <= f(y): a maximum over vertices may be taken before it.
   static constexpr bool increasing = false;
-  /// Whether a parameter, by its number in visit's order, has elements for each channel; otherwise all channels share
-  /// it.
+  /// Whether a parameter, by its number in visit's order, has elements for each channel; else all channels share it.
   static constexpr std::array<bool, max_pointwise_parameters> per_channel{true, true, true, true};
   // For training, see nn/tape/chain_backward.hpp:
   static constexpr int sums_per_channel = 0;  ///< sums that the gradients of its parameters are made of

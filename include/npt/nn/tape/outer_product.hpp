@@ -139,8 +139,7 @@ class OuterProduct {
   bool full() const { return collected_ + kernel::group_width > shape_.vertices; }
 
   /// First the group's b tile [panel][columns][panel_width], then its a tile: they may be in the same memory, one after
-  /// the other. Row `ones` of b, behind those of its tile, is 1 everywhere: the product's column for it is the sum of
-  /// a.
+  /// the other. Row `ones` of b, behind those of its tile, is 1 everywhere: the product's column for it sums a.
   void collect_b(const T* tile, int tile_rows, int ones, int valid) {
     for (int p = 0; p < shape_.panels(); ++p) {
       const int width = shape_.registers(p) * simd::lanes<T>;

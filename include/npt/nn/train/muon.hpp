@@ -81,8 +81,7 @@ class Orthogonaliser {
   AlignedBuffer<T> x_, transposed_, update_, gram_, square_;
 };
 
-/// Steps of the matrices of one parameter buffer. The momentum lies in a buffer of the caller, laid out as the
-/// parameters are.
+/// Steps of the matrices of one parameter buffer. The momentum lies in a buffer of the caller, laid out like this one.
 template <class T>
 class Muon {
  public:

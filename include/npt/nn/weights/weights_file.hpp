@@ -175,7 +175,7 @@ void write_values(const std::filesystem::path& path, const std::vector<NamedPara
                          .shape = tensor_shape(parameter),
                          .bytes = std::as_bytes(values)});
   }
-  write_safetensors(path, tensors, metadata);
+  write_safetensors(path, as_span(tensors), metadata);
 }
 
 }  // namespace internal

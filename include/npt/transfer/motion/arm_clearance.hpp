@@ -88,8 +88,10 @@ class ArmClearance {
 
   /// Where a rig has no hand, the finger that begins at its place.
   static LimbJoints limb(const RetargetSide& side_of_two, std::size_t side) {
-    LimbJoints limb{side_of_two.roles.joint(LimbPart::upper_arm, side), side_of_two.roles.joint(LimbPart::lower_arm, side),
-                    side_of_two.roles.joint(LimbPart::hand, side), {}};
+    LimbJoints limb{side_of_two.roles.joint(LimbPart::upper_arm, side),
+                    side_of_two.roles.joint(LimbPart::lower_arm, side),
+                    side_of_two.roles.joint(LimbPart::hand, side),
+                    {}};
     for (const std::size_t digit : {std::size_t{2}, std::size_t{1}, std::size_t{3}})
       if (limb.last == no_item) limb.last = side_of_two.roles.joint(digit_part(digit, 0), side);
     if (!limb.whole()) return limb;
@@ -190,7 +192,8 @@ class ArmClearance {
     if (!(depth > 1e-4 * to_.leg())) return false;
     const Vec3d lever = own.place - pose_.position(arm.limb.first), axis = cross(lever, own.out);
     const double far = length(lever), help = far > 0 ? length(axis) / far : 0;
-    if (help > 0.1) pose_.turn(arm.limb.first, Quaternion{}.turned(normalised(axis) * std::min(depth * help / far, 0.5)));
+    if (help > 0.1)
+      pose_.turn(arm.limb.first, Quaternion{}.turned(normalised(axis) * std::min(depth * help / far, 0.5)));
     if (!upper && help < 0.9)
       reach(pose_, arm.limb, pose_.position(arm.limb.last) + own.out * (depth * (1 - help * help)));
     return true;
@@ -201,20 +204,23 @@ class ArmClearance {
     Vec3d centre{};
     double radius = 0;
   };
-  Hand hand(const RetargetSide& who, const BodyShape& shape, std::size_t side, const std::vector<Affine>& worlds) const {
+  Hand hand(const RetargetSide& who, const BodyShape& shape, std::size_t side,
+            const std::vector<Affine>& worlds) const {
     const BodyHand& known = shape.hands[side];
     if (known.radius > 0) return {worlds[known.joint](inverse(who.worlds[known.joint])(known.centre)), known.radius};
     const std::size_t joint = who.roles.joint(LimbPart::hand, side);
     if (joint == no_item) return {};
-    const std::size_t finger = who.roles.joint(digit_part(2, 0), side), elbow = who.roles.joint(LimbPart::lower_arm, side);
-    const Vec3d along = finger != no_item ? worlds[finger].shift - worlds[joint].shift
+    const std::size_t finger = who.roles.joint(digit_part(2, 0), side),
+                      elbow = who.roles.joint(LimbPart::lower_arm, side);
+    const Vec3d along = finger != no_item  ? worlds[finger].shift - worlds[joint].shift
                         : elbow != no_item ? (worlds[joint].shift - worlds[elbow].shift) * 0.35
                                            : Vec3d{};
     return {worlds[joint].shift + along, 0.05 * who.leg()};
   }
   bool hands_known() const {
     for (std::size_t side = 0; side < 2; ++side)
-      if (hand(from_, shapes_.source, side, from_.worlds).radius == 0 || hand(to_, shapes_.target, side, to_.worlds).radius == 0)
+      if (hand(from_, shapes_.source, side, from_.worlds).radius == 0 ||
+          hand(to_, shapes_.target, side, to_.worlds).radius == 0)
         return false;
     return true;
   }
@@ -250,7 +256,8 @@ class ArmClearance {
     const std::optional<TrunkPlace> place = source_trunk_.find(theirs.centre);
     if (!place) return {};
     // Near the ends of the trunk and near its axis places are not sure.
-    const double ends = smooth_step(20 * std::min(place->along, 1 - place->along)), gap = place->outside - theirs.radius;
+    const double ends = smooth_step(20 * std::min(place->along, 1 - place->along)),
+                 gap = place->outside - theirs.radius;
     const double weight = smooth_step(1 - gap / margin()) * ends * smooth_step(2 * place->share);
     if (weight == 0) return {};
     const double outside = std::max(own.radius * std::min(1.0, place->outside / theirs.radius), 0.0);
@@ -259,7 +266,8 @@ class ArmClearance {
   /// By how much the right hand must come nearer than the left one. moved: what it does already
   Vec3d to_other_hand(const std::array<Hand, 2>& theirs, const std::array<Hand, 2>& own, Vec3d moved) const {
     const Vec3d between = across_(theirs[1].centre - theirs[0].centre);
-    const double sum = theirs[0].radius + theirs[1].radius, weight = smooth_step(1 - (length(between) - sum) / margin());
+    const double sum = theirs[0].radius + theirs[1].radius,
+                 weight = smooth_step(1 - (length(between) - sum) / margin());
     const Vec3d wanted = between * ((own[0].radius + own[1].radius) / sum);
     return (wanted - (own[1].centre - own[0].centre + moved)) * weight;
   }

@@ -42,8 +42,8 @@ class FootLock {
       legs_[side].limb = {to_.roles.joint(LimbPart::upper_leg, side), to_.roles.joint(LimbPart::lower_leg, side),
                           to_.roles.joint(LimbPart::foot, side)};
       if (!legs_[side].limb.whole() || from_.leg() == 0) continue;
-      legs_[side].limb.hinge =
-          inverse(to_.rotations[legs_[side].limb.first])(to_.frame.columns()[0]);  // the body's left: knees bend forwards
+      legs_[side].limb.hinge = inverse(to_.rotations[legs_[side].limb.first])(
+          to_.frame.columns()[0]);  // the body's left: knees bend forwards
       for (const LimbPart part : {LimbPart::foot, LimbPart::toes}) {
         const std::size_t own = from_.roles.joint(part, side), other = to_.roles.joint(part, side);
         if (own != no_item && other != no_item) legs_[side].points.push_back({own, other, {}, {}, {}});
@@ -69,8 +69,8 @@ class FootLock {
   struct Point {
     std::size_t source, target;
     std::vector<Contact> contacts;
-    std::vector<Vec3d> plain;    ///< [frames] where the plain motion has it
-    std::vector<Vec3d> ways;     ///< [frames] where it belongs, minus that
+    std::vector<Vec3d> plain;       ///< [frames] where the plain motion has it
+    std::vector<Vec3d> ways;        ///< [frames] where it belongs, minus that
     std::vector<double> weights{};  ///< [frames] 1: stands
   };
   struct Leg {
@@ -93,7 +93,8 @@ class FootLock {
   }
   /// The height at which it belongs: as far above where it is at rest as the source's, by the ratio of legs.
   double height(const Point& point, std::size_t frame) const {
-    const double above = frames_.sources[frame][point.source].shift.y - from_.worlds[point.source].shift.y - from_.ground;
+    const double above =
+        frames_.sources[frame][point.source].shift.y - from_.worlds[point.source].shift.y - from_.ground;
     return to_.worlds[point.target].shift.y + scale_ * above;
   }
 
@@ -256,8 +257,7 @@ class FootLock {
     const std::size_t hips = to_.roles.joint(JointRole::hips);
     std::array<Vec3d, 2> goals{};
     for (std::size_t side = 0; side < 2; ++side)
-      if (!legs_[side].points.empty())
-        goals[side] = pose_.position(legs_[side].limb.last) + legs_[side].ways[frame];
+      if (!legs_[side].points.empty()) goals[side] = pose_.position(legs_[side].limb.last) + legs_[side].ways[frame];
     if (hips != no_item && raised_[frame] != 0) pose_.move(hips, {0, raised_[frame], 0});
     for (std::size_t side = 0; side < 2; ++side)
       if (!legs_[side].points.empty() && length(goals[side] - pose_.position(legs_[side].limb.last)) > 1e-9)

@@ -61,7 +61,8 @@ class KeyThinner {
 
   /// Of key k from what is between two others at its time.
   double distance(std::size_t first, std::size_t k, std::size_t last) const {
-    const double from = static_cast<double>(channel_.times[first]), span = static_cast<double>(channel_.times[last]) - from;
+    const double from = static_cast<double>(channel_.times[first]),
+                 span = static_cast<double>(channel_.times[last]) - from;
     const double t = span > 0 ? (static_cast<double>(channel_.times[k]) - from) / span : 0;
     if (channel_.path == ChannelPath::rotation)
       return length(axis_angle(inverse(slerp(rotation(first), rotation(last), t)) * rotation(k)));

@@ -34,8 +34,7 @@ class PosedJoints {
       if (const std::size_t parent = motion.joints[j].parent; parent != no_item)
         behind_[parent] = std::max(behind_[parent], behind_[j]);
     }
-    for (const auto& [foot, knee] : follows)
-      follows_.push_back({foot, knee, inverse(bound[knee])(bound[foot].shift)});
+    for (const auto& [foot, knee] : follows) follows_.push_back({foot, knee, inverse(bound[knee])(bound[foot].shift)});
   }
 
   void set(const std::vector<NodePlace>& places) {

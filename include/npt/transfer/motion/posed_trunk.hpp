@@ -48,7 +48,8 @@ class PosedTrunk {
   /// Nothing above and below the trunk.
   std::optional<TrunkPlace> find(Vec3d p) const {
     for (std::size_t i = 0; i + 1 < rings_.size(); ++i) {
-      const double below = dot(p - rings_[i].centre, rings_[i].up), above = dot(p - rings_[i + 1].centre, rings_[i + 1].up);
+      const double below = dot(p - rings_[i].centre, rings_[i].up),
+                   above = dot(p - rings_[i + 1].centre, rings_[i + 1].up);
       if (below < 0 || above >= 0) continue;
       const double t = below / (below - above);
       const Placed ring = between(i, t);

@@ -53,8 +53,9 @@ std::vector<T> smoothed(const std::vector<T>& values, const RetargetFrames& fram
         const bool there = later ? f + k < values.size() : k <= f;
         const std::size_t other = later ? std::min(f + k, values.size() - 1) : f - std::min(k, f);
         // Behind an end time goes on in steps as the last one.
-        const double step = values.size() < 2 ? 1 : frames.time(later ? values.size() - 1 : 1) -
-                                                        frames.time(later ? values.size() - 2 : 0);
+        const double step =
+            values.size() < 2 ? 1
+                              : frames.time(later ? values.size() - 1 : 1) - frames.time(later ? values.size() - 2 : 0);
         const double past = there ? 0 : step * static_cast<double>(later ? f + k + 1 - values.size() : k - f);
         const double off = (std::abs(frames.time(other) - frames.time(f)) + past) / reach;
         if (!(off < 1)) break;

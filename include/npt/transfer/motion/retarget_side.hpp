@@ -126,9 +126,9 @@ struct RetargetSide {
   const JointRoles& roles;
   std::vector<Affine> worlds;
   std::vector<Quaternion> rotations;
-  Matrix3 frame;   ///< left, up and forward as columns
-  Vec3d middle{};  ///< between the thighs, or else the hips
-  Vec3d pelvis{};  ///< the same, where it stands on the ground with straight legs
+  Matrix3 frame;      ///< left, up and forward as columns
+  Vec3d middle{};     ///< between the thighs, or else the hips
+  Vec3d pelvis{};     ///< the same, where it stands on the ground with straight legs
   double ground = 0;  ///< how much higher the clip's ground is than that of the rest
 };
 

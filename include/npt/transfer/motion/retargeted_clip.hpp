@@ -36,7 +36,8 @@ class RetargetedClip {
     std::size_t deepest = 0;
     for (std::size_t j = 0; j < depths.size(); ++j) {
       const std::size_t parent = target.joints[j].parent;
-      depths[j] = (parent == no_item ? 0 : depths[parent]) + (frames.moving[j][0] ? 1U : 0U) + (frames.moving[j][1] ? 1U : 0U);
+      depths[j] =
+          (parent == no_item ? 0 : depths[parent]) + (frames.moving[j][0] ? 1U : 0U) + (frames.moving[j][1] ? 1U : 0U);
       deepest = std::max(deepest, depths[j]);
     }
     tolerance_ = tolerance * (high - low) / usual_height / static_cast<double>(std::max<std::size_t>(1, deepest));

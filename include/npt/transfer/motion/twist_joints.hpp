@@ -38,9 +38,9 @@ class TwistJoints {
   /// Keeps a reference.
   explicit TwistJoints(const RetargetSide& target) : target_(target) {
     for (std::size_t side = 0; side < 2; ++side)
-      for (const auto& [part, next] : {std::pair(LimbPart::upper_arm, LimbPart::lower_arm),
-                                       std::pair(LimbPart::lower_arm, LimbPart::hand),
-                                       std::pair(LimbPart::upper_leg, LimbPart::lower_leg)})
+      for (const auto& [part, next] :
+           {std::pair(LimbPart::upper_arm, LimbPart::lower_arm), std::pair(LimbPart::lower_arm, LimbPart::hand),
+            std::pair(LimbPart::upper_leg, LimbPart::lower_leg)})
         find(target.roles.joint(part, side), target.roles.joint(next, side), part == LimbPart::lower_arm);
   }
 
@@ -95,7 +95,8 @@ class TwistJoints {
       const Vec3d off = target_.worlds[j].shift - start;
       const double along = dot(off, way) / dot(way, way), aside = length(off - way * along) / length(way);
       const bool between = hangs_on(end, j);
-      if (aside > 0.1 || along < -0.05 || along > 1.05 || !(between || is_named(target_.motion.joints[j].name))) continue;
+      if (aside > 0.1 || along < -0.05 || along > 1.05 || !(between || is_named(target_.motion.joints[j].name)))
+        continue;
       std::size_t next = end;
       while (between && target_.motion.joints[next].parent != j) next = target_.motion.joints[next].parent;
       found_.push_back({j, bone, end, std::clamp(along, 0.0, 1.0), follows_end, between, next});
