@@ -49,7 +49,7 @@ namespace fs = std::filesystem;
 using program::TransferJob;
 
 struct Options {
-  std::optional<fs::path> identity, pose, out, pairs, picture, page, report;
+  std::optional<fs::path> identity, pose, character, clip, out, pairs, picture, page, report;
   std::optional<std::string> format, shard;
   program::TransferArguments transfer;
   program::AnimationArguments animation;
@@ -515,6 +515,8 @@ fs::path first_pose(const fs::path& list) {
 }
 
 void run(Options options) {
+  if (options.character) options.identity = options.character;
+  if (options.clip) options.pose = options.clip;
   if (!options.pairs && !(options.identity && options.pose && options.out))
     throw CLI::RequiredError("--identity, --pose and --out, or --pairs");
   const bool moves = options.pairs ? program::is_animation(options.animation, first_pose(*options.pairs), "")
@@ -529,18 +531,24 @@ void run(Options options) {
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
   CLI::Option* identity = command.add_option(
-      "CHARACTER,--identity", o->identity,
+      "--identity", o->identity,
       "Pose this mesh, the target character (.ply, .obj, .glb, .fbx, ...), or every mesh of this folder");
   CLI::Option* pose =
-      command.add_option("CLIP,--pose", o->pose,
+      command.add_option("--pose", o->pose,
                          "Take the pose from this mesh; the frames of a sequence from a folder of meshes, or from a "
                          ".glb or .fbx with --clip; the motion from a .bvh, or from a .glb or .fbx without a mesh");
   CLI::Option* out = command.add_option("-o,--out", o->out,
                                         "Write the result to this file (.ply, .obj, .glb); results of a folder to this "
-                                        "folder; a sequence to a folder or an animated .glb");
+                                        "folder; a sequence to a folder or an animated .glb; a motion also to a .bvh");
+  CLI::Option* character = command.add_option("CHARACTER", o->character, "The same as --identity");
+  CLI::Option* clip = command.add_option("CLIP", o->clip, "The same as --pose");
+  character->excludes(identity);
+  clip->excludes(pose);
   command.add_option("--pairs", o->pairs, "Transfer all pairs of this list, with lines of: identity pose output")
       ->excludes(identity)
       ->excludes(pose)
+      ->excludes(character)
+      ->excludes(clip)
       ->excludes(out);
   program::add_animation_options(command, o->animation);
   program::add_motion_options(command, o->animation);

@@ -190,10 +190,11 @@ class MotionTransfer {
   MotionTransfer(const TransferJob& job, const Animations& all, const TransferArguments& arguments, LastCharacter& last)
       : job_(job), all_(all), options_(all.animation), arguments_(arguments), last_(last) {}
 
-  /// Reads both files as far as is needed to tell.
+  /// Reads both files as far as is needed to tell. `alone`: there is no other way than by joints.
   bool applies() {
     if (fs::is_directory(job_.pose)) return false;
-    const bool alone = is_motion(job_.pose);
+    const bool asked = options_.skeleton == "own" || extension_of(job_.out) == ".bvh";
+    const bool alone = (asked && formats::is_scene(job_.pose)) || is_motion(job_.pose);
     const bool asks_for_mesh = options_.skeleton == "npt" || arguments_.method != "auto" || arguments_.refine;
     if (!alone && (asks_for_mesh || !formats::is_scene(job_.pose) || !formats::is_scene(job_.identity))) return false;
     if (last_.character != nullptr && last_.file == job_.identity)

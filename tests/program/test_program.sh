@@ -489,11 +489,11 @@ test_motion() {
   expect 0 -- generate --seed 5 --pose rest --out rest.ply
   expect 0 -- rig --mesh rest.ply --pose walk --out walker.glb
   expect 0 --out "walk.bvh: 3 frames of walk on its own 40 joints" -- transfer walker.glb walker.glb --clip walk -o walk.bvh
-  expect 0 --out "VRM 1" --out "40" --out "30 frames a second" -- info walk.bvh
+  expect 0 --out "joint count  40" --out "30 frames a second" -- info walk.bvh
 
   # Onto joints of its own: all else of the file stays, a name that is taken gets a number.
   expect 0 --out "own.glb: 3 frames of walk on its own 40 joints" -- transfer --identity walker.glb --pose walk.bvh --out own.glb
-  expect 0 --out "  walk  " --out "  walk_2  " --out "joint count          40" -- info own.glb
+  expect 0 --out "  walk  " --out "  walk_2  " --out "joint count    40" -- info own.glb
   expect 0 -- transfer walker.glb walk.bvh -o named.glb --clip-name Stroll --in-place --no-foot-lock --clearance 0
   expect 0 --out "  Stroll  " --out "in place" -- info named.glb
   # Onto those of its body.
