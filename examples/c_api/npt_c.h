@@ -357,7 +357,8 @@ typedef struct npt_clip_options {
 
 /* Puts a clip of a .glb or .gltf file onto an identity mesh (.obj, .ply, .glb, .gltf) and writes a .glb that moves: on
  * a skeleton where every frame is made by body estimation, else with morph targets. As `npt transfer --clip`; UTF-8
- * paths. options NULL: the only clip at 30 frames a second. result: of the frame with the lowest confidence, or NULL.
+ * paths. A clip without a mesh, also of a .bvh, moves the joints that body estimation gives the identity. options NULL:
+ * the only clip at 30 frames a second. result: of the frame with the lowest confidence, or NULL.
  * NPT_BAD_INPUT: files, clips and meshes that can't be used. */
 NPT_C_API npt_status npt_animate_file(const npt_transfer* transfer, const char* identity, const char* pose,
                                       const char* out, const npt_clip_options* options, const npt_control* control,

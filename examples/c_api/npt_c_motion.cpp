@@ -35,17 +35,10 @@ constexpr std::size_t most_frames = 100'000;
 
 enum class Kind { gltf, bvh, foreign };
 
-bool is_of(const fs::path& path, std::initializer_list<std::string_view> extensions) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return std::ranges::find(extensions, extension) != extensions.end();
-}
-
 Kind kind_of_path(const fs::path& path) {
-  if (is_of(path, {".glb", ".gltf", ".vrm"})) return Kind::gltf;
-  if (is_of(path, {".bvh"})) return Kind::bvh;
-  if (is_of(path, {".fbx", ".dae"})) return Kind::foreign;
+  if (c_api::has_extension(path, {".glb", ".gltf", ".vrm"})) return Kind::gltf;
+  if (c_api::has_extension(path, {".bvh"})) return Kind::bvh;
+  if (c_api::has_extension(path, {".fbx", ".dae"})) return Kind::foreign;
   throw npt::Error({.file = path.string(),
                     .found = "extension " + npt::in_quotes(path.extension().string()),
                     .expected = ".glb, .gltf, .vrm, .bvh or .fbx"});
@@ -430,7 +423,7 @@ npt_status npt_frame_times(const npt_motion* motion, double fps, size_t* count, 
     if (own.clip.channels.empty())
       throw npt::Error(
           {.file = motion->skeleton.name, .found = "a skeleton without a clip", .expected = "curves that move joints"});
-    const double rate = fps > 0 ? fps : own.rate > 0 ? own.rate : 30;
+    const double rate = fps > 0 ? fps : npt::sampling_rate(own);
     if (own.clip.length() * rate > static_cast<double>(most_frames))
       throw npt::Error({.file = motion->skeleton.name,
                         .place = "clip " + npt::in_quotes(own.clip.name),

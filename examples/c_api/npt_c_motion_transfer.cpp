@@ -22,7 +22,7 @@
 namespace {
 
 namespace fs = std::filesystem;
-using c_api::expect, c_api::guarded, c_api::OwnedMotion;
+using c_api::expect, c_api::guarded, c_api::has_extension, c_api::OwnedMotion;
 using Motions = std::span<const npt_motion* const>;
 
 // ---- Options and reports
@@ -131,13 +131,6 @@ OwnedMotion transfer(const npt_motion& character, const npt_motion& motion, cons
 
 // ---- Files
 
-bool has_extension(const fs::path& path, std::initializer_list<std::string_view> extensions) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return std::ranges::find(extensions, extension) != extensions.end();
-}
-
 void expect_output(const fs::path& out) {
   if (!has_extension(out, {".glb", ".gltf", ".vrm", ".bvh"}))
     throw npt::Error({.file = out.string(),
@@ -150,7 +143,7 @@ npt::Bvh bvh_from(const npt_motion& motion) {
   const std::string& name = motion.skeleton.name;
   if (std::ranges::count(own.joints, npt::no_item, &npt::MotionJoint::parent) != 1)
     throw npt::Error({.file = name, .found = "several joints without parent", .expected = "one, for a BVH file"});
-  const double rate = own.rate > 0 ? own.rate : 30;
+  const double rate = npt::sampling_rate(own);
   if (own.clip.length() * rate > 100'000)
     throw npt::Error(
         {.file = name, .found = std::to_string(own.clip.length()) + " s", .expected = "at most 100000 frames"});

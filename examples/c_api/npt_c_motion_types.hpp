@@ -12,12 +12,15 @@
 #include <npt/transfer/motion/motion_checks.hpp>
 #include <npt/transfer/motion/motion_skeleton.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -60,6 +63,14 @@ struct npt_motion {
 namespace c_api {
 
 using OwnedMotion = std::unique_ptr<npt_motion>;
+
+/// In any case of letters; `extensions` in lower case.
+inline bool has_extension(const std::filesystem::path& path, std::initializer_list<std::string_view> extensions) {
+  std::string extension = path.extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return std::ranges::find(extensions, extension) != extensions.end();
+}
 
 /// What the functions of motions said last: npt_last_notes.
 inline thread_local std::string last_notes{};
