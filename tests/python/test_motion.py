@@ -132,11 +132,11 @@ class Arrays(Motions):
     def test_bone_maps(self):
         self.assertIn('leftHand "LeftHand" 1\n', figure().bone_map())
         self.assertNotIn("leftHand", figure(bone_map={"leftHand": None}).roles)
-        hero = figure(bone_map="leftHand -\n")
+        hero = figure(bone_map="leftLowerArm -\n")
         warning = npt.transfer_motion(hero, figure(**curves())).warnings[0]
         self.assertEqual((warning.code, warning.skeleton), ("joints_missing", "character"))
-        self.assertEqual(warning.roles, ("leftHand",))
-        self.assertIn("figure has no joint for leftHand", str(warning))
+        self.assertEqual(warning.roles, ("leftLowerArm",))
+        self.assertIn("figure has no joint for leftLowerArm", str(warning))
         crossed = figure(bone_map={"leftHand": "RightHand", "rightHand": "LeftHand"})
         self.assertEqual(crossed.roles["leftHand"].joint, 21)
         file = FOLDER / "map.txt"
@@ -158,11 +158,12 @@ class Arrays(Motions):
         file = FOLDER / "a.glb"
         self.fails("a character that is no file of a rig", npt.transfer_motion(figure(), motion).save, file)
         self.fails("npt_transfer_motion didn't make", motion.save, file)
-        self.fails("clearance: found 2, expected a number from 0 to 1", npt.transfer_motion, motion, motion, clearance=2)
-        named = {"root_motion": "hips"}
-        self.fails("root_motion: found 'hips', expected one of keep, extract", npt.transfer_motion, motion, motion, **named)
+        onto = npt.transfer_motion
+        self.fails("clearance: found 2, expected a number from 0 to 1", onto, motion, motion, clearance=2)
+        self.fails("root_motion: found 'hips', expected one of keep", onto, motion, motion, root_motion="hips")
         self.fails("apply: found no time", npt.transfer_motion, motion, motion, apply=True)
-        chain = npt.make_motion(NAMES, np.arange(len(NAMES)) - 1, PLACES, name="chain", **curves())
+        links = ["link"] * len(NAMES)
+        chain = npt.make_motion(links, np.arange(len(NAMES)) - 1, PLACES, name="chain", **curves())
         self.assertLess(chain.confidence, 0.3)
         error = self.fails("chain: found a skeleton that is not recognised", npt.transfer_motion, motion, chain)
         self.assertEqual(error.code, "not_recognised")

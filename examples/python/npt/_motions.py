@@ -197,7 +197,10 @@ class Motion:
         return self._own_frames().positions
 
     def to_bytes(self, format: str = "rig") -> bytes:
-        """Of "bvh", "bone_map", or of a result "rig": the character's file with the clip."""
+        """What save() writes, or another text of it.
+
+        format  "rig": of a result, the character's file with the clip; "bvh"; "bone_map"
+        """
         pointer = ctypes.POINTER(CBytes)()
         call("npt_motion_bytes", self._owned.handle, _choice(format, "format", FORMATS), ctypes.byref(pointer))
         try:
