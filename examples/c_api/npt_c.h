@@ -367,7 +367,7 @@ NPT_C_API npt_status npt_animate_file(const npt_transfer* transfer, const char* 
 /* ---- Motions ---- */
 
 /* A skeleton, and the curves that move its joints where there are any: what a rigged character and a clip have in
- * common, with or without a mesh. Which joint is which is told by names and shape; no weights are needed.
+ * common, with or without a mesh. Names and shape say which joint is which; no weights are needed.
  *
  *   npt_file character = {sizeof character, "hero.glb"}, clip = {sizeof clip, "walk.bvh"};
  *   npt_transfer_motion_file(&character, &clip, "hero_walk.glb", NULL, NULL, NULL);
@@ -453,7 +453,7 @@ typedef struct npt_motion_info {
   const char* up;           /* the axis of the joints' own numbers that points up: "y", "-z" ... */
   double base[3][4];        /* from the roots' coordinates to metres with y up */
   npt_rest_pose rest_pose;
-  const char* dialect;  /* of the joints' names: "mixamo" ...; "" where none is known */
+  const char* dialect;  /* of the joints' names: "Mixamo, HumanIK" ...; "" where none is known */
   double confidence;    /* 0 to 1: that it is a person's skeleton */
   int32_t root_joint;   /* which joint takes the body over the ground; -1: in place */
   double root_shift[3]; /* of the hips, from the first to the last frame, in metres */
@@ -468,7 +468,7 @@ NPT_C_API const char* npt_role_name(int role);
 /* The joint of each role, -1 for none, and how certain it is, 0 to 1. Each [NPT_ROLES]; may be NULL. */
 NPT_C_API npt_status npt_motion_roles(const npt_motion* motion, int32_t* joints, double* confidences);
 
-/* The times of a clip's frames: 0, 1 / fps, ... to its end. fps 0: the clip's own rate, or 30. times: NULL, or room for
+/* The times of a clip's frames: 0, 1 / fps, ... to its end. fps 0: the clip's own rate, or 30. times: NULL, or space for
  * all of them. NPT_BAD_INPUT: a skeleton alone, or more than 100,000. */
 NPT_C_API npt_status npt_frame_times(const npt_motion* motion, double fps, size_t* count, double* times);
 

@@ -233,7 +233,7 @@ class Files(Motions):
         json_end = 20 + int.from_bytes(before[12:16], "little")
         self.assertIn(before[json_end + 8 :], after)  # the buffer's bytes
         if npt.reads_fbx():
-            foreign = npt.transfer_motion(hero, SHARED / "clips/kenney_walk.fbx", clip=None)
+            foreign = npt.transfer_motion(hero, SHARED / "clips/kenney_walk.fbx", clip="Walk")
             self.assertEqual(foreign.names, hero.names)
 
 

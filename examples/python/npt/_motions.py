@@ -90,7 +90,7 @@ class Motion:
     up          the axis of the joints' own numbers that points up: "y", "-z" ...
     base        [3, 4] from the roots' coordinates to metres with y up
     rest_pose   in which the skeleton is bound: "T", "A", "arms down", "other"
-    dialect     of the joints' names: "mixamo" ...; "" where none is known
+    dialect     of the joints' names: "Mixamo, HumanIK" ...; "" where none is known
     confidence  0 to 1: that it is a person's skeleton
     root_joint  which joint takes the body over the ground; None: in place
     root_shift  [3] of the hips from the first to the last frame, in metres
