@@ -66,13 +66,14 @@ struct ReadFile {
   std::string_view bytes;  ///< the caller's
   Kind kind = Kind::gltf;
   std::optional<npt::Scene> scene;  ///< of all but BVH
+  std::vector<std::string> lost;    ///< what of an FBX file isn't in the scene
 };
 
 ReadFile read(const npt_file* given, const char* name, c_api::Notes& notes) {
   expect(given != nullptr && given->size == sizeof(npt_file),
          "npt_file: a null pointer, or a size that isn't sizeof(npt_file)");
   expect(given->path != nullptr || given->bytes != nullptr, "npt_file: neither a path nor bytes");
-  ReadFile file{.name = given->path != nullptr ? given->path : name, .path = {}, .bytes = {}, .scene = {}};
+  ReadFile file{.name = given->path != nullptr ? given->path : name, .path = {}, .bytes = {}, .scene = {}, .lost = {}};
   if (given->bytes != nullptr) {
     file.bytes = {static_cast<const char*>(given->bytes), given->byte_count};
     file.kind = kind_of_bytes(file.bytes, file.name);
@@ -82,7 +83,7 @@ ReadFile read(const npt_file* given, const char* name, c_api::Notes& notes) {
   file.path = c_api::path_of(given->path);
   file.kind = kind_of_path(file.path);
   if (file.kind == Kind::gltf) file.scene = npt::read_scene(file.path, &notes.lines);
-  if (file.kind == Kind::foreign) file.scene = npt::joined_nodes(formats::read_foreign(file.path));
+  if (file.kind == Kind::foreign) file.scene = npt::with_joined_nodes(formats::read_foreign(file.path, &file.lost));
   return file;
 }
 
@@ -119,7 +120,7 @@ OwnedMotion c_api::read_skeleton(const npt_file* given, const char* bone_map, No
     motion->clips = {clip};
     return motion;
   }
-  MotionCharacter character{std::move(file.path), std::string(file.bytes), {}, {}};
+  MotionCharacter character{std::move(file.path), std::string(file.bytes), {}, std::move(file.lost), {}};
   if (file.kind == Kind::foreign) character.scene = *std::move(file.scene);
   motion->character = std::make_shared<const MotionCharacter>(std::move(character));
   return motion;
@@ -380,7 +381,7 @@ npt_status npt_motion_of_character(const npt_transfer* transfer, const npt_chara
     made->order.resize(joints.size());  // as npt_open_skeleton has them
     for (std::size_t j = 0; j < joints.size(); ++j) made->order[joints[j].node] = j;
     made->character = std::make_shared<const c_api::MotionCharacter>(
-        c_api::MotionCharacter{{}, {}, {}, c_api::EstimatedCharacter{std::move(mesh), *own.skeleton(), unit}});
+        c_api::MotionCharacter{{}, {}, {}, {}, c_api::EstimatedCharacter{std::move(mesh), *own.skeleton(), unit}});
     *motion = c_api::given(std::move(made));
   });
 }

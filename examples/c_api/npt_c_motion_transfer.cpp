@@ -8,7 +8,7 @@
 #include <npt/io/gltf.hpp>
 #include <npt/io/gltf_patch.hpp>
 #include <npt/io/text.hpp>
-#include <npt/scene/add_motion.hpp>
+#include <npt/scene/clip_of_motion.hpp>
 #include <npt/transfer/motion/character_motion.hpp>
 #include <npt/transfer/motion/motion_checks.hpp>
 #include <npt/transfer/motion/motion_warning.hpp>
@@ -166,7 +166,8 @@ const c_api::MotionCharacter& character_of(Motions motions) {
 }
 
 /// Of a character that npt has as a scene, or makes one of.
-npt::Scene scene_of(const c_api::MotionCharacter& character, Motions motions) {
+npt::Scene scene_of(const c_api::MotionCharacter& character, Motions motions, c_api::Notes& notes) {
+  const std::string& name = motions.front()->skeleton.name;
   if (character.estimated) {
     const auto& [mesh, skeleton, unit] = *character.estimated;
     std::vector<npt::Motion> own;
@@ -174,16 +175,19 @@ npt::Scene scene_of(const c_api::MotionCharacter& character, Motions motions) {
       expect(!motion->applies, "npt_write_motions: apply wants a character with joints of its own");
       own.push_back(motion->skeleton.motion);
     }
-    return npt::scene_with_motions(mesh, motions.front()->skeleton.name, skeleton, own, unit);
+    return npt::scene_with_motions(mesh, name, skeleton, own, unit);
   }
   npt::Scene scene = *character.scene;
   for (const npt_motion* motion : motions) {
     const npt::Motion& own = motion->skeleton.motion;
     if (motion->applies)
-      npt::apply_motion(scene, own, 0);
+      npt::set_rest(scene, own, 0);
     else
-      npt::add_motion(scene, own, npt::free_clip_name(scene, own.clip.name));
+      npt::add_clip(scene, own, {});
   }
+  std::string without;
+  for (const std::string& lost : character.lost) without += (without.empty() ? "" : "; ") + lost;
+  if (!without.empty()) notes.lines.push_back(name + ": a GLB of it lacks " + without);
   return scene;
 }
 
@@ -203,7 +207,7 @@ void write_rig(const c_api::MotionCharacter& character, Motions motions, const f
       throw npt::Error({.file = out.string(),
                         .found = "extension " + npt::in_quotes(out.extension().string()),
                         .expected = ".glb, for this character"});
-    return npt::write_scene(out, scene_of(character, motions));
+    return npt::write_scene(out, scene_of(character, motions, notes));
   }
   if (character.path.empty()) {
     const bool text = !character.bytes.starts_with("glTF");
@@ -234,7 +238,7 @@ std::string rig_bytes(const npt_motion& motion, c_api::Notes& notes) {
   const npt_motion* const one = &motion;
   const Motions motions(&one, 1);
   const c_api::MotionCharacter& character = character_of(motions);
-  if (is_scene(character)) return npt::glb_bytes(scene_of(character, motions), motion.skeleton.name);
+  if (is_scene(character)) return npt::glb_bytes(scene_of(character, motions, notes), motion.skeleton.name);
   return patched(character.path.empty() ? character.bytes : npt::read_file(character.path), motions, notes);
 }
 

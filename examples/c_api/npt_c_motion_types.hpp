@@ -38,6 +38,7 @@ struct MotionCharacter {
   std::filesystem::path path;                   ///< of its file; else empty
   std::string bytes;                            ///< of a glTF file that was given as bytes
   std::optional<npt::Scene> scene;              ///< of a format that npt doesn't write
+  std::vector<std::string> lost;                ///< what of its file isn't in this scene
   std::optional<EstimatedCharacter> estimated;  ///< of body estimation
 };
 
