@@ -174,7 +174,7 @@ export interface Joint {
   readonly name: string;
   /** Its number; -1: none. */
   readonly parent: number;
-  /** Which part of a body it moves: "hips", "left_upper_leg"; null: none. */
+  /** Which part of a body it moves: "hips", "leftUpperLeg"; null: none. */
   readonly role: string | null;
   /** It only marks where its parent ends. */
   readonly end: boolean;
@@ -190,7 +190,7 @@ export interface MotionWarning {
 /** A skeleton and a clip that moves it, of a file or of a transfer. */
 export class Motion extends Handle {
   private constructor();
-  /** GLB, glTF, VRM and BVH, with or without a mesh. `clip`: its number; null: none; without: the first, if there is one. `boneMap`: which joint
+  /** GLB, glTF, VRM and BVH, with or without a mesh. `clip`: its number; null: none; without: the first that lasts, if there is one. `boneMap`: which joint
    * is which, as text. */
   static read(bytes: Bytes, name: string, options?: { clip?: number | null; others?: Record<string, Bytes>; boneMap?: string }): Promise<Motion>;
   readonly name: string;

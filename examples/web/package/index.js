@@ -431,7 +431,7 @@ export class Motion extends Handle {
     Object.assign(this, infoOf('motion', pointer));
   }
 
-  /** Reads GLB, glTF, VRM or BVH, with or without a mesh. `clip`: its number; null: none; without: the first, if there is one. */
+  /** Reads GLB, glTF, VRM or BVH, with or without a mesh. `clip`: its number; null: none; without: the first that lasts, if there is one. */
   static async read(bytes, name, { clip, others = {}, boneMap = '' } = {}) {
     await load();
     const own = fileName(name);

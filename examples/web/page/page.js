@@ -147,7 +147,8 @@ async function readSide(source, clip) {
   }
   doing(`Reading ${source.name ?? samples[source.sample].name}`);
   const mesh = await ask('open', { key, source });
-  const chosen = clip !== undefined ? clip : mesh.clips.length > 0 ? 0 : null;
+  const lasting = mesh.clips.findIndex(({ length }) => length > 0);  // some files begin with a clip of one pose
+  const chosen = clip !== undefined ? clip : mesh.clips.length > 0 ? Math.max(0, lasting) : null;
   const side = { key, source, ...mesh, clip: null, followRoot: false, known: true };
   if (chosen !== null || (source.sample && samples[source.sample].mesh.frames)) {
     side.clip = chosen;
@@ -417,7 +418,7 @@ async function sourcesOf(files) {
 
 async function openFiles(name, files) {
   if (files.length === 0) return;
-  const sources = await guarded(() => sourcesOf(files));
+  const sources = await work(() => sourcesOf(files));
   if (!sources) return;
   if (name === 'identity') {
     await setSide('identity', sources[0]);

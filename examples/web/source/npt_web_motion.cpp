@@ -141,11 +141,16 @@ constexpr std::int32_t no_clip = -1, first_clip = -2;
 /// A clip of a scene; none: the skeleton alone.
 const npt::Clip* clip_of(const npt::Scene& scene, std::int32_t clip, const std::string& name) {
   if (clip == no_clip || (clip == first_clip && scene.clips.empty())) return nullptr;
-  const auto wanted = static_cast<std::size_t>(clip == first_clip ? 0 : clip);
+  if (clip == first_clip) {
+    const auto lasting = std::find_if(scene.clips.begin(), scene.clips.end(),
+                                      [](const npt::Clip& c) { return !c.channels.empty() && c.length() > 0; });
+    return lasting == scene.clips.end() ? &scene.clips.front() : &*lasting;
+  }
+  const auto wanted = static_cast<std::size_t>(clip);
   if (wanted < scene.clips.size()) return &scene.clips[wanted];
   throw npt::Error({.file = name,
-                    .found = "no clip " + std::to_string(wanted),
-                    .expected = "below " + std::to_string(scene.clips.size()) + ", the number of its clips"});
+                    .found = std::to_string(scene.clips.size()) + " clips",
+                    .expected = "more than " + std::to_string(wanted)});
 }
 
 npt::MotionOptions options_of(const char* clip_name, double time, double rate, bool foot_lock, double clearance,
@@ -167,8 +172,8 @@ std::optional<double> time_or_rest(double time) { return time < 0 ? std::nullopt
 
 extern "C" {
 
-/// The skeleton of a file and its clip of this number; -1: none, as the file stands; -2: the first, if there is one. BVH
-/// has one clip. map: a bone map as text, or empty
+/// The skeleton of a file and its clip of this number; -1: none, as the file stands; -2: the first that lasts, if any.
+/// BVH has one clip. map: a bone map as text, or empty
 NPT_WEB Motion* web_read_motion(const char* path, const char* name, std::int32_t clip, const char* map) {
   return guarded(static_cast<Motion*>(nullptr), [&] {
     auto made = std::make_unique<Motion>();
@@ -201,8 +206,8 @@ NPT_WEB Motion* web_character_motion(const Character* character, const Mesh* mes
   });
 }
 
-/// The source's clip on the target's skeleton. clip_name: empty: as the source's; time below 0: all of it, else the pose
-/// at this second; rate 0: keys as the source has them; root_motion: the way over the ground on the topmost joint
+/// The source's clip on the target's skeleton. clip_name: empty: as the source's; time below 0: all of it, else the
+/// pose at this second; rate 0: keys as the source has them; root_motion: the way over the ground on the topmost joint
 NPT_WEB Motion* web_transfer_motion(const Motion* target, const Motion* source, const char* clip_name, double time,
                                     double rate, int foot_lock, double clearance, int in_place, int root_motion) {
   return guarded(static_cast<Motion*>(nullptr), [&] {
