@@ -635,6 +635,42 @@ class Actions(Addon):
         self.fails("The identity 'leg' is an armature: pick a mesh object")
 
 
+class Shown:
+    """Stands in for a panel's layout: which settings are drawn."""
+
+    def __init__(self):
+        self.drawn = []
+
+    def prop(self, settings, name, **_):
+        getattr(settings, name)
+        self.drawn.append(name)
+
+    def row(self, **_):
+        return self
+
+    column = row
+
+    def __getattr__(self, _):
+        return lambda *_, **__: None
+
+
+class Panels(Addon):
+    def test_settings_of_each_source(self):
+        from types import SimpleNamespace
+
+        from npt_pose_transfer.panel import NPT_PT_options, NPT_PT_transfer
+
+        sources = {"OBJECT": {"pose"}, "COLLECTION": {"collection"}, "FRAMES": {"pose", "use_scene_range", "frame_step"}}
+        sources["ACTION"] = {"armature", "action", "use_action_range", "foot_lock", "in_place", "clearance"}
+        for source, own in sources.items():
+            self.own.source = source
+            for panel in NPT_PT_transfer, NPT_PT_options:
+                layout = Shown()
+                panel.draw(SimpleNamespace(layout=layout), bpy.context)
+                if panel == NPT_PT_transfer:
+                    self.assertEqual(set(layout.drawn), own | {"identity", "source", "rig"})
+
+
 class BadInput(Addon):
     def test_nothing_picked(self):
         self.fails("No identity: pick the mesh object that is to take the pose")

@@ -147,7 +147,7 @@ async function readSide(source, clip) {
   }
   doing(`Reading ${source.name ?? samples[source.sample].name}`);
   const mesh = await ask('open', { key, source });
-  const lasting = mesh.clips.findIndex(({ length }) => length > 0);  // some files begin with a clip of one pose
+  const lasting = mesh.clips.findIndex(({ length }) => length > 0.1);  // some files begin with a clip of one pose
   const chosen = clip !== undefined ? clip : mesh.clips.length > 0 ? Math.max(0, lasting) : null;
   const side = { key, source, ...mesh, clip: null, followRoot: false, known: true };
   if (chosen !== null || (source.sample && samples[source.sample].mesh.frames)) {
@@ -383,18 +383,21 @@ async function sourceOf(file, companions) {
   return /\.fbx$/i.test(file.name) ? fbxSource(file.name, bytes, others) : { name: file.name, bytes, others };
 }
 
+const lostOf = (names) => (names.length === 0 ? '' : `Without ${count(names.length, 'image')} that it names: ${names.slice(0, 3).join(', ')}${names.length > 3 ? ' …' : ''}`);
+
 // An FBX file, read by three.js, as a GLB that goes the way of all others.
 async function fbxSource(name, bytes, others) {
   doing(`Reading ${name}`);
   let reader;
   try {
+    delete globalThis.__THREE__;  // by which three.js finds a second copy of itself, and complains: this one never meets the first
     reader = await import('./fbx.min.js');
   } catch (error) {
     throw Object.assign(new Error(`${name}: what reads FBX files could not be loaded (${error.message}); a GLB of it can be opened all the same`), { kind: 'input' });
   }
   try {
     const { bytes: glb, missing } = await reader.glbOf(bytes, others);
-    return { name: `${name}.glb`, bytes: glb, others: {}, lost: missing.length > 0 ? `Without its images ${missing.join(', ')}` : '' };
+    return { name: `${name}.glb`, bytes: glb, others: {}, lost: lostOf(missing) };
   } catch (error) {
     throw Object.assign(new Error(`${name}: ${error.message}; Blender and the program npt also read FBX, and write it as GLB`), { kind: 'input' });
   }

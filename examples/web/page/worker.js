@@ -259,7 +259,7 @@ async function transferJoints({ source, target }, request, wanted) {
       await wanted();
       keep({ transfer: use, mesh, frames, animation: null, motion });
       const { confidence, warnings } = motion;
-      return { frames, triangles: bones.triangles, report: { method: 'joints', confidence, warnings, ownJoints: motion.ownJoints },
+      return { frames, triangles: bones.triangles, report: { method: 'joints', confidence, warnings, ownJoints: target !== null },
                seconds: (performance.now() - start) / 1000, unit: use ? use.unitOf(mesh) : 1, threads: 1 };
     } catch (error) {
       motion.close();

@@ -143,7 +143,7 @@ const npt::Clip* clip_of(const npt::Scene& scene, std::int32_t clip, const std::
   if (clip == no_clip || (clip == first_clip && scene.clips.empty())) return nullptr;
   if (clip == first_clip) {
     const auto lasting = std::find_if(scene.clips.begin(), scene.clips.end(),
-                                      [](const npt::Clip& c) { return !c.channels.empty() && c.length() > 0; });
+                                      [](const npt::Clip& c) { return !c.channels.empty() && c.length() > 0.1; });
     return lasting == scene.clips.end() ? &scene.clips.front() : &*lasting;
   }
   const auto wanted = static_cast<std::size_t>(clip);
@@ -172,7 +172,7 @@ std::optional<double> time_or_rest(double time) { return time < 0 ? std::nullopt
 
 extern "C" {
 
-/// The skeleton of a file and its clip of this number; -1: none, as the file stands; -2: the first that lasts, if any.
+/// The skeleton of a file and its clip of this number; -1: none, as the file stands; -2: the first that is more than a pose.
 /// BVH has one clip. map: a bone map as text, or empty
 NPT_WEB Motion* web_read_motion(const char* path, const char* name, std::int32_t clip, const char* map) {
   return guarded(static_cast<Motion*>(nullptr), [&] {

@@ -1,10 +1,8 @@
 // FBX files as GLB, for the page: three.js' loader and exporter. bundle.sh makes fbx.min.js of it, which is fetched when
 // an FBX file is dropped.
-import { Group, LoadingManager } from 'three';
+import { Group, LoadingManager, MeshStandardMaterial } from 'three';
 import { FBXLoader } from 'three/addons/loaders/FBXLoader.js';
 import { GLTFExporter } from 'three/addons/exporters/GLTFExporter.js';
-
-const textures = ['map', 'normalMap', 'bumpMap', 'displacementMap', 'emissiveMap', 'aoMap', 'specularMap', 'alphaMap', 'envMap', 'lightMap'];
 
 // Names as the file has them: three.js takes out what its own paths use, such as the colon of "mixamorig:Hips".
 const ownNames = () => ({
@@ -30,11 +28,21 @@ function imagesOf(others, missing) {
   return { urlOf, release: () => urls.forEach((url) => URL.revokeObjectURL(url)) };
 }
 
-function withoutEmptyTextures(object) {
-  object.traverse(({ material }) => {
-    for (const one of material ? [material].flat() : [])
-      for (const slot of textures) if (one[slot] && !(one[slot].image?.width > 0)) one[slot] = null;
+// What glTF has of a material; without images that are not there.
+function plain(material) {
+  const there = (texture) => (texture?.image?.width > 0 ? texture : null);
+  const { name, color, opacity, transparent, alphaTest, side, vertexColors } = material;
+  return new MeshStandardMaterial({ name, color, opacity, transparent, alphaTest, side, vertexColors, metalness: 0, roughness: 1,
+    map: there(material.map), normalMap: there(material.normalMap), emissiveMap: there(material.emissiveMap), emissive: material.emissive });
+}
+
+function keepFigures(object) {
+  const others = [];
+  object.traverse((one) => {
+    if (one.isLight || one.isCamera) others.push(one);
+    if (one.isMesh) one.material = Array.isArray(one.material) ? one.material.map(plain) : plain(one.material);
   });
+  for (const one of others) if (one.children.length === 0) one.removeFromParent();
 }
 
 /** { bytes, missing }: a GLB in metres with y up, and the images that the file names and `others`, by their names, lack. */
@@ -49,7 +57,7 @@ export async function glbOf(bytes, others = {}) {
     const object = loader.parse(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength), '');
     manager.itemEnd('file');
     await loaded;
-    withoutEmptyTextures(object);
+    keepFigures(object);
     const scene = new Group();
     scene.scale.setScalar(0.01 * (object.userData.unitScaleFactor ?? 1));  // units are centimetres, or so many of them
     scene.add(object);
