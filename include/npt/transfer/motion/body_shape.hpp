@@ -55,11 +55,11 @@ struct BodyHand {
 };
 
 struct BodyShape {
-  std::vector<BodyRing> rings{};                  ///< the lowest first; empty: nothing is known
-  std::array<std::vector<ArmPoint>, 2> arms{};   ///< [sides] without the third next to the shoulder
-  std::array<BodyHand, 2> hands{};                ///< [sides] radius 0: not known
-  std::array<double, 2> thighs{};                 ///< [sides] radii around the bones; 0: not known
-  Matrix3 frame = Matrix3::identity();            ///< left, up and forward as columns
+  std::vector<BodyRing> rings{};                ///< the lowest first; empty: nothing is known
+  std::array<std::vector<ArmPoint>, 2> arms{};  ///< [sides] without the third next to the shoulder
+  std::array<BodyHand, 2> hands{};              ///< [sides] radius 0: not known
+  std::array<double, 2> thighs{};               ///< [sides] radii around the bones; 0: not known
+  Matrix3 frame = Matrix3::identity();          ///< left, up and forward as columns
   bool empty() const { return rings.empty(); }
 };
 
@@ -107,7 +107,8 @@ class BodyShapeMaker {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (std::size_t side = 0; side < 2; ++side) {
       if (const std::size_t j = roles_.joint(LimbPart::upper_leg, side); j != no_item) low = std::min(low, place(j).y);
-      if (const std::size_t j = roles_.joint(LimbPart::upper_arm, side); j != no_item) high = std::max(high, place(j).y);
+      if (const std::size_t j = roles_.joint(LimbPart::upper_arm, side); j != no_item)
+        high = std::max(high, place(j).y);
     }
     double trunk_low = std::numeric_limits<double>::infinity(), trunk_high = -trunk_low;
     for (std::size_t v = 0; v < role_.size(); ++v)
@@ -226,7 +227,8 @@ class BodyShapeMaker {
     if (!is_of_limb(role) || side_of(role) != side) return false;
     const LimbPart part = part_of(role);
     if (part == LimbPart::lower_arm || part == LimbPart::hand || part >= LimbPart::thumb_1) return true;
-    const std::size_t shoulder = roles_.joint(LimbPart::upper_arm, side), elbow = roles_.joint(LimbPart::lower_arm, side);
+    const std::size_t shoulder = roles_.joint(LimbPart::upper_arm, side),
+                      elbow = roles_.joint(LimbPart::lower_arm, side);
     return part == LimbPart::upper_arm && elbow != no_item &&
            closest_on_segment(p, place(shoulder), place(elbow)) > arm_begin;
   }
@@ -249,7 +251,8 @@ class BodyShapeMaker {
       if (is_of_arm(role_[v], side, mesh_.positions[v])) vertices.push_back(v);
     std::vector<double> distances(vertices.size(), std::numeric_limits<double>::infinity());
     for (std::size_t n = 0; n < std::min(arm_points, vertices.size()); ++n) {
-      const auto farthest = static_cast<std::size_t>(std::max_element(distances.begin(), distances.end()) - distances.begin());
+      const auto farthest =
+          static_cast<std::size_t>(std::max_element(distances.begin(), distances.end()) - distances.begin());
       const std::size_t vertex = vertices[farthest];
       const Vec3d p = mesh_.positions[vertex];
       shape_.arms[side].push_back({mesh_.main_joint(vertex), p, slack(vertex, side)});
@@ -269,7 +272,8 @@ class BodyShapeMaker {
       const JointRole role = role_[v];
       if (!is_of_limb(role) || side_of(role) != side) continue;
       const LimbPart part = part_of(role);
-      const bool tip = hand == no_item && part == LimbPart::lower_arm && length(mesh_.positions[v] - place(elbow)) > 0.66 * far;
+      const bool tip =
+          hand == no_item && part == LimbPart::lower_arm && length(mesh_.positions[v] - place(elbow)) > 0.66 * far;
       if (part == LimbPart::hand || part >= LimbPart::thumb_1 || tip) points.push_back(mesh_.positions[v]);
     }
     if (points.empty()) return;
@@ -280,7 +284,8 @@ class BodyShapeMaker {
     }
     const Vec3d size = high - low;
     // A hand is flat and long: the middle one of its sizes is its breadth.
-    const double breadth = size.x + size.y + size.z - std::max({size.x, size.y, size.z}) - std::min({size.x, size.y, size.z});
+    const double breadth =
+        size.x + size.y + size.z - std::max({size.x, size.y, size.z}) - std::min({size.x, size.y, size.z});
     shape_.hands[side] = {hand == no_item ? elbow : hand, (low + high) * 0.5, 0.5 * breadth};
   }
 
