@@ -399,7 +399,7 @@ async function fbxSource(name, bytes, others) {
     const { bytes: glb, missing } = await reader.glbOf(bytes, others);
     return { name: `${name}.glb`, bytes: glb, others: {}, lost: lostOf(missing) };
   } catch (error) {
-    throw Object.assign(new Error(`${name}: ${error.message}; Blender and the program npt also read FBX, and write it as GLB`), { kind: 'input' });
+    throw Object.assign(new Error(`${name}: ${error.message.replace(/\.$/, '')}; Blender and the program npt also read FBX, and write it as GLB`), { kind: 'input' });
   }
 }
 

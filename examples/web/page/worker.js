@@ -101,11 +101,12 @@ async function open({ key, source }) {
   if (rig) rigs.set(key, { rig, alone: !mesh });
   if (!mesh) return shownBones(rig);
   meshes.set(key, mesh);
-  return { ...shownOf(mesh), jointCount: rig ? rig.joints.length : 0 };
+  return { ...shownOf(mesh), jointCount: rig ? countOf(rig) : 0 };
 }
 
+const countOf = ({ joints }) => joints.filter(({ end }) => !end).length;
 const shownBones = (rig) => ({
-  name: rig.name, vertexCount: 0, faceCount: 0, jointCount: rig.joints.length, clips: rig.clips, ...bonesMesh(rig.joints, rig.jointsAt(null)),
+  name: rig.name, vertexCount: 0, faceCount: 0, jointCount: countOf(rig), clips: rig.clips, ...bonesMesh(rig.joints, rig.jointsAt(null)),
 });
 
 function drop({ key }) {

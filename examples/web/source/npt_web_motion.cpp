@@ -14,7 +14,6 @@
 #include <npt/io/mesh_file.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
-#include <npt/scene/add_motion.hpp>
 #include <npt/scene/clip.hpp>
 #include <npt/scene/motion.hpp>
 #include <npt/scene/motion_of_scene.hpp>
