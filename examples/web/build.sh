@@ -32,6 +32,9 @@ flags=(-std=c++20 -O3 -DNDEBUG -DNPT_NO_TBB -DNPT_PORTABLE_SIMD -msimd128 -fwasm
 # Its units stand in a list, which a test links with this machine's compiler, too.
 mapfile -t sources < <(sed "s|^|$root/|" "$here/source/units.txt")
 
+# What is small beside the networks needn't be fast: motions at -Os are 29 KB gzipped less of the page.
+optimised() { case "$(basename "$1")" in npt_web_motion.cpp | motion.cpp) echo -Os ;; esac; }
+
 # build NAME LINKING FLAG...: OUT/objects/NAME/npt-NAME.js and .wasm, with these flags besides, and LINKING where it is linked. Only what is
 # older than a source or a header, or made with other flags, is compiled.
 build() {
@@ -45,7 +48,7 @@ build() {
     objects+=("$object")
     [ -e "$object" ] && [ -z "$(find "$root/include" "$here/source" "$root/examples/npt/formats" -newer "$object" -print -quit)" ] && continue
     echo "Compiling $(basename "$source") ($name)"
-    (emcc "${flags[@]}" "$@" -c "$source" -o "$object.part" && mv "$object.part" "$object") &
+    (emcc "${flags[@]}" $(optimised "$source") "$@" -c "$source" -o "$object.part" && mv "$object.part" "$object") &
     running+=($!)
   done
   for one in "${running[@]}"; do wait "$one"; done
@@ -68,11 +71,12 @@ done
 
 rm -rf "$out/page"
 mkdir -p "$out/page/npt"
-cp "$here"/page/* "$root"/examples/npt/view/{base.css,stage.js,three/three.min.js} "$out/page/"
+cp "$here"/page/* "$root"/examples/npt/view/{base.css,stage.js,three/three.min.js,three/fbx.min.js} "$out/page/"
 cp "$out"/package/{index.js,npt-single.js,npt-single.wasm,npt-threads.js,npt-threads.worker.js,npt-threads.wasm,LICENSE} "$out/page/npt/"
 cp -r "$out/package/weights" "$out/page/weights"
 
 packed() { cat "$@" | gzip -9 | wc -c; }
 kilobytes() { echo $(($(packed "$@") / 1000)); }
 echo "page $out/page, gzipped: $(kilobytes "$out"/page/npt/npt-single.*) KB of WebAssembly for one thread, $(kilobytes "$out"/page/npt/npt-threads.*) KB for several," \
-  "$(kilobytes "$out"/page/*.* "$out/page/npt/index.js") KB of everything else, $(kilobytes "$out"/page/weights/human.safetensors) KB of weights"
+  "$(kilobytes $(find "$out/page" -maxdepth 1 -type f ! -name fbx.min.js) "$out/page/npt/index.js") KB of everything else," \
+  "$(kilobytes "$out"/page/weights/human.safetensors) KB of weights, $(kilobytes "$out/page/fbx.min.js") KB for FBX"

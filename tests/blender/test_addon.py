@@ -10,7 +10,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from mathutils import Vector
+from mathutils import Matrix, Vector
 
 ZIP, PROGRAM, FOLDER = sys.argv[sys.argv.index("--") + 1 :][:3]
 FOLDER = Path(FOLDER)
@@ -344,6 +344,331 @@ class Sequences(Addon):
         self.assertEqual(bpy.context.scene.frame_current, 7)
         del job
         self.assertEqual({kind: len(getattr(bpy.data, kind)) for kind in before}, before)
+
+
+# A figure's joints in metres, z up, for one side; the other is its mirror image. Each with its parent, its place and
+# whether it deforms.
+FIGURE = {
+    "root": (None, (0, 0, 0), False),
+    "hips": ("root", (0, 0, 1.0), True),
+    "spine": ("hips", (0, 0.02, 1.12), True),
+    "chest": ("spine", (0, 0.03, 1.3), True),
+    "neck": ("chest", (0, 0.01, 1.5), True),
+    "head": ("neck", (0, 0, 1.6), True),
+    "shoulder": ("chest", (0.04, 0, 1.44), True),
+    "arm": ("shoulder", (0.18, 0, 1.44), True),
+    "forearm": ("arm", (0.45, 0, 1.44), True),
+    "hand": ("forearm", (0.7, 0, 1.44), True),
+    "thigh": ("hips", (0.1, 0, 0.95), True),
+    "shin": ("thigh", (0.1, -0.01, 0.52), True),
+    "foot": ("shin", (0.1, 0.02, 0.08), True),
+    "toes": ("foot", (0.1, -0.12, 0.02), True),
+    "control": ("root", (0.5, 0, 0.1), False),
+}
+SIDED = ("shoulder", "arm", "forearm", "hand", "thigh", "shin", "foot", "toes", "control")
+MIXAMO = {
+    "root": "Root",
+    "hips": "mixamorig:Hips",
+    "spine": "mixamorig:Spine",
+    "chest": "mixamorig:Spine1",
+    "neck": "mixamorig:Neck",
+    "head": "mixamorig:Head",
+    "shoulder": "mixamorig:{}Shoulder",
+    "arm": "mixamorig:{}Arm",
+    "forearm": "mixamorig:{}ForeArm",
+    "hand": "mixamorig:{}Hand",
+    "thigh": "mixamorig:{}UpLeg",
+    "shin": "mixamorig:{}Leg",
+    "foot": "mixamorig:{}Foot",
+    "toes": "mixamorig:{}ToeBase",
+    "control": "{}Control",
+}
+RIGIFY = {
+    **{joint: f"DEF-{joint}.{{}}" if joint in SIDED else f"DEF-{joint}" for joint in FIGURE},
+    "hips": "DEF-spine",
+    "spine": "DEF-spine.001",
+    "chest": "DEF-spine.002",
+    "neck": "DEF-spine.004",
+    "head": "DEF-spine.005",
+    "arm": "DEF-upper_arm.{}",
+    "toes": "DEF-toe.{}",
+}
+LIMBS = (("arm", "forearm"), ("forearm", "hand"), ("thigh", "shin"), ("shin", "foot"))
+
+
+class Figure:
+    """An armature of FIGURE's joints, which stretches by `size` and arms that hang by `lean` at rest."""
+
+    def __init__(self, name, naming, size=(1, 1, 1), lean=0.0, roll=0.0):
+        self.naming = naming
+        self.object = bpy.data.objects.new(name, bpy.data.armatures.new(name))
+        bpy.context.scene.collection.objects.link(self.object)
+        bpy.context.view_layer.objects.active = self.object
+        bpy.ops.object.mode_set(mode="EDIT")
+        places = {}
+        for side in (1, -1):
+            for joint, (parent, place, deforms) in FIGURE.items():
+                if self.bone(joint, side) in places:
+                    continue
+                at = Vector(place)
+                if joint in ("forearm", "hand"):
+                    at = Vector((0.18, 0, 1.44)) + Matrix.Rotation(lean, 3, "Y") @ (at - Vector((0.18, 0, 1.44)))
+                at = Vector((side * at.x * size[0], at.y * size[1], at.z * size[2]))
+                places[self.bone(joint, side)] = at
+                bone = self.object.data.edit_bones.new(self.bone(joint, side))
+                bone.head, bone.tail, bone.use_deform = at, at + Vector((0, 0, 0.05)), deforms
+                if parent is not None:
+                    bone.parent = self.object.data.edit_bones[self.bone(parent, side)]
+                    if abs(bone.parent.head.z - at.z) + abs(bone.parent.head.x - at.x) > 0.05 and deforms:
+                        bone.parent.tail = at
+                bone.roll = roll
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+    def bone(self, joint, side=1):
+        sides = ("Left", "Right") if "mixamo" in self.naming["hips"] else ("L", "R")
+        return self.naming[joint].format(sides[0 if side > 0 else 1])
+
+    def heads(self):
+        """The places of the joints in the world."""
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        own = self.object.evaluated_get(depsgraph)
+        return {p.name: np.array(own.matrix_world @ p.head) for p in own.pose.bones}
+
+    def directions(self):
+        heads, found = self.heads(), []
+        for side in (1, -1):
+            for joint, following in LIMBS:
+                way = heads[self.bone(following, side)] - heads[self.bone(joint, side)]
+                found.append(way / np.linalg.norm(way))
+        return np.array(found)
+
+    def walks(self, frames, start=1):
+        """Keys an action in which limbs swing and the hips go forward."""
+        action = bpy.data.actions.new("Stroll")
+        self.object.animation_data_create().action = action
+        for i in range(frames):
+            s = np.sin(2 * np.pi * i / (frames - 1))
+            for side in (1, -1):
+                for joint, swing in (("thigh", 0.5 * s), ("shin", 0.4 + 0.3 * s), ("arm", -0.4 * s), ("forearm", -0.3)):
+                    bone = self.object.pose.bones[self.bone(joint, side)]
+                    bone.rotation_mode = "XYZ"
+                    bone.rotation_euler = (side * swing if joint != "shin" else swing, 0.1 * side, 0)
+                    bone.keyframe_insert("rotation_euler", frame=start + i)
+            hips = self.object.pose.bones[self.bone("hips")]
+            hips.location = (0, 0, 0.04 * i)
+            hips.keyframe_insert("location", frame=start + i)
+        return action
+
+
+class Actions(Addon):
+    """An armature's action on another armature."""
+
+    def figures(self):
+        source = Figure("walker", MIXAMO)
+        target = Figure("hero", RIGIFY, size=(0.9, 1, 0.7), lean=0.6, roll=0.5)
+        source.walks(9, start=3)
+        own = self.own
+        own.identity, own.armature, own.source, own.foot_lock = target.object, source.object, "ACTION", False
+        return source, target
+
+    def moved(self, thing):
+        before = set(bpy.data.actions), set(bpy.data.objects)
+        self.assertEqual(bpy.ops.npt.transfer(), {"FINISHED"})
+        self.assertEqual(bpy.context.view_layer.objects.active, thing)
+        self.assertEqual(set(bpy.data.objects), before[1])
+        (action,) = set(bpy.data.actions) - before[0]
+        self.assertEqual(thing.animation_data.action, action)
+        return action
+
+    def follows(self, source, target, frames, most=1.0):
+        """The target's limbs point where the source's do, and its bones keep their lengths."""
+        scene, lengths = bpy.context.scene, []
+        worst = 0
+        for frame in frames:
+            scene.frame_set(frame)
+            cosines = (source.directions() * target.directions()).sum(axis=1)
+            worst = max(worst, np.degrees(np.arccos(np.clip(cosines, -1, 1))).max())
+            heads = target.heads()
+            lengths.append(
+                [
+                    np.linalg.norm(heads[target.bone(a, side)] - heads[target.bone(b, side)])
+                    for side in (1, -1)
+                    for a, b in LIMBS
+                ]
+            )
+        print(f"  {self._testMethodName}: limbs within {worst:.2g} degrees")
+        self.assertLess(worst, most)
+        self.assertLess((np.ptp(lengths, axis=0) / np.mean(lengths, axis=0)).max(), 1e-5)
+
+    def test_onto_another_armature(self):
+        source, target = self.figures()
+        old = bpy.data.actions.new("Idle")
+        target.object.animation_data_create().action = old
+        bones, own = [b.name for b in target.object.data.bones], source.object.animation_data.action
+        bpy.context.scene.frame_set(5)
+        action = self.moved(target.object)
+        self.assertEqual(action.name, "Stroll on hero")
+        self.assertEqual(bpy.context.scene.frame_current, 5)
+        self.assertEqual((source.object.animation_data.action, old.use_fake_user), (own, True))
+        self.assertEqual([b.name for b in target.object.data.bones], bones)
+        self.assertEqual(tuple(action.frame_range), (3, 11))
+        self.assertNotIn(target.bone("control"), {curve.group.name for curve in action.fcurves})
+        self.follows(source, target, range(3, 12))
+        # The hips go as far as the legs are long, of the way.
+        scene = bpy.context.scene
+        ways = []
+        for figure in source, target:
+            ends = []
+            for frame in 3, 11:
+                scene.frame_set(frame)
+                ends.append(figure.heads()[figure.bone("hips")])
+            ways.append(np.linalg.norm((ends[1] - ends[0])[:2]))
+        self.assertLess(abs(ways[1] / ways[0] - 0.7), 0.05)
+
+    def test_modes_matrices_and_units(self):
+        source, target = self.figures()
+        scene = bpy.context.scene
+        scene.unit_settings.scale_length = 0.01
+        for figure, place in ((source, (20, 5, 0)), (target, (-70, 8, 3))):
+            figure.object.scale = (100, 100, 100)
+            figure.object.location = place
+        target.object.pose.bones[target.bone("thigh")].rotation_mode = "XZY"
+        target.object.pose.bones[target.bone("arm")].rotation_mode = "AXIS_ANGLE"
+        target.object.data.bones[target.bone("forearm")].use_inherit_rotation = False
+        bpy.context.view_layer.update()
+        action = self.moved(target.object)
+        paths = {curve.data_path.split(".")[-1] for curve in action.fcurves if curve.group.name == target.bone("arm")}
+        self.assertEqual(paths, {"location", "rotation_axis_angle", "scale"})
+        self.follows(source, target, range(3, 12))
+
+    def test_what_moves_the_source(self):
+        """Another action than its own, a constraint, and the object itself."""
+        source, target = self.figures()
+        stroll = source.object.animation_data.action
+        other = bpy.data.actions.new("Other")
+        source.object.animation_data.action = other
+        self.own.action = stroll
+        empty = bpy.data.objects.new("empty", None)
+        bpy.context.scene.collection.objects.link(empty)
+        empty.rotation_euler = (0.4, 0, 0)
+        constraint = source.object.pose.bones[source.bone("hand")].constraints.new("COPY_ROTATION")
+        constraint.target, constraint.mix_mode, constraint.owner_space = empty, "ADD", "LOCAL"
+        self.assertEqual(self.moved(target.object).name, "Stroll on hero")
+        self.assertEqual(source.object.animation_data.action, other)
+        source.object.animation_data.action = stroll
+        self.follows(source, target, range(3, 12))
+
+    def test_mesh_with_an_armature(self):
+        source, target = self.figures()
+        mesh = load("identity.obj")
+        mesh.modifiers.new("Armature", "ARMATURE").object = target.object
+        self.own.identity = mesh
+        self.own.use_action_range, self.own.use_scene_range = False, False
+        self.own.frame_start, self.own.frame_end, self.own.frame_step = 4, 8, 2
+        action = self.moved(target.object)
+        self.assertEqual(tuple(action.frame_range), (4, 8))
+        self.follows(source, target, (4, 6, 8))
+
+    def test_pose(self):
+        source, target = self.figures()
+        self.own.use_action_range, self.own.use_scene_range = False, False
+        self.own.frame_start = self.own.frame_end = 5
+        action = self.moved(target.object)
+        self.assertTrue(all(len(curve.keyframe_points) == 1 for curve in action.fcurves))
+        self.follows(source, target, (5,))
+
+    def test_constraints_of_the_target(self):
+        _, target = self.figures()
+        target.object.pose.bones[target.bone("hand")].constraints.new("COPY_LOCATION")
+        from npt_pose_transfer.motion_job import MotionJob
+
+        job = MotionJob(bpy.context)
+        while job.done < job.total:
+            job.compute(job.capture(bpy.context))
+        job.restore(bpy.context)
+        job.finish(bpy.context)
+        self.assertIn(f"Constraints hold the bone '{target.bone('hand')}': mute them to see the action", job.notes)
+
+    def test_mesh_without_armature(self):
+        """Shape keys, or an armature of npt's."""
+        source, _ = self.figures()
+        self.own.identity = load("identity.obj")
+        self.own.use_action_range, self.own.use_scene_range = False, False
+        self.own.frame_start, self.own.frame_end, self.own.frame_step = 3, 9, 3
+        made = self.transferred()
+        self.assertEqual([k.name for k in made.data.shape_keys.key_blocks], ["Basis", "frame 3", "frame 6", "frame 9"])
+        played = []
+        for frame in 3, 6, 9:
+            bpy.context.scene.frame_set(frame)
+            played.append(shown(made))
+        self.own.rig = True
+        rigged = self.transferred()
+        self.assertEqual(len(rigged.parent.data.bones), 40)
+        for frame, points in zip((3, 6, 9), played):
+            bpy.context.scene.frame_set(frame)
+            self.close(shown(rigged), points, 1e-4)
+
+    def test_mistakes(self):
+        source, target = self.figures()
+        self.own.identity = None
+        self.fails("No identity: pick the armature, or the mesh object, that is to move")
+        self.own.identity = source.object
+        self.fails("'walker' would take its own action: pick two armatures")
+        self.own.identity, self.own.armature = target.object, None
+        self.fails("No armature: pick the one whose action is to be taken")
+        self.own.armature = source.object
+        source.object.animation_data_clear()
+        self.fails("'walker' has no action: pick one, or turn off the action's range")
+        self.own.use_action_range, self.own.use_scene_range = False, False
+        self.own.frame_start, self.own.frame_end = 5, 4
+        self.fails("No frames: the first, 5, lies behind the last, 4")
+        self.own.frame_end = 6
+        few = bpy.data.objects.new("few", bpy.data.armatures.new("few"))
+        bpy.context.scene.collection.objects.link(few)
+        self.own.identity = few
+        self.fails("Armature 'few' has no bones")
+        leg = Figure("leg", {joint: f"a{i}.{{}}" for i, joint in enumerate(FIGURE)}, size=(0, 0.1, 0.01))
+        self.own.identity = leg.object
+        self.fails("leg: found a skeleton that is not recognised as a person's")
+        self.own.source = "OBJECT"
+        self.own.pose = load("pose.obj")
+        self.fails("The identity 'leg' is an armature: pick a mesh object")
+
+
+class Shown:
+    """Stands in for a panel's layout: which settings are drawn."""
+
+    def __init__(self):
+        self.drawn = []
+
+    def prop(self, settings, name, **_):
+        getattr(settings, name)
+        self.drawn.append(name)
+
+    def row(self, **_):
+        return self
+
+    column = row
+
+    def __getattr__(self, _):
+        return lambda *_, **__: None
+
+
+class Panels(Addon):
+    def test_settings_of_each_source(self):
+        from types import SimpleNamespace
+
+        from npt_pose_transfer.panel import NPT_PT_options, NPT_PT_transfer
+
+        sources = {"OBJECT": {"pose"}, "COLLECTION": {"collection"}, "FRAMES": {"pose", "use_scene_range", "frame_step"}}
+        sources["ACTION"] = {"armature", "action", "use_action_range", "foot_lock", "in_place", "clearance"}
+        for source, own in sources.items():
+            self.own.source = source
+            for panel in NPT_PT_transfer, NPT_PT_options:
+                layout = Shown()
+                panel.draw(SimpleNamespace(layout=layout), bpy.context)
+                if panel == NPT_PT_transfer:
+                    self.assertEqual(set(layout.drawn), own | {"identity", "source", "rig"})
 
 
 class BadInput(Addon):

@@ -1,17 +1,19 @@
 // usage: node look.mjs NODE_MODULES CHROMIUM WEB PROGRAM FOLDER [IMAGES]
 // The page in headless Chromium from a plain static server, as a visitor uses it; what it saves is held against the program's results on the
 // same weights. WEB: what build.sh left. Pictures go to FOLDER, those of the docs to IMAGES as well.
-import { copyFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { copyFileSync, existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { availableParallelism } from 'node:os';
 import path from 'node:path';
-import { pathToFileURL } from 'node:url';
+import { fileURLToPath, pathToFileURL } from 'node:url';
 import { drawn, launch, runner, unreached, visit } from '../view/browser.mjs';
 import { Checks, partOf, read } from './compare.mjs';
+import { bvhWalk } from './motions.mjs';
 import { serve } from './server.mjs';
 
 const [modules, chromium, web, program, out, images] = process.argv.slice(2).map((name) => path.resolve(name));
 const axe = readFileSync(path.join(modules, 'axe-core/axe.min.js'), 'utf8');
-const { Mesh } = await import(pathToFileURL(path.join(web, 'package/index.js')));
+const { Mesh, Motion } = await import(pathToFileURL(path.join(web, 'package/index.js')));
+const { bonesMesh } = await import(pathToFileURL(path.join(web, 'page/bones.js')));
 const { samples } = await import(pathToFileURL(path.join(web, 'page/samples.js')));
 rmSync(out, { recursive: true, force: true });
 mkdirSync(path.join(out, 'walk'), { recursive: true });
@@ -203,6 +205,51 @@ async function withFiles() {
   await close('files');
 }
 
+// A clip without a mesh onto a character's own joints; onto a mesh without joints; FBX, where there is one.
+async function withJoints() {
+  const bone = bonesMesh([{ parent: -1 }, { parent: 0 }, { parent: 1 }], Float32Array.of(0, 0, 0, 0, 1, 0, 0, 2, 0));
+  checks.expect(bone.positions.length === 18 && bone.triangles.length === 24 && bone.positions[1] === 1 && bone.positions[16] === 2, 'a bone');
+  run('generate', '--shape-seed', '6', '--pose', 'rest', '--out', 'figure.obj');
+  run('rig', '--weights', weights, '--mesh', 'figure.obj', '--out', 'hero.glb');
+  writeFileSync('walk.bvh', bvhWalk());
+  run('transfer', '--identity', 'hero.glb', '--pose', 'walk.bvh', '--out', 'hero-by-npt.glb');
+  const { page, done, text, save, picture, close } = await open({ acceptDownloads: true });
+  await done('samples');
+  const opened = async (side, file) => {
+    await page.setInputFiles(`#${side}-file`, file);
+    await page.waitForFunction(([id, name]) => document.getElementById(id).textContent.startsWith(name), [`${side}-said`, path.basename(file)], { timeout: 240000 });
+    await done(file);
+  };
+  await opened('identity', 'hero.glb');
+  await opened('pose', 'walk.bvh');
+  checks.expect(/^On its own joints, confidence/.test(await text('result-said')), await text('result-said'));
+  checks.expect(/21 joints, 13 frames/.test(await text('pose-said')), await text('pose-said'));
+  await picture('joints');
+  const theirs = await read(Motion, 'hero-by-npt.glb'), own = await read(Motion, await save('glb'));
+  for (const time of [0, 0.3]) checks.near(theirs.positionsAt(time), own.positionsAt(time), `a clip on joints, saved, at ${time} s`, 1e-6);
+  const bvh = await read(Motion, await save('bvh'));
+  checks.expect(Math.abs(bvh.length - own.length) < 1e-3, `saved as BVH: ${bvh.length} s`);
+  checks.near((await Mesh.read(readFileSync(await save('ply')), 'frame.ply')).positions, own.positionsAt(0), 'a frame, saved', 1e-5);
+  await opened('identity', 'figure.obj');
+  checks.expect(/^On joints of its estimated body/.test(await text('result-said')), await text('result-said'));
+  checks.expect((await read(Motion, await save('glb'))).clip === 'walk', 'a clip on an estimated body');
+  const fbx = fileURLToPath(new URL('../../../shared/data/clips/kenney_walk.fbx', import.meta.url));
+  if (existsSync(fbx)) {
+    await opened('identity', 'hero.glb');
+    await opened('pose', fbx);
+    checks.expect(/^On its own joints/.test(await text('result-said')), `FBX: ${await text('result-said')}`);
+    checks.expect((await read(Motion, await save('glb'))).clip === 'Root|Walk', 'the clip of an FBX file');
+  } else {
+    console.log('FBX: skipped, no file');
+  }
+  writeFileSync('bad.fbx', 'no FBX');
+  await page.setInputFiles('#pose-file', 'bad.fbx');
+  await page.waitForFunction(() => !document.getElementById('notice').hidden, null, { timeout: 60000 });
+  checks.expect(/^bad\.fbx: /.test(await text('notice-text')), await text('notice-text'));
+  console.log(`no FBX: ${await text('notice-text')}`);
+  await close('joints');
+}
+
 // The same with shared memory, which threads want.
 async function withThreads() {
   const isolated = await serve(path.join(web, 'page'), true);
@@ -236,6 +283,7 @@ async function onPhone() {
 try {
   await withSamples();
   await withFiles();
+  await withJoints();
   await withThreads();
   await onPhone();
 } finally {

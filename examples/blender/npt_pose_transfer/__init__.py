@@ -14,7 +14,7 @@ bl_info = {
 import bpy
 
 from . import npt  # noqa: F401  the vendored package: without its library the add-on says so when it is enabled
-from . import operators, panel, settings
+from . import operators, panel, settings, transfers
 
 
 def register():
@@ -26,7 +26,7 @@ def register():
 
 
 def unregister():
-    operators.forget()
+    transfers.forget()
     del bpy.types.Scene.npt
     for part in (panel, operators, settings):
         for one in reversed(part.classes):

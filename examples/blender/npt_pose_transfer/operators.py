@@ -6,25 +6,8 @@ import threading
 import bpy
 
 from . import meshes, npt, results
-
-_opened = {}
-
-
-def forget():
-    _opened.clear()
-
-
-def opened(weights, options):
-    """The transfer of the last options: weights are read once."""
-    key = (weights, tuple(sorted(options.items(), key=lambda item: item[0])))
-    if key not in _opened:
-        _opened.clear()
-        _opened[key] = npt.PoseTransfer(weights, **options)
-    return _opened[key]
-
-
-class Mistake(Exception):
-    """What the user can put right, in words."""
+from .motion_job import MotionJob
+from .transfers import Mistake, expect_mesh, frames_wanted, opened
 
 
 class Job:
@@ -36,7 +19,7 @@ class Job:
         self.poses, self.frames, self.names = [], [], []
         if self.identity is None:
             raise Mistake("No identity: pick the mesh object that is to take the pose")
-        self.expect_mesh(context, self.identity, "The identity")
+        expect_mesh(context, self.identity, "The identity")
         if own.source == "COLLECTION":
             if own.collection is None:
                 raise Mistake("No collection: pick the one that holds the poses")
@@ -54,17 +37,10 @@ class Job:
                 raise Mistake(f"Identity and pose are both '{own.pose.name}': pick two objects")
             self.poses = [own.pose]
             if own.source == "FRAMES":
-                first, last = (
-                    (context.scene.frame_start, context.scene.frame_end)
-                    if own.use_scene_range
-                    else (own.frame_start, own.frame_end)
-                )
-                self.frames = list(range(first, last + 1, own.frame_step))
-                if not self.frames:
-                    raise Mistake(f"No frames: the first, {first}, lies behind the last, {last}")
+                self.frames = frames_wanted(context)
                 self.names = [f"frame {f}" for f in self.frames]
         for pose in self.poses:
-            self.expect_mesh(context, pose, "The pose")
+            expect_mesh(context, pose, "The pose")
         if own.rig and own.refine:
             raise Mistake("A rig can't do what Refine does: turn one of the two off")
         self.weights, self.options = own.weights_named(), own.options()
@@ -75,13 +51,6 @@ class Job:
         self.done, self.notes, self.points, self.motions, self.rig = 0, [], [], [], None
         self.who = self.tracker = self.character = None
         self.others = []  # further frames, from which the sequence may start
-
-    @staticmethod
-    def expect_mesh(context, thing, what):
-        if thing.type != "MESH":
-            raise Mistake(f"{what} '{thing.name}' is a {thing.type.lower()}: pick a mesh object")
-        if thing.name not in context.view_layer.objects:
-            raise Mistake(f"{what} '{thing.name}' isn't in this view layer")
 
     def capture(self, context):
         """The identity and a sequence's frames to start from, the first time; and the next pose."""
@@ -155,7 +124,7 @@ class Job:
 class NPT_OT_transfer(bpy.types.Operator):
     bl_idname = "npt.transfer"
     bl_label = "Transfer Pose"
-    bl_description = "Make a copy of the identity in the pose. Esc cancels"
+    bl_description = "Make a copy of the identity in the pose, or give its armature the action. Esc cancels"
     bl_options = {"REGISTER", "UNDO"}
 
     running = None  # the operator at work, in the window
@@ -166,7 +135,7 @@ class NPT_OT_transfer(bpy.types.Operator):
 
     def begin(self, context):
         try:
-            self.job = Job(context)
+            self.job = (MotionJob if context.scene.npt.source == "ACTION" else Job)(context)
             return True
         except Mistake as mistake:
             self.report({"ERROR"}, str(mistake))

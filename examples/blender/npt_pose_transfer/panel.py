@@ -20,8 +20,14 @@ class NPT_PT_transfer(NPT_Panel, bpy.types.Panel):
         row = layout.row()
         row.use_property_split = False
         row.prop(own, "source", expand=True)
-        layout.prop(own, "collection" if own.source == "COLLECTION" else "pose")
-        if own.source == "FRAMES":
+        layout.prop(own, {"COLLECTION": "collection", "ACTION": "armature"}.get(own.source, "pose"))
+        if own.source == "ACTION":
+            layout.prop(own, "action")
+            layout.prop(own, "use_action_range")
+            layout.prop(own, "foot_lock")
+            layout.prop(own, "in_place")
+            layout.prop(own, "clearance")
+        if own.source == "FRAMES" or (own.source == "ACTION" and not own.use_action_range):
             layout.prop(own, "use_scene_range")
             frames = layout.column(align=True)
             if not own.use_scene_range:

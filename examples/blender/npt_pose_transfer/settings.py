@@ -10,10 +10,19 @@ def is_mesh(_, thing):
     return thing.type == "MESH"
 
 
+def is_armature(_, thing):
+    return thing.type == "ARMATURE"
+
+
+def is_identity(_, thing):
+    return thing.type in ("MESH", "ARMATURE")
+
+
 SOURCES = [
     ("OBJECT", "Object", "The pose of one mesh object"),
     ("COLLECTION", "Collection", "The mesh objects of a collection, in the order of their names: one shape key each"),
     ("FRAMES", "Frames", "An animated mesh object, frame by frame: one shape key each"),
+    ("ACTION", "Action", "The action of an armature, onto the identity's own armature as a new action"),
 ]
 METHODS = [
     ("automatic", "Automatic", "By body estimation where both meshes are recognised as people, else by the network"),
@@ -43,8 +52,9 @@ class NPT_Settings(bpy.types.PropertyGroup):
     identity: PointerProperty(
         name="Identity",
         type=bpy.types.Object,
-        poll=is_mesh,
-        description="Who: the mesh object that takes the pose. It stays as it is; the result is a new object",
+        poll=is_identity,
+        description="Who: the mesh object that takes the pose. It stays as it is; the result is a new object. For an "
+        "action also its armature, which gets a new action",
     )
     source: EnumProperty(name="Pose from", items=SOURCES, description="Where the pose comes from")
     pose: PointerProperty(
@@ -52,6 +62,22 @@ class NPT_Settings(bpy.types.PropertyGroup):
     )
     collection: PointerProperty(
         name="Poses", type=bpy.types.Collection, description="The poses, in the order of their names"
+    )
+    armature: PointerProperty(
+        name="Armature", type=bpy.types.Object, poll=is_armature, description="The armature whose action is taken"
+    )
+    action: PointerProperty(
+        name="Action", type=bpy.types.Action, description="Of the armature; none: the one that it has now"
+    )
+    use_action_range: BoolProperty(name="Action's range", default=True, description="The frames of the action")
+    foot_lock: BoolProperty(name="Hold feet", default=True, description="Feet that stand are held in their place")
+    in_place: BoolProperty(name="In place", description="Leave out the way over the ground")
+    clearance: FloatProperty(
+        name="Clearance",
+        default=1,
+        min=0,
+        max=1,
+        description="How far arms and thighs are kept out of the body, where its mesh is known",
     )
     use_scene_range: BoolProperty(name="Scene's range", default=True, description="The frames that the scene plays")
     frame_start: IntProperty(name="First", default=1, description="The first frame")
@@ -101,6 +127,15 @@ class NPT_Settings(bpy.types.PropertyGroup):
             "refine_radius": self.refine_radius if self.refine else None,
             "seed": self.seed,
             "threads": self.threads,
+        }
+
+    def motion_options(self):
+        """What npt.transfer_motion is called with. A key for each frame: none is left out."""
+        return {
+            "foot_lock": self.foot_lock,
+            "in_place": self.in_place,
+            "clearance": self.clearance,
+            "key_tolerance": 0,
         }
 
     def weights_named(self):

@@ -170,6 +170,78 @@ export interface Animation extends Handle {
   write(options?: { clip?: string; fps?: number; times?: ArrayLike<number> | null }): Uint8Array;
 }
 
+export interface Joint {
+  readonly name: string;
+  /** Its number; -1: none. */
+  readonly parent: number;
+  /** Which part of a body it moves: "hips", "leftUpperLeg"; null: none. */
+  readonly role: string | null;
+  /** It only marks where its parent ends. */
+  readonly end: boolean;
+}
+
+/** What a user should know of a clip on another skeleton. */
+export interface MotionWarning {
+  readonly code: 'joints_uncertain' | 'joints_missing';
+  readonly skeleton: 'character' | 'source';
+  readonly text: string;
+}
+
+/** A skeleton and a clip that moves it, of a file or of a transfer. */
+export class Motion extends Handle {
+  private constructor();
+  /** GLB, glTF, VRM and BVH, with or without a mesh. `clip`: its number; null: none; without: the first that lasts, if there is one. `boneMap`: which joint
+   * is which, as text. */
+  static read(bytes: Bytes, name: string, options?: { clip?: number | null; others?: Record<string, Bytes>; boneMap?: string }): Promise<Motion>;
+  readonly name: string;
+  /** The clip's name. */
+  readonly clip: string;
+  /** Seconds. */
+  readonly length: number;
+  /** Frames a second of the clip's keys; 30 where these lie on no frames. */
+  readonly fps: number;
+  /** That it is a person's skeleton, 0 to 1; of a transfer, the lower of both. */
+  readonly confidence: number;
+  readonly joints: readonly Joint[];
+  /** Of its file. */
+  readonly clips: readonly Clip[];
+  readonly warnings: readonly MotionWarning[];
+  /** Its joints are those of a GLB, glTF or VRM file. */
+  readonly ownJoints: boolean;
+  /** Of its character's mesh; 0: none. */
+  readonly vertexCount: number;
+  readonly triangleCount: number;
+  /** [3 T], a copy. */
+  readonly triangles: Uint32Array;
+  frameTimes(fps?: number): number[];
+  /** [3 J] places of the joints, in metres; null: at rest. */
+  jointsAt(seconds: number | null): Float32Array;
+  /** [3 V]; null: as its file has it. */
+  positionsAt(seconds: number | null): Float32Array;
+  /** The character's own file with the clip in it, all else kept; or BVH at `fps`. `apply`: the first pose as the rest of its joints. */
+  write(format: 'glb' | 'vrm' | 'gltf' | 'bvh', options?: { fps?: number; apply?: boolean }): Uint8Array;
+}
+
+export interface MotionOptions {
+  /** Of the result; without: as the source's. */
+  clipName?: string;
+  /** The pose at this second alone. */
+  time?: number | null;
+  /** Keys at so many frames a second; 0: as the source has them. */
+  fps?: number;
+  /** Feet that stand are held. */
+  footLock?: boolean;
+  /** How far arms and thighs are kept out of the body: 0 to 1. */
+  clearance?: number;
+  /** The way over the ground is left out. */
+  inPlace?: boolean;
+  /** extract: the way over the ground on the topmost joint. */
+  rootMotion?: 'keep' | 'extract';
+}
+
+/** The source's clip on a character's joints: those of its file, or those that its estimated body gives it. Needs no weights for the former. */
+export function transferMotion(character: Motion | Character, source: Motion, options?: MotionOptions): Motion;
+
 export class PoseTransfer extends Handle {
   private constructor();
   static open(weights: Bytes, options?: TransferOptions): Promise<PoseTransfer>;

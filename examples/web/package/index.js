@@ -421,6 +421,71 @@ class Animation extends Handle {
   }
 }
 
+// ---- skeletons ----
+
+/** A skeleton and a clip that moves it, of a file or of a transfer. */
+export class Motion extends Handle {
+  constructor(pointer, files = null) {
+    super(pointer, 'release_motion');
+    this.files_ = files;  // of the character: the clip goes into its own
+    Object.assign(this, infoOf('motion', pointer));
+  }
+
+  /** Reads GLB, glTF, VRM or BVH, with or without a mesh. `clip`: its number; null: none; without: the first that lasts, if there is one. */
+  static async read(bytes, name, { clip, others = {}, boneMap = '' } = {}) {
+    await load();
+    const own = fileName(name);
+    const files = Object.entries(others).map(([other, content]) => [other.replace(/^\.?\//, ''), asBytes(content, other)]);
+    files.push([own, asBytes(bytes, own)]);
+    return new Motion(inFolder(files, () => lent([own, boneMap], (path, map) =>
+      call('read_motion', path, path, clip === undefined ? -2 : clip ?? -1, map))), { own, files });
+  }
+
+  /** Times of the clip's frames, in seconds. */
+  frameTimes(fps = this.fps) { return JSON.parse(textFrom(call('motion_times', this.pointer_, fps))); }
+
+  /** [3 J] places of the joints, in metres; seconds null: at rest. */
+  jointsAt(seconds) { return this.#filled('motion_joints', seconds, 3 * this.joints.length); }
+  /** [3 V] of its character's mesh; seconds null: as its file has it. */
+  positionsAt(seconds) { return this.#filled('motion_positions', seconds, 3 * this.vertexCount); }
+  get triangles() {
+    return new Uint32Array(memory_.buffer, module_._web_motion_triangles(this.pointer_), 3 * this.triangleCount).slice();
+  }
+
+  /** The bytes of a file: the character's own with the clip in it, all else kept; or BVH at a rate. `apply`: the first pose as the rest. */
+  write(format, { fps = 0, apply = false } = {}) {
+    const formats = this.ownJoints ? ['glb', 'vrm', 'gltf', 'bvh'] : this.files_ ? ['bvh'] : ['glb', 'bvh'];
+    if (!formats.includes(format)) throw bad(`format '${format}': ${this.name} is written as ${formats.join(', ')}`);
+    const { own, files } = this.files_ ?? { own: '', files: [] };
+    const file = `npt-result.${format}`;
+    return inFolder(files, () => {
+      lent([own, file], (from, to) => call('write_motion', this.pointer_, from, to, fps, apply ? 1 : 0));
+      return module_.FS.readFile(file);
+    });
+  }
+
+  #filled(name, seconds, count) {
+    return lent([new Float32Array(count)], (xyz) => {
+      call(name, this.pointer_, seconds ?? -1, xyz);
+      return floatsAt(xyz, count);
+    });
+  }
+}
+
+/** The source's clip on the joints of a character: a Motion of its file, or a Character, whose estimated body has a skeleton. */
+export function transferMotion(character, source, options = {}) {
+  const { clipName = '', time = null, fps = 0, footLock = true, clearance = 1, inPlace = false, rootMotion = 'keep' } = options;
+  if (!['keep', 'extract'].includes(rootMotion)) throw bad(`rootMotion '${rootMotion}': keep or extract`);
+  if (!(clearance >= 0 && clearance <= 1)) throw bad(`clearance ${clearance}: 0 to 1`);
+  const own = character instanceof Character ? new Motion(call('character_motion', character.pointer_, character.mesh.pointer_)) : character;
+  try {
+    return new Motion(lent([clipName], (name) => call('transfer_motion', own.pointer_, source.pointer_, name, time ?? -1, fps, footLock ? 1 : 0,
+      clearance, inPlace ? 1 : 0, rootMotion === 'extract' ? 1 : 0)), own.files_);
+  } finally {
+    if (own !== character) own.close();
+  }
+}
+
 // f(mesh) on a mesh, or on arrays for as long as f runs.
 function borrowed(mesh, name, f) {
   if (mesh instanceof Mesh) return f(mesh);

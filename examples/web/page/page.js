@@ -3,8 +3,8 @@ import { Panel, Studio } from './studio.js';
 import { samples } from './samples.js';
 
 const { calm, element } = npt;
-const meshNames = /\.(obj|ply|glb|gltf|off)$/i;
-const foreignNames = /\.(fbx|dae|stl|blend)$/i;
+const ownNames = /\.(obj|ply|glb|gltf|vrm|off|bvh|fbx)$/i;
+const foreignNames = /\.(dae|stl|blend)$/i;
 const colours = { identity: '#9db7d5', pose: '#e3c9a0', result: '#9db7d5' };
 
 // ---- the worker ----
@@ -124,8 +124,10 @@ async function work(f) {
 function count(n, what) { return `${n.toLocaleString('en')} ${what}${n === 1 ? '' : 's'}`; }
 
 function describe(side) {
-  const frames = side.frames.length > 1 ? `, ${count(side.frames.length, 'frame')}` : '';
-  return `${count(side.vertexCount, 'vertex').replace('vertexs', 'vertices')}, ${count(side.faceCount, 'face')}${frames}`;
+  const parts = side.vertexCount > 0 ? [count(side.vertexCount, 'vertex').replace('vertexs', 'vertices'), count(side.faceCount, 'face')] : [];
+  if (side.jointCount > 0) parts.push(count(side.jointCount, 'joint'));
+  if (side.frames.length > 1) parts.push(count(side.frames.length, 'frame'));
+  return [parts.join(', '), side.source.lost].filter(Boolean).join('. ');
 }
 
 async function readSide(source, clip) {
@@ -145,12 +147,15 @@ async function readSide(source, clip) {
   }
   doing(`Reading ${source.name ?? samples[source.sample].name}`);
   const mesh = await ask('open', { key, source });
-  const chosen = clip !== undefined ? clip : mesh.clips.length > 0 ? 0 : null;
+  const lasting = mesh.clips.findIndex(({ length }) => length > 0.1);  // some files begin with a clip of one pose
+  const chosen = clip !== undefined ? clip : mesh.clips.length > 0 ? Math.max(0, lasting) : null;
   const side = { key, source, ...mesh, clip: null, followRoot: false, known: true };
   if (chosen !== null || (source.sample && samples[source.sample].mesh.frames)) {
     side.clip = chosen;
     side.followRoot = true;  // as npt transfer --clip does
-    side.frames = (await ask('frames', { key, source, clip: chosen, fps: fps() })).map((positions) => ({ positions, triangles: mesh.triangles, name: mesh.name }));
+    const { frames, ...rest } = await ask('frames', { key, source, clip: chosen, fps: fps() });
+    Object.assign(side, rest);
+    side.frames = frames.map((positions) => ({ positions, triangles: side.triangles, name: mesh.name }));
   } else {
     side.frames = [{ positions: mesh.positions, triangles: mesh.triangles, name: mesh.name }];
   }
@@ -195,6 +200,8 @@ function optionsOf() {
   };
 }
 
+const motionOptionsOf = () => ({ inPlace: element('in-place').checked, footLock: element('foot-lock').checked });
+
 async function startTransfer() {
   const own = ++turn;
   notice('');
@@ -212,6 +219,7 @@ async function startTransfer() {
         identity: identity.key, poses: pose.frames, followRoot: pose.followRoot, weights: element('weights').value,
         rest: pose.clip === null ? null : { positions: pose.positions, triangles: pose.triangles, name: pose.name },
         file: element('weights').value === 'file' ? weightsFile : null, options: optionsOf(),
+        pose: pose.key, source: pose.source, clip: pose.clip, fps: fps(), motion: motionOptionsOf(),
       });
       if (own !== turn) return;
       state.result = result;
@@ -234,11 +242,18 @@ async function startTransfer() {
 }
 
 const percent = (share) => `${Math.round(100 * share)} %`;
-const inShort = ({ report: how }) => (how.method === 'body' ? `confidence ${percent(how.confidence)}` : 'by the network');
+const inShort = ({ report: how }) => (how.method === 'network' ? 'by the network' : `confidence ${percent(how.confidence)}`);
+const ways = {
+  network: () => 'By the network',
+  body: ({ confidence }) => `By body estimation, confidence ${percent(confidence)}`,
+  joints: ({ confidence, ownJoints }) => `On ${ownJoints ? 'its own joints' : 'joints of its estimated body'}, confidence ${percent(confidence)}`,
+};
 
 function report({ report: how, seconds, threads }) {
   const time = `${seconds.toFixed(1)} s${threads > 1 ? ` on ${threads} threads` : ''}`;
-  element('result-said').textContent = how.method === 'body' ? `By body estimation, confidence ${percent(how.confidence)}, ${time}` : `By the network, ${time}`;
+  element('result-said').textContent = `${ways[how.method](how)}, ${time}`;
+  element('format').querySelector('[value=bvh]').disabled = how.method !== 'joints';
+  if (how.method !== 'joints' && element('format').value === 'bvh') element('format').value = 'glb';
   // A unit that was chosen isn't assumed.
   const warnings = how.warnings.filter(({ code }) => code !== 'unit_assumed' || Number(element('unit').value) === 0);
   const notes = warnings.map(({ text }) => text);
@@ -258,8 +273,9 @@ function showPanels(aim) {
     panel(identity, 'Identity', [identity.positions], colours.identity),
     panel(pose, 'Pose', pose.frames.map((frame) => frame.positions), colours.pose),
   ];
-  // Until there is a result, its place is kept.
-  panels.push(panel(identity, 'Result', result ? result.frames : [identity.positions], result ? colours.result : '#c9cdd0'));
+  // Until there is a result, its place is kept. A skeleton alone has bones as a mesh.
+  panels.push({ ...panel(identity, 'Result', result ? result.frames : [identity.positions], result ? colours.result : '#c9cdd0'),
+                faces: result?.triangles ?? identity.triangles });
   panels[2].detail = result ? inShort(result) : '';
   if (!result) element('notes').replaceChildren(), element('result-said').textContent = 'Not yet';
   // Frames of other triangles are no movement that one panel can show: those that fit are.
@@ -363,18 +379,39 @@ async function setComparison(source) {
 async function sourceOf(file, companions) {
   const others = {};
   for (const other of companions) others[other.name] = new Uint8Array(await other.arrayBuffer());
-  return { name: file.name, bytes: new Uint8Array(await file.arrayBuffer()), others };
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  return /\.fbx$/i.test(file.name) ? fbxSource(file.name, bytes, others) : { name: file.name, bytes, others };
+}
+
+const lostOf = (names) => (names.length === 0 ? '' : `Without ${count(names.length, 'image')} that it names: ${names.slice(0, 3).join(', ')}${names.length > 3 ? ' …' : ''}`);
+
+// An FBX file, read by three.js, as a GLB that goes the way of all others.
+async function fbxSource(name, bytes, others) {
+  doing(`Reading ${name}`);
+  let reader;
+  try {
+    delete globalThis.__THREE__;  // by which three.js finds a second copy of itself, and complains: this one never meets the first
+    reader = await import('./fbx.min.js');
+  } catch (error) {
+    throw Object.assign(new Error(`${name}: what reads FBX files could not be loaded (${error.message}); a GLB of it can be opened all the same`), { kind: 'input' });
+  }
+  try {
+    const { bytes: glb, missing } = await reader.glbOf(bytes, others);
+    return { name: `${name}.glb`, bytes: glb, others: {}, lost: lostOf(missing) };
+  } catch (error) {
+    throw Object.assign(new Error(`${name}: ${error.message.replace(/\.$/, '')}; Blender and the program npt also read FBX, and write it as GLB`), { kind: 'input' });
+  }
 }
 
 // What these files are for a side: one mesh, or a sequence in the order of their names.
 async function sourcesOf(files) {
   const all = [...files];
-  const meshes = all.filter((file) => meshNames.test(file.name)).sort((a, b) => a.name.localeCompare(b.name, 'en', { numeric: true }));
+  const meshes = all.filter((file) => ownNames.test(file.name)).sort((a, b) => a.name.localeCompare(b.name, 'en', { numeric: true }));
   if (meshes.length === 0) {
     const foreign = all.find((file) => foreignNames.test(file.name));
     throw Object.assign(new Error(foreign
-      ? `${foreign.name}: the browser reads OBJ, PLY, GLB, glTF and OFF; the program npt also reads FBX, Collada and STL, or export it as GLB`
-      : `${all[0]?.name ?? 'this'}: no mesh by its name, expected .obj, .ply, .glb, .gltf or .off`), { kind: 'input' });
+      ? `${foreign.name}: the browser reads OBJ, PLY, GLB, glTF, VRM, OFF, BVH and FBX; the program npt also reads Collada and STL, or export it as GLB`
+      : `${all[0]?.name ?? 'this'}: no mesh or clip by its name, expected .obj, .ply, .glb, .gltf, .vrm, .off, .bvh or .fbx`), { kind: 'input' });
   }
   const companions = all.filter((file) => !meshes.includes(file));
   const sources = [];
@@ -384,7 +421,7 @@ async function sourcesOf(files) {
 
 async function openFiles(name, files) {
   if (files.length === 0) return;
-  const sources = await guarded(() => sourcesOf(files));
+  const sources = await work(() => sourcesOf(files));
   if (!sources) return;
   if (name === 'identity') {
     await setSide('identity', sources[0]);
@@ -416,12 +453,13 @@ async function openWeights(file) {
 
 async function save() {
   await work(async () => {
-    const format = element('format').value;
+    const ofVrm = element('format').value === 'glb' && state.result.report.ownJoints && /\.vrm$/i.test(state.identity.name);
+    const format = ofVrm ? 'vrm' : element('format').value;
     const clip = state.pose.clip === null ? (state.pose.source.sample ?? 'clip') : state.pose.clips[state.pose.clip].name;
     const bytes = await ask('save', { format, frame: studio.frame, clip, fps: fps() });
-    const stem = (side) => (side.source.sample ?? side.name).replace(/\.[^.]*$/, '').replace(/[^\p{L}\p{N}_-]+/gu, '_');
+    const stem = (side) => (side.source.sample ?? side.name).replace(/(\.fbx)?\.[^.]*$/i, '').replace(/[^\p{L}\p{N}_-]+/gu, '_');
     const link = document.createElement('a');
-    link.href = URL.createObjectURL(new Blob([bytes], { type: format === 'glb' ? 'model/gltf-binary' : 'application/octet-stream' }));
+    link.href = URL.createObjectURL(new Blob([bytes], { type: format === 'glb' || ofVrm ? 'model/gltf-binary' : 'application/octet-stream' }));
     link.download = `${stem(state.identity)}-${stem(state.pose)}.${format}`;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 60000);
@@ -458,7 +496,7 @@ function listen() {
     openWeights(file);
   };
   element('weights-file').oncancel = () => openWeights(null);
-  for (const id of ['pairings', 'unit', 'mirror', 'refine']) element(id).onchange = () => startTransfer();
+  for (const id of ['pairings', 'unit', 'mirror', 'refine', 'in-place', 'foot-lock']) element(id).onchange = () => startTransfer();
   element('compare').onchange = () => {
     if (element('compare').value === 'file' && !against) {
       element('compare').value = 'none';

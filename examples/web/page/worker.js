@@ -1,6 +1,7 @@
 // What computes: the package, in a thread of its own. Requests come as { id, name, ... }, answers go as { id, value } or { id, error },
 // progress as { progress, share }. One transfer runs at a time; another request for one ends it at its next step.
-import { Mesh, NptError, PoseTransfer, framesToTry, load } from './npt/index.js';
+import { Mesh, Motion, NptError, PoseTransfer, framesToTry, load, transferMotion } from './npt/index.js';
+import { bonesMesh, isBvh, jointsSettle } from './bones.js';
 import { samples } from './samples.js';
 
 load().catch(() => {});  // the first request says what went wrong
@@ -8,9 +9,10 @@ load().catch(() => {});  // the first request says what went wrong
 // ---- what is kept ----
 
 const meshes = new Map();  // by key
+const rigs = new Map();    // of those files that have a skeleton, by key: { rig, alone }, at rest; alone: without a mesh
 let opened = null;         // { key, transfer }: of one weights file and its options
 let prepared = null;       // { mesh, transfer, character }: of the identity that was transferred to last
-let made = null;           // { transfer, mesh, frames, animation }: what can be saved
+let made = null;           // { transfer, mesh, frames, animation, motion }: what can be saved
 let run = 0;               // of the transfer that is wanted
 
 const progress = (text, share = null) => postMessage({ progress: text, share });
@@ -75,14 +77,41 @@ function moved(positions, shift) {
   return positions;
 }
 
-async function open({ key, source }) {
-  const mesh = await makeMesh(source);
-  drop({ key });
-  meshes.set(key, mesh);
-  return shownOf(mesh);
+// The skeleton of a file, without a clip; null: it has none that could be used, `why` says the reason.
+async function rigOf(source, clip = null) {
+  if (!source.bytes || !/\.(glb|gltf|vrm|bvh)$/i.test(source.name)) return { rig: null };
+  try {
+    return { rig: await Motion.read(source.bytes, source.name, { clip, others: source.others }) };
+  } catch (error) {
+    if (error.kind !== 'input') throw error;
+    return { rig: null, why: error };
+  }
 }
 
+async function open({ key, source }) {
+  const { rig, why } = await rigOf(source);
+  let mesh = null;
+  try {
+    mesh = isBvh(source.name) ? null : await makeMesh(source);
+  } catch (error) {
+    if (!rig || error.kind !== 'input') throw error;  // a skeleton alone
+  }
+  if (!mesh && !rig) throw why;
+  drop({ key });
+  if (rig) rigs.set(key, { rig, alone: !mesh });
+  if (!mesh) return shownBones(rig);
+  meshes.set(key, mesh);
+  return { ...shownOf(mesh), jointCount: rig ? countOf(rig) : 0 };
+}
+
+const countOf = ({ joints }) => joints.filter(({ end }) => !end).length;
+const shownBones = (rig) => ({
+  name: rig.name, vertexCount: 0, faceCount: 0, jointCount: countOf(rig), clips: rig.clips, ...bonesMesh(rig.joints, rig.jointsAt(null)),
+});
+
 function drop({ key }) {
+  rigs.get(key)?.rig.close();
+  rigs.delete(key);
   const mesh = meshes.get(key);
   if (!mesh) return;
   if (prepared && prepared.mesh === mesh) prepared.character.close(), prepared = null;
@@ -90,8 +119,44 @@ function drop({ key }) {
   if (!made || made.mesh !== mesh) mesh.close();
 }
 
-// All frames of a pose for showing, and how each is brought about.
+// What a motion shows at some times: its mesh, or its bones.
+async function shownFrames(motion, times, text) {
+  const shown = [];
+  for (const [i, time] of times.entries()) {
+    shown.push(motion.vertexCount > 0 ? motion.positionsAt(time) : bonesMesh(motion.joints, motion.jointsAt(time)).positions);
+    if (i % 16 === 15) {
+      progress(text, i / times.length);
+      await breathe();
+    }
+  }
+  return shown;
+}
+
+const mostFrames = 2000;
+function timesOf(what, clip, fps) {
+  const times = what.frameTimes(...(clip === undefined ? [fps] : [clip, fps]));
+  if (times.length > mostFrames) throw new NptError(`${what.name}: ${times.length} frames at ${fps} a second, expected at most ${mostFrames}`, 'input');
+  return times;
+}
+
+// A clip of a skeleton alone: the bones of each frame.
+async function framesOfBones({ source, clip, fps }) {
+  const motion = await Motion.read(source.bytes, source.name, { clip, others: source.others });
+  try {
+    const frames = await shownFrames(motion, timesOf(motion, undefined, fps), 'Reading the clip');
+    return { frames, ...bonesMesh(motion.joints, motion.jointsAt(null)) };
+  } finally {
+    motion.close();
+  }
+}
+
+// All frames of a pose for showing, and how each is brought about; with triangles where they are others than those at rest.
 async function frames({ key, source, clip, fps }) {
+  if (rigs.get(key)?.alone) return framesOfBones({ source, clip, fps });
+  return { frames: await framesOfMesh({ key, source, clip, fps }) };
+}
+
+async function framesOfMesh({ key, source, clip, fps }) {
   const mesh = meshes.get(key);
   const steps = source.sample ? samples[source.sample].mesh.frames : null;
   if (steps) {
@@ -106,8 +171,7 @@ async function frames({ key, source, clip, fps }) {
     return shown;
   }
   if (clip === null) return [mesh.positions];
-  const times = mesh.frameTimes(clip, fps);
-  if (times.length > 2000) throw new NptError(`${mesh.name}: ${times.length} frames at ${fps} a second, expected at most 2000`, 'input');
+  const times = timesOf(mesh, clip, fps);
   const shown = [];
   for (const [i, time] of times.entries()) {
     mesh.moveTo(clip, time);
@@ -155,28 +219,81 @@ function keep(next) {
   const last = made;
   made = next;
   if (!last) return;
-  if (last.animation) last.animation.close();
-  if (last.mesh !== next.mesh && !isKept(last.mesh)) last.mesh.close();
-  if (last.transfer !== next.transfer && last.transfer !== opened.transfer) last.transfer.close();
+  last.animation?.close();
+  last.motion?.close();
+  if (last.mesh && last.mesh !== next.mesh && !isKept(last.mesh)) last.mesh.close();
+  if (last.transfer && last.transfer !== next.transfer && last.transfer !== opened.transfer) last.transfer.close();
 }
 const isKept = (mesh) => [...meshes.values()].includes(mesh);
+
+// The clip that is to be put on joints, and those: { source, target }; null where meshes are to be transferred. target null: no joints of its own.
+async function jointsOf({ identity, pose, source, clip, options }) {
+  const from = rigs.get(pose), to = rigs.get(identity);
+  if (!from || (clip === null && !from.alone)) return null;
+  const asked = options.method !== 'automatic' || options.refine;
+  if (!from.alone && (!to || !jointsSettle(to.rig) || asked)) return null;
+  if (clip === null) throw new NptError(`${from.rig.name}: a skeleton without a clip, expected curves that move its joints`, 'input');
+  const { rig, why } = await rigOf(source, clip);
+  if (!rig && from.alone) throw why;
+  if (!rig || (!from.alone && !jointsSettle(rig))) {
+    rig?.close();
+    return null;
+  }
+  return { source: rig, target: to ? to.rig : null };
+}
+
+// A clip from joints to joints.
+async function transferJoints({ source, target }, request, wanted) {
+  const start = performance.now(), mesh = meshes.get(request.identity) ?? null;
+  try {
+    let character = target, use = null;
+    if (!target) {
+      use = await transferOf(request);
+      character = await characterOf(mesh, use, wanted);
+    }
+    progress('Posing');
+    await wanted();
+    const motion = transferMotion(character, source, request.motion);
+    try {
+      const frames = await shownFrames(motion, timesOf(motion, undefined, request.fps), 'Posing');
+      const bones = mesh ? {} : bonesMesh(motion.joints, motion.jointsAt(null));
+      await wanted();
+      keep({ transfer: use, mesh, frames, animation: null, motion });
+      const { confidence, warnings } = motion;
+      return { frames, triangles: bones.triangles, report: { method: 'joints', confidence, warnings, ownJoints: target !== null },
+               seconds: (performance.now() - start) / 1000, unit: use ? use.unitOf(mesh) : 1, threads: 1 };
+    } catch (error) {
+      motion.close();
+      throw error;
+    }
+  } finally {
+    source.close();
+  }
+}
+
+async function characterOf(identity, use, wanted) {
+  if (prepared && prepared.mesh === identity && prepared.transfer === use) return prepared.character;
+  progress(`Looking at ${identity.name}`);
+  await wanted();
+  const next = use.character(identity);
+  if (prepared) prepared.character.close();
+  prepared = { mesh: identity, transfer: use, character: next };
+  return next;
+}
 
 async function transfer({ own, ...request }) {
   const wanted = async () => {
     await breathe();
     if (own !== run) throw new Stopped();
   };
+  const joints = await jointsOf(request);
+  if (joints) return transferJoints(joints, request, wanted);
+  if (!meshes.get(request.identity)) throw new NptError(`${rigs.get(request.identity).rig.name}: a skeleton alone, expected a mesh, or a clip to put on it`, 'input');
   const start = performance.now();
   const use = await transferOf(request);
   await wanted();
   const identity = meshes.get(request.identity);
-  if (!prepared || prepared.mesh !== identity || prepared.transfer !== use) {
-    progress(`Looking at ${identity.name}`);
-    await wanted();
-    const next = use.character(identity);
-    if (prepared) prepared.character.close();
-    prepared = { mesh: identity, transfer: use, character: next };
-  }
+  const character = await characterOf(identity, use, wanted);
   const { poses, rest } = request;  // [{ positions, triangles, name }], and the same of the clip's rig at rest
   const answer = (frames, { method, confidence, warnings }) =>
     ({ frames, report: { method, confidence, warnings }, seconds: (performance.now() - start) / 1000, unit: use.unitOf(identity), threads: use.threads });
@@ -187,14 +304,14 @@ async function transfer({ own, ...request }) {
     try {
       progress('Posing');
       await wanted();
-      const result = use.apply(prepared.character, pose);
+      const result = use.apply(character, pose);
       keep({ transfer: use, mesh: identity, frames: [result.positions], animation: null });
       return answer([result.positions], result);
     } finally {
       pose.close();
     }
   }
-  const animation = use.animation(prepared.character);
+  const animation = use.animation(character);
   try {
     for (let i = 0; i < poses.length; ++i) {
       progress(`Frame ${i + 1} of ${poses.length}`, i / poses.length);
@@ -214,6 +331,7 @@ async function transfer({ own, ...request }) {
 
 function save({ format, frame, clip, fps }) {
   if (!made) throw new NptError('nothing to save yet', 'argument');
+  if (made.motion && ['glb', 'vrm', 'bvh'].includes(format)) return made.motion.write(format);
   if (made.animation && format === 'glb') return made.animation.write({ clip, fps });
   return made.mesh.write(format, { positions: made.frames[Math.min(frame, made.frames.length - 1)], transfer: made.transfer });
 }

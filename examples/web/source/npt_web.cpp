@@ -3,6 +3,8 @@
 ///
 /// Handles are owned by the caller, who releases each by its function; a mesh, a transfer and a character must outlive
 /// what was made of them.
+#include "npt_web.hpp"
+
 #include <formats/read.hpp>
 
 #include <npt/base/random.hpp>
@@ -39,11 +41,9 @@
 #include <utility>
 #include <vector>
 
-#include <emscripten.h>
-
 namespace {
 
-namespace fs = std::filesystem;
+using namespace web;
 
 /// The paper's network in all its variants. The ablations, a third of the size, are for studies.
 template <int Bottleneck>
@@ -53,88 +53,6 @@ using Variants = npt::NetworkList<npt::PoseTransferNet<Bottleneck, npt::ConvRelu
                                   npt::PoseTransferNet<Bottleneck, npt::ReluConv, npt::Pooled>>;
 using Networks = typename npt::internal::JoinedLists<Variants<1024>, Variants<512>, Variants<256>, Variants<128>,
                                                      Variants<64>>::type;
-
-// ---- what went wrong ----
-
-enum class ErrorKind { none, argument, input, memory, internal };
-
-std::string last_error;
-ErrorKind last_kind = ErrorKind::none;
-npt::ErrorCode last_code = npt::ErrorCode::bad_input;
-npt::Remedy last_remedy = npt::Remedy::none;
-
-void failed(ErrorKind kind, const char* message) {
-  last_kind = kind;
-  last_error = message;
-  last_code = npt::ErrorCode::bad_input;
-  last_remedy = npt::Remedy::none;
-}
-
-/// f(), or `otherwise` where it throws.
-template <class F, class R>
-R guarded(R otherwise, const F& f) {
-  try {
-    return f();
-  } catch (const npt::Error& error) {
-    failed(ErrorKind::input, error.what());
-    last_code = error.code();
-    last_remedy = error.remedy();
-  } catch (const std::bad_alloc&) {
-    failed(ErrorKind::memory, "out of memory");
-  } catch (const std::length_error&) {
-    failed(ErrorKind::memory, "out of memory");
-  } catch (const std::exception& error) {
-    failed(ErrorKind::internal, error.what());
-  }
-  return otherwise;
-}
-
-// ---- what JavaScript gets besides numbers ----
-
-/// The last text that was returned: valid until the next one.
-std::string last_text;
-
-const char* returned(std::string text) {
-  last_text = std::move(text);
-  return last_text.c_str();
-}
-
-std::string quoted(const std::string& text) {
-  std::string result;
-  return npt::internal::append_json_string(result, text) ? result : "\"(no UTF-8)\"";
-}
-
-std::string number(double x) { return std::isfinite(x) ? npt::number_text(x) : std::string("null"); }
-
-// ---- what there is ----
-
-/// A mesh as a file or its maker gave it, and the clips of its file.
-struct Mesh {
-  std::string name;
-  npt::Mesh mesh{};
-  std::vector<npt::Triangle> triangles{};
-  bool in_metres = false;  ///< its file says so
-  std::unique_ptr<npt::Scene> scene{};
-  std::unique_ptr<npt::ScenePoser> poser{};
-
-  npt::MeshView view() const { return {mesh.coordinates(), triangles, name}; }
-};
-
-Mesh* adopted(std::unique_ptr<Mesh> mesh) {
-  npt::validate(mesh->mesh, mesh->name);
-  mesh->triangles = npt::triangulate(mesh->mesh);
-  return mesh.release();
-}
-
-struct Transfer {
-  npt::PoseTransfer transfer;
-};
-
-struct Character {
-  const Transfer& owner;
-  std::string name;
-  npt::Character character;
-};
 
 struct Pose {
   std::string name;
@@ -153,12 +71,6 @@ struct Animation {
 
   const npt::Animation& frames() const { return finished.positions.empty() ? animator.animation() : finished; }
 };
-
-/// Metres in a unit of what is written to `path`, where files say metres and the mesh's own doesn't; else 1.
-double metres_in(const Transfer* transfer, const Mesh& mesh, const fs::path& path) {
-  if (transfer == nullptr || path.extension() != ".glb") return 1;
-  return npt::output_unit(transfer->transfer, mesh.view(), mesh.in_metres);
-}
 
 /// The mesh in other positions.
 npt::Mesh moved(const Mesh& own, std::span<const float> xyz) {
@@ -277,8 +189,6 @@ npt::Random random_for(double seed, std::uint64_t stream) {
 }  // namespace
 
 extern "C" {
-
-#define NPT_WEB EMSCRIPTEN_KEEPALIVE
 
 NPT_WEB const char* web_version() { return NPT_VERSION; }
 NPT_WEB const char* web_error() { return last_error.c_str(); }

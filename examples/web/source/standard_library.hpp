@@ -229,12 +229,22 @@ struct npt_binary_search {
 inline constexpr npt_binary_search binary_search;
 
 struct npt_equal {
-  template <class R, class S, class C = std::equal_to<>>
-  constexpr bool operator()(R&& a, S&& b, C compare = {}) const {
-    return std::equal(ranges::begin(a), ranges::end(a), ranges::begin(b), ranges::end(b), compare);
+  template <class R, class S, class C = std::equal_to<>, class P = identity, class Q = identity>
+  constexpr bool operator()(R&& a, S&& b, C compare = {}, P of_a = {}, Q of_b = {}) const {
+    return std::equal(ranges::begin(a), ranges::end(a), ranges::begin(b), ranges::end(b),
+                      [&](auto&& x, auto&& y) -> bool { return invoke(compare, invoke(of_a, x), invoke(of_b, y)); });
   }
 };
 inline constexpr npt_equal equal;
+
+struct npt_reverse {
+  template <class R>
+  constexpr auto operator()(R&& range) const {
+    std::reverse(ranges::begin(range), ranges::end(range));
+    return ranges::end(range);
+  }
+};
+inline constexpr npt_reverse reverse;
 
 struct npt_fill {
   template <class R, class T>

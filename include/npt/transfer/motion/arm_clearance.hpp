@@ -104,7 +104,7 @@ class ArmClearance {
   static std::vector<Point> points(const RetargetSide& who, const BodyShape& shape, const PosedTrunk& trunk,
                                    std::size_t side) {
     std::vector<Point> made;
-    for (const BodyPoint& point : shape.arms[side]) {
+    for (const ArmPoint& point : shape.arms[side]) {
       const std::optional<TrunkPlace> place = trunk.find(point.place);
       const bool upper = who.roles.role_of(point.joint) == limb_role(LimbPart::upper_arm, side);
       made.push_back({point.joint, inverse(who.worlds[point.joint])(point.place),

@@ -41,7 +41,7 @@ struct BodyRing {
 };
 
 /// A point of the skin, and the joint that moves it most.
-struct BodyPoint {
+struct ArmPoint {
   std::size_t joint = no_item;
   Vec3d place{};
   double slack = 0;  ///< how deep it may press into the trunk
@@ -55,11 +55,11 @@ struct BodyHand {
 };
 
 struct BodyShape {
-  std::vector<BodyRing> rings{};                 ///< the lowest first; empty: nothing is known
-  std::array<std::vector<BodyPoint>, 2> arms{};  ///< [sides] without the third next to the shoulder
-  std::array<BodyHand, 2> hands{};               ///< [sides] radius 0: not known
-  std::array<double, 2> thighs{};                ///< [sides] radii around the bones; 0: not known
-  Matrix3 frame = Matrix3::identity();           ///< left, up and forward as columns
+  std::vector<BodyRing> rings{};                ///< the lowest first; empty: nothing is known
+  std::array<std::vector<ArmPoint>, 2> arms{};  ///< [sides] without the third next to the shoulder
+  std::array<BodyHand, 2> hands{};              ///< [sides] radius 0: not known
+  std::array<double, 2> thighs{};               ///< [sides] radii around the bones; 0: not known
+  Matrix3 frame = Matrix3::identity();          ///< left, up and forward as columns
   bool empty() const { return rings.empty(); }
 };
 
@@ -267,7 +267,7 @@ class BodyShapeMaker {
     if (elbow == no_item) return;
     std::vector<Vec3d> points;
     double far = 0;
-    for (const BodyPoint& point : shape_.arms[side]) far = std::max(far, length(point.place - place(elbow)));
+    for (const ArmPoint& point : shape_.arms[side]) far = std::max(far, length(point.place - place(elbow)));
     for (std::size_t v = 0; v < role_.size(); ++v) {
       const JointRole role = role_[v];
       if (!is_of_limb(role) || side_of(role) != side) continue;
