@@ -87,7 +87,7 @@ void animate_by_joints(const npt::PoseTransfer& transfer, const Files& files, co
   c_api::WantedClips wanted;
   if (options.clip != nullptr) wanted.name = options.clip;
   const c_api::OwnedMotion clip = std::move(c_api::read_clips(&file, wanted, nullptr, notes).front());
-  if (clip->refusal) throw *clip->refusal;
+  if (clip->refusal) throw npt::Error(*clip->refusal);
   const npt::Mesh mesh = npt::read_mesh(files.identity);
   const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
   const npt::MeshView view{mesh.coordinates(), triangles, name};

@@ -212,9 +212,9 @@ class MotionOfData {
   }
 
   void number_joints() {
-    std::vector<std::vector<std::size_t>> children(data_.joints + 1);
+    std::vector<std::vector<std::size_t>> children(data_.joints + 1);  // 0: of what is above the roots
     for (std::size_t j = 0; j < data_.joints; ++j)
-      children[static_cast<std::size_t>(data_.parents[j] + 1)].push_back(j + 1);  // 0: above the roots
+      children[data_.parents[j] < 0 ? 0 : static_cast<std::size_t>(data_.parents[j]) + 1].push_back(j + 1);
     number_.resize(data_.joints);
     std::vector<std::size_t> open(children[0].rbegin(), children[0].rend());
     for (std::size_t next = 0; !open.empty(); ++next) {

@@ -115,7 +115,7 @@ struct Report {
 OwnedMotion transfer(const npt_motion& character, const npt_motion& motion, const npt_motion_options& options,
                      Report& report) {
   for (const npt_motion* one : {&character, &motion})
-    if (one->refusal) throw *one->refusal;
+    if (one->refusal) throw npt::Error(*one->refusal);
   npt::MotionResult made = npt::transfer_motion(motion.skeleton, character.skeleton, library_options(options));
   report.add(made);
   auto result = std::make_unique<npt_motion>();
@@ -282,6 +282,7 @@ void transfer_file(const npt_file* character, const npt_file* motion, const fs::
                       .expected = "a clip that lasts, or a time for a pose"});
   control.step(0.9);
   std::vector<const npt_motion*> all;
+  all.reserve(results.size());
   for (const OwnedMotion& result : results) all.push_back(result.get());
   write(all, out, notes);
   control.step(1);
