@@ -159,7 +159,8 @@ class ArmClearance {
       for (const bool upper : {false, true})
         if (const Deepest own = deepest(arm.source, source_trunk_, frames_.sources[frame], upper); own.depth > 0)
           theirs[upper ? 1 : 0] = own.depth * scale_;
-      // More rounds push arms that are wedged from side to side: 0.58 mm inside with twelve, 0.52 with six, 0.47 with two.
+      // More rounds push arms that are wedged from side to side: 0.58 mm inside with twelve, 0.52 with six, 0.47 with
+      // two.
       for (int round = 0; round < 2; ++round) {
         bool moved = push(arm, true, theirs[1]);
         moved = push(arm, false, theirs[0]) || moved;

@@ -233,10 +233,10 @@ class BodyShapeMaker {
            closest_on_segment(p, place(shoulder), place(elbow)) > arm_begin;
   }
 
-  /// Next to the shoulder arm and trunk press against each other whenever an arm hangs; to keep them apart would lift it.
+  /// Next to the shoulder arm and trunk press against each other whenever an arm hangs; to keep them apart lifts it.
   /// So an arm may press in by half of its thickness there, and by less and less towards the elbow. Arms of ten clips
-  /// on six wide bodies are inside by 0.28 mm in the mean then (4.6 without clearance), and the 95th percentile of joint
-  /// errors between five monsters is 5.7 %. The whole thickness: 0.75 mm, 4.8 %; a quarter of it: 0.22 mm, 9.5 %
+  /// on six wide bodies are inside by 0.28 mm in the mean then (4.6 without clearance), and the 95th percentile of
+  /// joint errors between five monsters is 5.7 %. The whole thickness: 0.75 mm, 4.8 %; a quarter of it: 0.22 mm, 9.5 %
   /// (with six rounds of pushing).
   double slack(std::size_t vertex, std::size_t side) const {
     if (role_[vertex] != limb_role(LimbPart::upper_arm, side)) return 0;
