@@ -231,6 +231,29 @@ TEST_CASE("arms are kept out of a trunk that is in their way, and turns are smoo
   }
 }
 
+TEST_CASE("hands that touch each other touch on a body with broader shoulders") {
+  skeletons::Person source = skeletons::person(skeletons::dialects()[0]);
+  source.motion.rate = 30;
+  for (const std::size_t side : {std::size_t{0}, std::size_t{1}})  // forwards, and together
+    add_turn(source.motion, source.joint(npt::limb_role(LimbPart::upper_arm, side)), [side](double) {
+      return npt::Vec3d{0, (side == 0 ? -1 : 1) * 1.9, 0};
+    });
+  skeletons::Person target = skeletons::person(skeletons::dialects()[0]);
+  for (const std::size_t side : {std::size_t{0}, std::size_t{1}})
+    target.motion.joints[target.joint(npt::limb_role(LimbPart::upper_arm, side))].rest.translation.x *= 1.6;
+  const auto apart = [&](const npt::Motion& motion, const skeletons::Person& person) {
+    const auto p = npt::joint_positions(motion, 1.0);
+    return npt::length(p[person.joint(npt::limb_role(LimbPart::hand, 0))] -
+                       p[person.joint(npt::limb_role(LimbPart::hand, 1))]);
+  };
+  npt::RetargetOptions options = npt::RetargetOptions::plain();
+  const double plain = apart(corrected(source, target, options), target);
+  options.touch = true;
+  const double touching = apart(corrected(source, target, options), target), theirs = apart(source.motion, source);
+  MESSAGE("source " << theirs << ", plain " << plain << ", touching " << touching);
+  CHECK(std::abs(touching - theirs) < 0.5 * std::abs(plain - theirs));
+}
+
 TEST_CASE("a forearm's twist joint takes half of the hand's turn, and skin joints of nobody keep their places") {
   skeletons::Person source = skeletons::person(skeletons::dialects()[2]);
   source.motion.rate = 30;

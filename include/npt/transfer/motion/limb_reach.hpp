@@ -33,7 +33,8 @@ inline double limb_length(const PosedJoints& pose, const LimbJoints& limb) {
 
 /// The distance to stretch to for a wish. `before`: the distance that it had.
 inline double soft_distance(double wish, double before, double whole) {
-  // The last 3 % are left to the approach; 1 % pops by 8 degrees of the knee in a frame on walks with long steps.
+  // The last 3 % are left to the approach. The sharpest kink of a knee beyond the source's, in five captured clips on
+  // four bodies: 32 degrees; 39 with 1 %, 55 without. Feet slide the same.
   const double soft = 0.03 * whole, from = whole - soft;
   const double eased = wish <= from ? wish : from + soft * (1 - std::exp(-(wish - from) / soft));
   return std::clamp(std::max(eased, std::min(wish, before)), 0.0, whole * (1 - 1e-9));

@@ -1,5 +1,5 @@
-/// A skeleton in a pose that is being changed: joints are turned in the world's directions, and what is attached to them
-/// follows at once.
+/// A skeleton in a pose that is being changed: joints are turned in the world's directions, and what is attached to
+/// them follows at once.
 ///   PosedJoints pose(motion, follows, bound);
 ///   pose.set(places);
 ///   pose.turn(shoulder, turn_between(arm, wanted));

@@ -1,4 +1,4 @@
-/// Thighs kept out of each other: where knees or the middles of thighs come nearer than they are thick, both turn apart.
+/// Thighs kept out of each other: where knees or the middles of thighs come nearer than they are thick, both turn away.
 ///   clear_thighs(retargeter, shape, clearance, pose, frames);
 /// As near as they are where the skin was bound they may always be. Comes before feet are held: these move as little as
 /// they can, then.
