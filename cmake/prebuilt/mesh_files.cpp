@@ -14,6 +14,9 @@ void npt::write_scene(const std::filesystem::path& path, const Scene& scene) {
 }
 void npt::write_gltf(const std::filesystem::path& path, const Mesh& mesh) { internal::write_gltf_mesh(path, mesh); }
 std::string npt::glb_bytes(const Scene& scene, const std::string& name) { return format_gltf(scene, name); }
+npt::Scene npt::scene_of_bytes(std::string_view file, const std::string& name, std::vector<std::string>* notes) {
+  return parse_gltf(file, name, std::nullopt, notes);
+}
 
 std::string npt::with_motion(std::string_view file, const Motion& motion, const GltfPatch& options,
                              const std::filesystem::path& place, std::vector<std::string>* notes) {

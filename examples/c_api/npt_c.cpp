@@ -6,17 +6,10 @@
 #include <memory>
 #include <utility>
 
-using c_api::control_from, c_api::expect, c_api::expect_result, c_api::guarded, c_api::most_vertices, c_api::name_of,
-    c_api::path_of, c_api::view_of;
+using c_api::control_from, c_api::expect, c_api::expect_result, c_api::guarded, c_api::kept, c_api::most_vertices,
+    c_api::name_of, c_api::path_of, c_api::view_of;
 
 namespace {
-
-thread_local c_api::Text last_text{};
-
-const char* kept(const std::string& text) noexcept {
-  c_api::set(last_text, text.c_str());
-  return last_text.data();
-}
 
 /// Calls open(options, executor), which makes the transfer.
 template <class F>

@@ -357,11 +357,227 @@ typedef struct npt_clip_options {
 
 /* Puts a clip of a .glb or .gltf file onto an identity mesh (.obj, .ply, .glb, .gltf) and writes a .glb that moves: on
  * a skeleton where every frame is made by body estimation, else with morph targets. As `npt transfer --clip`; UTF-8
- * paths. options NULL: the only clip at 30 frames a second. result: of the frame with the lowest confidence, or NULL.
+ * paths. A clip without a mesh, also of a .bvh, moves the joints that body estimation gives the identity. options NULL:
+ * the only clip at 30 frames a second. result: of the frame with the lowest confidence, or NULL.
  * NPT_BAD_INPUT: files, clips and meshes that can't be used. */
 NPT_C_API npt_status npt_animate_file(const npt_transfer* transfer, const char* identity, const char* pose,
                                       const char* out, const npt_clip_options* options, const npt_control* control,
                                       npt_result* result);
+
+/* ---- Motions ---- */
+
+/* A skeleton, and the curves that move its joints where there are any: what a rigged character and a clip have in
+ * common, with or without a mesh. Names and shape say which joint is which; no weights are needed.
+ *
+ *   npt_file character = {sizeof character, "hero.glb"}, clip = {sizeof clip, "walk.bvh"};
+ *   npt_transfer_motion_file(&character, &clip, "hero_walk.glb", NULL, NULL, NULL);
+ *
+ * or by parts, with arrays for an engine:
+ *
+ *   npt_read_skeleton(&character, NULL, &hero);
+ *   npt_read_motion(&clip, NULL, NULL, &walk);
+ *   npt_transfer_motion(hero, walk, NULL, &moved, NULL);
+ *   npt_sample_motion(moved, times, count, &frames);
+ *
+ * Any number of threads may use one at a time. */
+typedef struct npt_motion npt_motion;
+
+/* A file on disk, or its bytes. */
+typedef struct npt_file {
+  size_t size;       /* sizeof(npt_file) */
+  const char* path;  /* UTF-8; beside bytes, what messages call them, or NULL */
+  const void* bytes; /* NULL: they are read from path. Of .glb, .vrm, .bvh, and .gltf that names no files */
+  size_t byte_count;
+} npt_file;
+
+/* Nonzero: this library reads .fbx and .dae, too (target npt_c_fbx, with assimp), by their paths. */
+NPT_C_API int npt_reads_fbx(void);
+
+/* Sentences, a line each, that the last of the functions below said in this thread: what was repaired in a file, or a
+ * clip's name that was taken. UTF-8, valid until the next one of them; empty: nothing. */
+NPT_C_API const char* npt_last_notes(void);
+
+/* The skeleton of a character: of a .glb, .gltf, .vrm, .bvh, or .fbx and .dae. bone_map: which joint is which, as the
+ * text that `npt info --bones` prints; NULL: as found. */
+NPT_C_API npt_status npt_read_skeleton(const npt_file* file, const char* bone_map, npt_motion** motion);
+/* A clip of such a file. clip: its name; NULL: the only one. */
+NPT_C_API npt_status npt_read_motion(const npt_file* file, const char* clip, const char* bone_map, npt_motion** motion);
+
+/* A motion in the caller's memory, such as an engine's: local places of joints, in their parents. */
+typedef struct npt_motion_data {
+  size_t size;                    /* sizeof(npt_motion_data) */
+  const char* name;               /* stands in messages; NULL: "motion" */
+  const char* clip;               /* the clip's name; NULL: as name */
+  size_t joints;                  /* at least 1 */
+  const char* const* names;       /* [joints] UTF-8 */
+  const int32_t* parents;         /* [joints] a joint's number, before its own; -1: a root */
+  const float* rest_translations; /* [joints][3] as the skin is bound: a T pose, an A pose or another one */
+  const float* rest_rotations;    /* [joints][4] quaternions x, y, z, w; NULL: none */
+  const float* rest_scales;       /* [joints][3]; NULL: 1 */
+  const double* base;        /* [3][4] rows: from the roots' coordinates to metres with y up; NULL: they are in these */
+  size_t frames;             /* 0: the skeleton alone */
+  const double* times;       /* [frames] seconds, ascending, from 0 on; NULL: at 30 frames a second */
+  const float* translations; /* [frames][joints][3]; NULL: as at rest */
+  const float* rotations;    /* [frames][joints][4]; NULL: as at rest */
+} npt_motion_data;
+
+NPT_C_API npt_status npt_make_motion(const npt_motion_data* data, const char* bone_map, npt_motion** motion);
+/* The skeleton that body estimation gives a recognised character without joints of its own: it stands in a T pose.
+ * NPT_BAD_INPUT: not recognised. */
+NPT_C_API npt_status npt_motion_of_character(const npt_transfer* transfer, const npt_character* character,
+                                             npt_joint_names names, npt_motion** motion);
+/* Does nothing for NULL. */
+NPT_C_API void npt_release_motion(npt_motion* motion);
+
+/* The pose in which a skeleton is bound. */
+typedef enum npt_rest_pose {
+  NPT_REST_T = 0,
+  NPT_REST_A = 1,
+  NPT_REST_ARMS_DOWN = 2,
+  NPT_REST_OTHER = 3 /* or joints that are unknown */
+} npt_rest_pose;
+
+/* What a motion is: pointers into its own memory, as long as it lives. */
+typedef struct npt_motion_info {
+  size_t size; /* sizeof(npt_motion_info) */
+  size_t joints;
+  const char* const* names; /* [joints] UTF-8 */
+  const int32_t* parents;   /* [joints] a joint's number, before its own; -1: a root */
+  const int32_t* nodes;     /* [joints] their nodes in a glTF file; -1: none */
+  const char* clip;         /* its name; "" for a skeleton alone */
+  double length;            /* seconds; 0: a skeleton alone, or a single pose */
+  double rate;              /* frames a second on which all keys lie; 0: keys of their own, or none */
+  size_t clip_count;        /* in its file */
+  const char* const* clips; /* [clip_count] their names */
+  double unit;              /* metres in one of the joints' own numbers */
+  const char* up;           /* the axis of the joints' own numbers that points up: "y", "-z" ... */
+  double base[3][4];        /* from the roots' coordinates to metres with y up */
+  npt_rest_pose rest_pose;
+  const char* dialect;  /* of the joints' names: "Mixamo, HumanIK" ...; "" where none is known */
+  double confidence;    /* 0 to 1: that it is a person's skeleton */
+  int32_t root_joint;   /* which joint takes the body over the ground; -1: in place */
+  double root_shift[3]; /* of the hips, from the first to the last frame, in metres */
+} npt_motion_info;
+
+NPT_C_API npt_status npt_describe_motion(const npt_motion* motion, npt_motion_info* info);
+
+/* What joints of a person are for: hips, head, left foot ... VRM's bones but eyes and jaw. */
+#define NPT_ROLES 52
+/* "hips", "leftUpperArm" ...; NULL for a number that is none of a role. */
+NPT_C_API const char* npt_role_name(int role);
+/* The joint of each role, -1 for none, and how certain it is, 0 to 1. Each [NPT_ROLES]; may be NULL. */
+NPT_C_API npt_status npt_motion_roles(const npt_motion* motion, int32_t* joints, double* confidences);
+
+/* The times of a clip's frames: 0, 1 / fps, ... to its end. fps 0: the clip's own rate, or 30. times: NULL, or space for
+ * all of them. NPT_BAD_INPUT: a skeleton alone, or more than 100,000. */
+NPT_C_API npt_status npt_frame_times(const npt_motion* motion, double fps, size_t* count, double* times);
+
+/* Joints over time, in the caller's memory. Each may be NULL. */
+typedef struct npt_motion_frames {
+  size_t size;         /* sizeof(npt_motion_frames) */
+  float* translations; /* [count][joints][3] in their parents, in the joints' own numbers */
+  float* rotations;    /* [count][joints][4] in their parents: x, y, z, w, of length 1 */
+  float* scales;       /* [count][joints][3] in their parents */
+  float* positions;    /* [count][joints][3] in metres with y up */
+} npt_motion_frames;
+
+/* times: [count] seconds; NULL: the rest, once, and count is 1. */
+NPT_C_API npt_status npt_sample_motion(const npt_motion* motion, const double* times, size_t count,
+                                       const npt_motion_frames* frames);
+
+/* Which joint takes the body over the ground. */
+typedef enum npt_root_motion {
+  NPT_ROOT_KEEP = 0,   /* the hips */
+  NPT_ROOT_EXTRACT = 1 /* the joint without parent, as game engines want it */
+} npt_root_motion;
+
+/* How a motion is put on a character. Set `size`, then fill it with npt_default_motion_options. */
+typedef struct npt_motion_options {
+  size_t size;                    /* sizeof(npt_motion_options) */
+  uint32_t version;               /* NPT_MOTION_OPTIONS_VERSION, set by npt_default_motion_options */
+  const char* clip;               /* npt_transfer_motion_file: the clip's name; NULL: all of the file */
+  const char* character_bone_map; /* npt_transfer_motion_file: bone maps as text; NULL: joints as found */
+  const char* motion_bone_map;
+  const char* clip_name; /* of the result; NULL: as the clip's */
+  double time;           /* the pose at this second, as a clip of one key; below 0, as by default: the whole clip */
+  int apply;             /* nonzero, with a time: the pose becomes the rest of the joints, and no clip */
+  double fps;            /* keys at so many frames a second; 0: at the clip's own times */
+  int foot_lock;         /* feet that stand in the clip are held; by default 1 */
+  double clearance;      /* 0 to 1: how far arms and thighs are kept out of the body; by default 1 */
+  int touch;             /* hands that touch the own body in the clip touch it; by default 1 */
+  int in_place;          /* nonzero: the way over the ground is left out */
+  npt_root_motion root_motion;
+  int twist;            /* twist joints take their share; by default 1 */
+  double key_tolerance; /* metres at a height of 1.75 m by which keys may be left out; by default 0.0001; 0: none */
+} npt_motion_options;
+#define NPT_MOTION_OPTIONS_VERSION 1
+
+/* NPT_BAD_ARGUMENT: NULL, or a size that this library doesn't know. */
+NPT_C_API npt_status npt_default_motion_options(npt_motion_options* options);
+
+typedef enum npt_motion_warning_code {
+  NPT_MOTION_JOINTS_UNCERTAIN = 0, /* which joint is which is uncertain; value: the confidence */
+  NPT_MOTION_JOINTS_MISSING = 1    /* main joints that only the other skeleton has; roles: theirs */
+} npt_motion_warning_code;
+
+typedef struct npt_motion_warning {
+  npt_motion_warning_code code;
+  npt_mesh_role skeleton; /* NPT_IDENTITY: the character's, NPT_POSE: the motion's */
+  double value;           /* a confidence from 0 to 1; else 0 */
+  uint64_t roles;         /* a bit for each role: bit 0 is the hips' */
+} npt_motion_warning;
+#define NPT_MOST_MOTION_WARNINGS 16
+
+/* What a warning says in plain English: UTF-8, valid until this thread's next call of this, npt_warning_text or
+ * npt_remedy_text. character, motion: what they are called; NULL: "character", "motion". Empty for NULL. */
+NPT_C_API const char* npt_motion_warning_text(const npt_motion_warning* warning, const char* character,
+                                              const char* motion);
+
+/* What to know of a result. */
+typedef struct npt_motion_report {
+  size_t size;       /* sizeof(npt_motion_report) */
+  size_t clips;      /* that were put on the character */
+  double confidence; /* the lower of both skeletons' */
+  size_t warning_count;
+  npt_motion_warning warnings[NPT_MOST_MOTION_WARNINGS];
+} npt_motion_report;
+
+/* The motion on the character's own joints, whose names and nodes it keeps. options NULL: the default ones; report: or
+ * NULL. NPT_BAD_INPUT: a skeleton that isn't recognised as a person's (NPT_ERROR_NOT_RECOGNISED), has no hips, keys
+ * that are no numbers, a clip of no length. */
+NPT_C_API npt_status npt_transfer_motion(const npt_motion* character, const npt_motion* motion,
+                                         const npt_motion_options* options, npt_motion** result,
+                                         npt_motion_report* report);
+
+/* Writes results of one character to a file:
+ *   .glb .gltf .vrm   the character's file with the clips behind its own, all else byte for byte as it was. A character
+ *                     of .fbx or .dae, and one of body estimation, becomes a .glb
+ *   .bvh              one motion, at its own rate, or 30 frames a second; also one that is no result
+ * The file may be the character's own. */
+NPT_C_API npt_status npt_write_motions(const npt_motion* const* motions, size_t count, const char* path);
+NPT_C_API npt_status npt_write_motion(const npt_motion* motion, const char* path);
+
+/* What a motion may be as bytes. */
+typedef enum npt_motion_format {
+  NPT_FORMAT_RIG = 0,     /* the character's file with the clip: GLB, or JSON text where it was a .gltf */
+  NPT_FORMAT_BVH = 1,     /* text */
+  NPT_FORMAT_BONE_MAP = 2 /* text: which joint is which, to be corrected and given back */
+} npt_motion_format;
+typedef struct npt_bytes {
+  size_t size;      /* sizeof(npt_bytes), of the library's version */
+  const void* data; /* [count], and a 0 behind them */
+  size_t count;
+} npt_bytes;
+
+NPT_C_API npt_status npt_motion_bytes(const npt_motion* motion, npt_motion_format format, const npt_bytes** bytes);
+/* Does nothing for NULL. */
+NPT_C_API void npt_close_bytes(const npt_bytes* bytes);
+
+/* Puts clips onto the joints of a character, from files to a file, as `npt transfer --clip`. options NULL: all clips of
+ * the file; control: NULL, or progress and stop; report: or NULL. */
+NPT_C_API npt_status npt_transfer_motion_file(const npt_file* character, const npt_file* motion, const char* out,
+                                              const npt_motion_options* options, const npt_control* control,
+                                              npt_motion_report* report);
 
 #ifdef __cplusplus
 }

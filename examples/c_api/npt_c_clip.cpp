@@ -1,4 +1,5 @@
 /// A clip onto a character, from files to a file: npt_animate_file of npt_c.h.
+#include "npt_c_motion_types.hpp"
 #include "npt_c_types.hpp"
 
 #include <npt/body/joint_names.hpp>
@@ -7,7 +8,10 @@
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/scene/clip_frames.hpp>
+#include <npt/scene/motion_of_scene.hpp>
 #include <npt/transfer/animation.hpp>
+#include <npt/transfer/motion/character_motion.hpp>
+#include <npt/transfer/motion_transfer.hpp>
 
 #include <initializer_list>
 #include <system_error>
@@ -22,6 +26,8 @@ bool is_scene(const fs::path& path) {
   return format == npt::MeshFormat::glb || format == npt::MeshFormat::gltf;
 }
 
+bool is_bvh(const fs::path& path) { return c_api::has_extension(path, {".bvh"}); }
+
 struct Files {
   fs::path identity, pose, out;
 };
@@ -30,8 +36,9 @@ struct Files {
 void expect_usable(const Files& files) {
   const auto& [identity, pose, out] = files;
   npt::mesh_format(identity);
-  if (!is_scene(pose))
-    throw npt::Error({.file = pose.string(), .found = "no moving scene", .expected = "a .glb or .gltf with a clip"});
+  if (!is_bvh(pose) && !is_scene(pose))
+    throw npt::Error(
+        {.file = pose.string(), .found = "no moving scene", .expected = "a .glb or .gltf with a clip, or a .bvh"});
   if (npt::mesh_format(out) != npt::MeshFormat::glb)
     throw npt::Error({.file = out.string(), .found = "no .glb", .expected = "a .glb, which can move"});
   std::error_code ignored;
@@ -66,14 +73,55 @@ void expect_finite(const npt::Mesh& identity, const npt::Animation& animation, c
   }
 }
 
+void warn_of_unit(const npt::PoseTransfer& transfer, double unit, npt::Warnings& warnings) {
+  if (unit != 1 && !transfer.options().import.unit && !warnings.contains(npt::WarningCode::unit_assumed))
+    warnings.push_back({npt::WarningCode::unit_assumed, npt::MeshRole::identity, unit, npt::Remedy::give_unit});
+}
+
+/// A clip without a mesh, on the joints that body estimation gives the identity.
+void animate_by_joints(const npt::PoseTransfer& transfer, const Files& files, const npt_clip_options& options,
+                       const npt::Control& control, npt_result* result) {
+  const std::string pose = files.pose.string(), name = files.identity.string();
+  const npt_file file{sizeof(npt_file), pose.c_str(), nullptr, 0};
+  c_api::Notes notes;
+  c_api::WantedClips wanted;
+  if (options.clip != nullptr) wanted.name = options.clip;
+  const c_api::OwnedMotion clip = std::move(c_api::read_clips(&file, wanted, nullptr, notes).front());
+  if (clip->refusal) throw *clip->refusal;
+  const npt::Mesh mesh = npt::read_mesh(files.identity);
+  const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
+  const npt::MeshView view{mesh.coordinates(), triangles, name};
+  const npt::Character character = transfer.character(view, control.part(0, 0.9));
+  const double unit = npt::output_unit(transfer, view, is_scene(files.identity));
+  const auto names = static_cast<npt::JointNames>(options.names);
+  npt::MotionOptions own;
+  own.rate = options.fps;
+  own.retarget.in_place = options.in_place != 0;
+  const npt::MotionResult made =
+      npt::transfer_motion(clip->skeleton, npt::motion_skeleton(character, name, names, unit), own);
+  npt::write_scene(files.out, npt::scene_with_motions(mesh, files.identity.stem().string(), *character.skeleton(),
+                                                      {&made.motion, 1}, unit));
+  control.step(1);
+  npt::TransferReport report;
+  report.method = npt::Method::body;
+  report.confidence = std::min(*character.confidence(), made.confidence);
+  report.warnings = character.warnings();
+  warn_of_unit(transfer, unit, report.warnings);
+  c_api::fill(result, report, character.confidence(), made.confidence);
+}
+
 void animate(const npt::PoseTransfer& transfer, const Files& files, const npt_clip_options& options,
              const npt::Control& control, npt_result* result) {
   expect_usable(files);
   const fs::path &identity = files.identity, &pose = files.pose;
+  if (is_bvh(pose)) return animate_by_joints(transfer, files, options, control, result);
+  npt::Scene scene = npt::read_scene(pose);
+  if (scene.shown.empty() && npt::has_skeleton(scene))
+    return animate_by_joints(transfer, files, options, control, result);
   const npt::Mesh mesh = npt::read_mesh(identity);
   npt::ClipFrames::Options clip{.clip = {}, .rate = options.fps, .time = {}};
   if (options.clip != nullptr) clip.clip = options.clip;
-  npt::ClipFrames frames(npt::read_scene(pose), pose.string(), clip);
+  npt::ClipFrames frames(std::move(scene), pose.string(), clip);
   npt::FrameSource source = npt::frame_source(frames);
   source.name = [&pose](std::size_t) { return pose.string(); };
 
@@ -89,9 +137,7 @@ void animate(const npt::PoseTransfer& transfer, const Files& files, const npt_cl
   npt::write_scene(
       files.out, npt::animation_scene(mesh, identity.stem().string(), made, frames.clip_name(), frames.times(), unit));
 
-  npt::Warnings& warnings = made.report.warnings;
-  if (unit != 1 && !transfer.options().import.unit && !warnings.contains(npt::WarningCode::unit_assumed))
-    warnings.push_back({npt::WarningCode::unit_assumed, npt::MeshRole::identity, unit, npt::Remedy::give_unit});
+  warn_of_unit(transfer, unit, made.report.warnings);
   c_api::fill(result, made.report, character.confidence(), made.pose_confidence);
 }
 

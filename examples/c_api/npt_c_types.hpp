@@ -76,6 +76,14 @@ inline void set(Text& text, const char* message) noexcept {
   text[length] = '\0';
 }
 
+inline thread_local Text last_text{};
+
+/// A text for the caller, until this thread's next one.
+inline const char* kept(const std::string& text) noexcept {
+  set(last_text, text.c_str());
+  return last_text.data();
+}
+
 inline npt_status failed(npt_status status, npt_error_code code, const char* message,
                          npt_remedy remedy = NPT_REMEDY_NONE) noexcept {
   set(last_error.message, message);

@@ -138,6 +138,10 @@ TEST_CASE("a .gltf reads its files and data URIs, and nothing outside of its fol
   std::string text = small_gltf::json();
   text.replace(text.find(R"("buffers":[{)"), 12, R"("buffers":[{"uri":"some data.bin",)");
   CHECK(error_in(text).find("came without a folder") != std::string::npos);
+  CHECK(error_of([&] { npt::scene_of_bytes(text, "x.gltf"); }).find("came without a folder") != std::string::npos);
+  npt::write_file(folder / "a.glb", small_gltf::file());
+  CHECK(npt::scene_of_bytes(small_gltf::file(), "a.glb").nodes.size() ==
+        npt::read_scene(folder / "a.glb").nodes.size());
   CHECK(npt::internal::from_base64("aGk=").value() == "hi");
   CHECK(npt::internal::from_base64("aGk").value() == "hi");
   CHECK_FALSE(npt::internal::from_base64("aGkAA"));

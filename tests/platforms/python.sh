@@ -16,4 +16,5 @@ wheel=$(examples/python/build_wheel.sh "${library[@]}" "$folder")
 /usr/bin/python3 -m venv --system-site-packages "$folder/venv"
 "$folder/venv/bin/pip" install --quiet --no-index --no-deps "$wheel"
 "$folder/venv/bin/python" -B tests/python/test_npt.py "$build/bin/npt"
+"$folder/venv/bin/python" -B tests/python/test_motion.py
 echo "python.sh: $(basename "$wheel"), $(du -h "$wheel" | cut -f1)"

@@ -184,6 +184,44 @@ class Program(Figures):
         self.fails("clip", npt.animate, transfer, *files, clip="run")
         self.fails("names: found 'maya', expected one of vrm, mixamo, smpl", npt.animate, transfer, *files, names="maya")
 
+    def test_clip_without_a_mesh(self):
+        """On a mesh without joints: on those of its estimated body."""
+        parents = [-1, 0, 1, 2, 3, 4, 3, 6, 7, 8, 3, 10, 11, 12, 0, 14, 15, 0, 17, 18]
+        sides = "Shoulder", "Arm", "ForeArm", "Hand"
+        names = ["Hips", "Spine", "Spine1", "Spine2", "Neck", "Head"]
+        names += [side + part for side in ("Left", "Right") for part in sides]
+        names += [side + part for side in ("Left", "Right") for part in ("UpLeg", "Leg", "Foot")]
+        places = [(0, 0.95, 0), (0, 0.1, 0), (0, 0.12, 0), (0, 0.12, 0), (0, 0.18, 0), (0, 0.1, 0)]
+        for x in 1, -1:
+            places += [(0.06 * x, 0.12, 0), (0.12 * x, 0, 0), (0.28 * x, 0, 0), (0.25 * x, 0, 0)]
+        for x in 1, -1:
+            places += [(0.1 * x, -0.05, 0), (0, -0.42, 0), (0, -0.4, 0)]
+        turns = np.zeros((31, 20, 4), np.float32)
+        turns[:, :, 3] = 1
+        arm = names.index("LeftArm")
+        half = np.linspace(0, -np.pi / 4, 31)
+        turns[:, arm, 2], turns[:, arm, 3] = np.sin(half), np.cos(half)
+        clip = npt.make_motion(names, parents, places, rotations=turns, name="sink")
+        clip.save(FOLDER / "sink.bvh")
+        transfer = npt.PoseTransfer()
+        hero = transfer.character(npt.Mesh(*self.identity, "identity.obj"))
+        result = npt.transfer_motion(hero, clip)
+        self.assertEqual((len(result.names), result.names, result.root_joint), (40, hero.skeleton().names, None))
+        self.assertEqual(result.parents.tolist(), hero.skeleton().parents.tolist())
+        arm, hand = (result.roles[role].joint for role in ("leftUpperArm", "leftHand"))
+        direction = result.positions[[0, -1], hand] - result.positions[[0, -1], arm]
+        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+        self.assertGreater(direction[0, 0], 0.95)  # level, and at the end down
+        self.assertLess(direction[1, 1], -0.9)
+        result.save(FOLDER / "sunk.glb")
+        read = npt.read_motion(FOLDER / "sunk.glb")
+        self.assertLess(np.abs(read.sample(result.times).positions[:, [0]] - result.positions[:, [0]]).max(), 1e-5)
+        made = npt.animate(transfer, FOLDER / "identity.obj", FOLDER / "sink.bvh", FOLDER / "sunk2.glb")
+        self.assertEqual((made.method, made.warnings), ("body", ()))
+        again = npt.read_motion(FOLDER / "sunk2.glb")
+        self.assertEqual((again.clip, len(again)), ("sink", len(read)))
+        self.assertLess(np.abs(again.positions[-1] - read.positions[-1]).max(), 1e-3)
+
     def test_protocol(self):
         """PMD on the paper's protocol as `npt evaluate`'s: some pairs of both sets; all with NPT_ALL_PAIRS."""
         first = () if os.environ.get("NPT_ALL_PAIRS") else ("--first", 3)

@@ -116,6 +116,18 @@ TEST_CASE("the rate of keys is found also where frames were left out, and is non
   CHECK(npt::key_rate({}) == 0);
 }
 
+TEST_CASE("frames at the sampling rate end at the last key, also where the rate was rounded") {
+  npt::Motion motion;
+  motion.clip.channels = {turning(0, {0, 0.0333F, 0.0666F, 0.0999F})};
+  motion.rate = 30;
+  CHECK(npt::frame_times(motion.clip, motion.rate).size() == 3);
+  CHECK(npt::frame_times(motion.clip, npt::sampling_rate(motion)).size() == 4);
+  motion.clip.channels = {turning(0, {0, 0.115F})};  // behind the last frame
+  CHECK(npt::sampling_rate(motion) == 30);
+  motion.rate = 0;
+  CHECK(npt::sampling_rate(motion, 24) == 24);
+}
+
 TEST_CASE("a map gives the place that makes it, also where it mirrors") {
   npt::NodePlace place{{1, 2, 3}, npt::normalised(npt::Quaternion{0.1, -0.2, 0.3, 0.8}), {-2, 3, 0.5}};
   CHECK((npt::place_of(place.affine()).affine().linear - place.affine().linear).squared_norm() < 1e-20);

@@ -82,7 +82,7 @@ class ForeignScene {
       if (material.Get(AI_MATKEY_COLOR_EMISSIVE, glow) == AI_SUCCESS && !glow.IsBlack()) ++glowing;
     }
     for (unsigned i = 0; i < source_->mNumMeshes; ++i)
-      colours += source_->mMeshes[i]->GetNumColorChannels() > 1 ? 1 : 0;
+      colours += source_->mMeshes[i]->GetNumColorChannels() > 1 ? 1U : 0U;
     for (unsigned i = 0; i < source_->mNumAnimations; ++i)
       curves += source_->mAnimations[i]->mNumMorphMeshChannels + source_->mAnimations[i]->mNumMeshChannels;
     add(maps, "materials' pictures of normals, shine, glow and transparency: " + std::to_string(maps));

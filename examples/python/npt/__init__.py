@@ -8,12 +8,27 @@
     pose = transfer.pose((pose_vertices, pose_faces))                 # estimated once
     result = transfer.apply(hero, pose)                               # .vertices, .method, .confidence, .warnings
 
+    npt.transfer_motion("hero.glb", "walk.bvh").save("hero_walk.glb")  # a clip on the character's own joints
+
 People in any pose are transferred by body estimation, the rest by a pose transfer network, as `npt transfer` does: the
 results are its results.
 """
 
 from ._library import Error, Stopped, library_file, version
 from ._meshes import Mesh, MeshLike, pmd
+from ._motions import (
+    JointRole,
+    Motion,
+    MotionFrames,
+    MotionResult,
+    MotionWarning,
+    make_motion,
+    read_motion,
+    read_skeleton,
+    reads_fbx,
+    save_motions,
+    transfer_motion,
+)
 from ._prepared import Character, JointPose, Pose, Skeleton
 from ._results import Result, TransferWarning
 from ._transfer import PoseTracker, PoseTransfer, animate, frames_to_try, shipped_weights
@@ -23,8 +38,13 @@ __all__ = [
     "Character",
     "Error",
     "JointPose",
+    "JointRole",
     "Mesh",
     "MeshLike",
+    "Motion",
+    "MotionFrames",
+    "MotionResult",
+    "MotionWarning",
     "Pose",
     "PoseTracker",
     "PoseTransfer",
@@ -35,7 +55,13 @@ __all__ = [
     "animate",
     "frames_to_try",
     "library_file",
+    "make_motion",
     "pmd",
+    "read_motion",
+    "read_skeleton",
+    "reads_fbx",
+    "save_motions",
     "shipped_weights",
+    "transfer_motion",
     "version",
 ]

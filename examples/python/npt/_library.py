@@ -176,6 +176,127 @@ class CClipOptions(ctypes.Structure):
     ]
 
 
+class CFile(ctypes.Structure):
+    """npt_file"""
+
+    _fields_ = [
+        ("size", ctypes.c_size_t),
+        ("path", ctypes.c_char_p),
+        ("bytes", ctypes.c_char_p),
+        ("byte_count", ctypes.c_size_t),
+    ]
+
+
+class CMotionData(ctypes.Structure):
+    """npt_motion_data"""
+
+    _fields_ = [
+        ("size", ctypes.c_size_t),
+        ("name", ctypes.c_char_p),
+        ("clip", ctypes.c_char_p),
+        ("joints", ctypes.c_size_t),
+        ("names", ctypes.POINTER(ctypes.c_char_p)),
+        ("parents", ctypes.c_void_p),
+        ("rest_translations", ctypes.c_void_p),
+        ("rest_rotations", ctypes.c_void_p),
+        ("rest_scales", ctypes.c_void_p),
+        ("base", ctypes.c_void_p),
+        ("frames", ctypes.c_size_t),
+        ("times", ctypes.c_void_p),
+        ("translations", ctypes.c_void_p),
+        ("rotations", ctypes.c_void_p),
+    ]
+
+
+class CMotionInfo(ctypes.Structure):
+    """npt_motion_info"""
+
+    _fields_ = [
+        ("size", ctypes.c_size_t),
+        ("joints", ctypes.c_size_t),
+        ("names", ctypes.POINTER(ctypes.c_char_p)),
+        ("parents", ctypes.POINTER(ctypes.c_int32)),
+        ("nodes", ctypes.POINTER(ctypes.c_int32)),
+        ("clip", ctypes.c_char_p),
+        ("length", ctypes.c_double),
+        ("rate", ctypes.c_double),
+        ("clip_count", ctypes.c_size_t),
+        ("clips", ctypes.POINTER(ctypes.c_char_p)),
+        ("unit", ctypes.c_double),
+        ("up", ctypes.c_char_p),
+        ("base", ctypes.c_double * 12),
+        ("rest_pose", ctypes.c_int),
+        ("dialect", ctypes.c_char_p),
+        ("confidence", ctypes.c_double),
+        ("root_joint", ctypes.c_int32),
+        ("root_shift", ctypes.c_double * 3),
+    ]
+
+
+class CMotionFrames(ctypes.Structure):
+    """npt_motion_frames"""
+
+    _fields_ = [
+        ("size", ctypes.c_size_t),
+        ("translations", ctypes.c_void_p),
+        ("rotations", ctypes.c_void_p),
+        ("scales", ctypes.c_void_p),
+        ("positions", ctypes.c_void_p),
+    ]
+
+
+class CMotionOptions(ctypes.Structure):
+    """npt_motion_options"""
+
+    _fields_ = [
+        ("size", ctypes.c_size_t),
+        ("version", ctypes.c_uint32),
+        ("clip", ctypes.c_char_p),
+        ("character_bone_map", ctypes.c_char_p),
+        ("motion_bone_map", ctypes.c_char_p),
+        ("clip_name", ctypes.c_char_p),
+        ("time", ctypes.c_double),
+        ("apply", ctypes.c_int),
+        ("fps", ctypes.c_double),
+        ("foot_lock", ctypes.c_int),
+        ("clearance", ctypes.c_double),
+        ("touch", ctypes.c_int),
+        ("in_place", ctypes.c_int),
+        ("root_motion", ctypes.c_int),
+        ("twist", ctypes.c_int),
+        ("key_tolerance", ctypes.c_double),
+    ]
+
+
+class CMotionWarning(ctypes.Structure):
+    """npt_motion_warning"""
+
+    _fields_ = [
+        ("code", ctypes.c_int),
+        ("skeleton", ctypes.c_int),
+        ("value", ctypes.c_double),
+        ("roles", ctypes.c_uint64),
+    ]
+
+
+class CMotionReport(ctypes.Structure):
+    """npt_motion_report"""
+
+    _fields_ = [
+        ("size", ctypes.c_size_t),
+        ("clips", ctypes.c_size_t),
+        ("confidence", ctypes.c_double),
+        ("warning_count", ctypes.c_size_t),
+        ("warnings", CMotionWarning * 16),
+    ]
+
+
+class CBytes(ctypes.Structure):
+    """npt_bytes"""
+
+    _fields_ = [("size", ctypes.c_size_t), ("data", ctypes.c_void_p), ("count", ctypes.c_size_t)]
+
+
 PROGRESS = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p)
 STOP = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p)
 
@@ -196,6 +317,7 @@ JOINT_POSE = ctypes.POINTER(CJointPose)
 FLOATS = ctypes.c_void_p
 DOUBLES = ctypes.c_void_p
 SIZES = ctypes.POINTER(ctypes.c_size_t)
+FILE = ctypes.POINTER(CFile)
 
 # What each function takes; all of these return a status.
 ARGUMENTS: dict[str, list[Any]] = {
@@ -220,6 +342,18 @@ ARGUMENTS: dict[str, list[Any]] = {
     "npt_open_skeleton": [Handle, ctypes.POINTER(ctypes.POINTER(CSkeleton))],
     "npt_move_joints": [Handle, Handle, Handle, DOUBLES],
     "npt_animate_file": [Handle, TEXT, TEXT, TEXT, ctypes.POINTER(CClipOptions), CONTROL, RESULT],
+    "npt_read_skeleton": [FILE, TEXT, HandleOut],
+    "npt_read_motion": [FILE, TEXT, TEXT, HandleOut],
+    "npt_make_motion": [ctypes.POINTER(CMotionData), TEXT, HandleOut],
+    "npt_motion_of_character": [Handle, Handle, ctypes.c_int, HandleOut],
+    "npt_describe_motion": [Handle, ctypes.POINTER(CMotionInfo)],
+    "npt_motion_roles": [Handle, ctypes.POINTER(ctypes.c_int32), ctypes.POINTER(ctypes.c_double)],
+    "npt_frame_times": [Handle, ctypes.c_double, SIZES, DOUBLES],
+    "npt_sample_motion": [Handle, DOUBLES, ctypes.c_size_t, ctypes.POINTER(CMotionFrames)],
+    "npt_default_motion_options": [ctypes.POINTER(CMotionOptions)],
+    "npt_transfer_motion": [Handle, Handle, ctypes.POINTER(CMotionOptions), HandleOut, ctypes.POINTER(CMotionReport)],
+    "npt_write_motions": [HandleOut, ctypes.c_size_t, TEXT],
+    "npt_motion_bytes": [Handle, ctypes.c_int, ctypes.POINTER(ctypes.POINTER(CBytes))],
 }
 # And what the others take and return.
 OTHERS: dict[str, "tuple[list[Any], Any]"] = {
@@ -235,6 +369,12 @@ OTHERS: dict[str, "tuple[list[Any], Any]"] = {
     "npt_release_character": ([Handle], None),
     "npt_release_pose": ([Handle], None),
     "npt_close_tracker": ([Handle], None),
+    "npt_reads_fbx": ([], ctypes.c_int),
+    "npt_last_notes": ([], TEXT),
+    "npt_role_name": ([ctypes.c_int], TEXT),
+    "npt_motion_warning_text": ([ctypes.POINTER(CMotionWarning), TEXT, TEXT], TEXT),
+    "npt_release_motion": ([Handle], None),
+    "npt_close_bytes": ([ctypes.POINTER(CBytes)], None),
     "npt_close_skeleton": ([ctypes.POINTER(CSkeleton)], None),
 }
 STATUS_NO_MEMORY, STATUS_STOPPED = 3, 5
@@ -319,6 +459,13 @@ class Control:
     def pointer(self) -> Any:
         """NULL where nothing is to be called."""
         return None if self._progress is None and self._stop is None else ctypes.byref(self.c)
+
+    def step(self, done: float) -> None:
+        """Between steps of work that the package does itself."""
+        if self._stop is not None and self._stop():
+            raise Stopped("work: found a request to stop", "stopped")
+        if self._progress is not None:
+            self._progress(done)
 
     def call(self, name: str, *arguments: Any) -> None:
         try:

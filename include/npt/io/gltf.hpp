@@ -27,7 +27,9 @@
 #endif
 
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -63,6 +65,7 @@ Mesh read_gltf(const std::filesystem::path& path, std::vector<std::string>* note
 void write_scene(const std::filesystem::path& path, const Scene& scene);
 void write_gltf(const std::filesystem::path& path, const Mesh& mesh);
 std::string glb_bytes(const Scene& scene, const std::string& name);
+Scene scene_of_bytes(std::string_view file, const std::string& name, std::vector<std::string>* notes = nullptr);
 #else
 /// `notes` gets a sentence for each thing that was repaired.
 inline Scene read_scene(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr) {
@@ -81,6 +84,10 @@ inline void write_scene(const std::filesystem::path& path, const Scene& scene) {
 inline void write_gltf(const std::filesystem::path& path, const Mesh& mesh) { internal::write_gltf_mesh(path, mesh); }
 /// What write_scene writes. `name` stands in the messages of errors.
 inline std::string glb_bytes(const Scene& scene, const std::string& name) { return format_gltf(scene, name); }
+/// What read_scene reads, of the bytes of a GLB or of a document that names no files. `name` stands in the messages.
+inline Scene scene_of_bytes(std::string_view file, const std::string& name, std::vector<std::string>* notes = nullptr) {
+  return parse_gltf(file, name, std::nullopt, notes);
+}
 #endif
 
 }  // namespace npt::inline NPT_ABI

@@ -128,6 +128,14 @@ inline double key_rate(const Clip& clip) {
   return std::abs(rate - std::round(rate)) < 0.002 * rate ? std::round(rate) : rate;
 }
 
+/// Frames a second at which its frames are its keys, to the last; `otherwise`, where these don't lie on frames. A file
+/// that writes 1/30 s as 0.0333 has a rate of 30, but the last of 300 frames lies before 299 / 30 s.
+inline double sampling_rate(const Motion& motion, double otherwise = 30) {
+  const double length = motion.clip.length(), frames = std::round(length * motion.rate);
+  if (motion.rate == 0 || frames == 0) return motion.rate > 0 ? motion.rate : otherwise;
+  return std::abs(length * motion.rate - frames) < 0.1 ? frames / length : motion.rate;
+}
+
 /// Metres in one unit of the joints' own numbers.
 inline double metres_a_unit(const Motion& motion) { return std::cbrt(std::abs(motion.base.linear.determinant())); }
 

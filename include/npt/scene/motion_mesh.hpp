@@ -1,7 +1,7 @@
 /// The mesh that a motion's joints move: of the scene that the motion was made of, where its skins were bound.
 ///   MotionMesh mesh = motion_mesh(scene, motion);
 ///   std::vector<Vec3d> now = mesh.moved(motion, joint_worlds(motion, 0.5));
-/// Vertices follow skins, or the joint that their node hangs on. Morph targets stay at rest.
+/// Vertices follow skins, or the joint that their node is attached to. Morph targets stay at rest.
 /// Shapes    start: [V + 1] where a vertex's influences begin
 #pragma once
 
@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -148,7 +149,7 @@ class MotionMeshMaker {
 
 }  // namespace internal
 
-/// Requires  a motion whose joints name nodes of the scene. Empty where nothing hangs on them.
+/// Requires  a motion whose joints name nodes of the scene. Empty where nothing is attached to them.
 inline MotionMesh motion_mesh(const Scene& scene, const Motion& motion) {
   return internal::MotionMeshMaker(scene, motion).make();
 }

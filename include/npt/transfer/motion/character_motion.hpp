@@ -75,10 +75,14 @@ inline std::vector<std::size_t> depth_first(const std::vector<std::size_t>& pare
 inline BodyShape shape_of(const Character& character, const MotionSkeleton& skeleton) {
   Mesh mesh;
   mesh.positions.resize(character.vertex_count());
-  std::copy(character.positions().begin(), character.positions().end(), mesh.coordinates().begin());
+  const double unit = metres_a_unit(skeleton.motion);  // joints are bound in metres
+  std::transform(character.positions().begin(), character.positions().end(), mesh.coordinates().begin(),
+                 [unit](float x) { return static_cast<float>(static_cast<double>(x) * unit); });
   set_faces(mesh, character.triangles());
   MeshScene made = scene_from(mesh);
-  const std::size_t first = add_skeleton(made, *character.skeleton());
+  SkinnedSkeleton own = *character.skeleton();
+  for (Vec3d& joint : own.joints) joint = joint * unit;
+  const std::size_t first = add_skeleton(made, own);
   Motion motion = skeleton.motion;
   for (MotionJoint& joint : motion.joints) joint.node += first;
   return body_shape(made.scene, motion, skeleton.roles);

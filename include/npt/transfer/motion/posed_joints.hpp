@@ -1,4 +1,4 @@
-/// A skeleton in a pose that is being changed: joints are turned in the world's directions, and what hangs on them
+/// A skeleton in a pose that is being changed: joints are turned in the world's directions, and what is attached to them
 /// follows at once.
 ///   PosedJoints pose(motion, follows, bound);
 ///   pose.set(places);

@@ -49,7 +49,7 @@ class TwistJoints {
   void apply(PosedJoints& pose) const {
     for (const Twist& twist : found_) {
       const std::size_t bone = twist.bone, parent = target_.motion.joints[bone].parent;
-      // Of the end against the bone, or of the bone against what it hangs on, since both were bound.
+      // Of the end against the bone, or of the bone against its parent, since both were bound.
       const std::size_t outer = twist.follows_end ? bone : parent, inner = twist.follows_end ? twist.end : bone;
       const Quaternion now = inverse(pose.rotation(outer)) * pose.rotation(inner);
       const Quaternion then = inverse(target_.rotations[outer]) * target_.rotations[inner];
@@ -74,7 +74,7 @@ class TwistJoints {
     std::size_t joint, bone, end;
     double along;      ///< of the bone, 0 to 1
     bool follows_end;  ///< of a forearm
-    bool holds_limb;   ///< the limb's next joint hangs on it
+    bool holds_limb;   ///< the limb goes on behind it
     std::size_t next;  ///< of the limb behind it, if so
   };
 
@@ -91,10 +91,10 @@ class TwistJoints {
     const Vec3d start = target_.worlds[bone].shift, way = target_.worlds[end].shift - start;
     if (!(length(way) > 0)) return;
     for (std::size_t j = 0; j < target_.motion.joints.size(); ++j) {
-      if (j == bone || target_.roles.role_of(j) != JointRole::none || !hangs_on(j, bone)) continue;
+      if (j == bone || target_.roles.role_of(j) != JointRole::none || !is_under(j, bone)) continue;
       const Vec3d off = target_.worlds[j].shift - start;
       const double along = dot(off, way) / dot(way, way), aside = length(off - way * along) / length(way);
-      const bool between = hangs_on(end, j);
+      const bool between = is_under(end, j);
       if (aside > 0.1 || along < -0.05 || along > 1.05 || !(between || is_named(target_.motion.joints[j].name)))
         continue;
       std::size_t next = end;
@@ -103,7 +103,7 @@ class TwistJoints {
     }
   }
   /// Below a joint, with no other joint of the body in between.
-  bool hangs_on(std::size_t joint, std::size_t above) const {
+  bool is_under(std::size_t joint, std::size_t above) const {
     for (joint = target_.motion.joints[joint].parent; joint != no_item; joint = target_.motion.joints[joint].parent) {
       if (joint == above) return true;
       if (target_.roles.role_of(joint) != JointRole::none) return false;

@@ -1,0 +1,96 @@
+#include <doctest/doctest.h>
+
+#include <npt/base/vec3.hpp>
+#include <npt/body/roles/joint_roles.hpp>
+#include <npt/body/roles/nearest_roles.hpp>
+#include <npt/lab/limb_penetration.hpp>
+#include <npt/lab/motion_evaluation.hpp>
+#include <npt/scene/motion.hpp>
+#include <npt/scene/motion_mesh.hpp>
+
+#include <body/roles/skeletons.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace {
+
+/// Adds a box around a place, moved by a joint.
+void add_box(npt::MotionMesh& mesh, std::size_t joint, npt::Vec3d centre, npt::Vec3d half) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (int i = 0; i < 8; ++i) {
+    const auto sign = [i](int bit) { return (i >> bit & 1) != 0 ? 1.0 : -1.0; };
+    mesh.positions.push_back(centre + npt::Vec3d{half.x * sign(0), half.y * sign(1), half.z * sign(2)});
+    mesh.influences.push_back({joint, 1});
+    mesh.start.push_back(mesh.influences.size());
+  }
+  constexpr std::array<std::array<std::uint32_t, 3>, 12> faces{{{0, 2, 1},
+                                                                {1, 2, 3},
+                                                                {4, 5, 6},
+                                                                {5, 7, 6},
+                                                                {0, 1, 4},
+                                                                {1, 5, 4},
+                                                                {2, 6, 3},
+                                                                {3, 6, 7},
+                                                                {0, 4, 2},
+                                                                {2, 4, 6},
+                                                                {1, 3, 5},
+                                                                {3, 7, 5}}};
+  for (const auto& f : faces) mesh.triangles.push_back({f[0] + first, f[1] + first, f[2] + first});
+  mesh.skinned[joint] = true;
+}
+
+}  // namespace
+
+TEST_CASE("a motion against itself has no errors, and one that is moved has its own") {
+  skeletons::Person person = skeletons::person(skeletons::dialects()[0]);
+  skeletons::add_clip(person);
+  const npt::JointRoles roles = npt::joint_roles(person.motion);
+  const npt::MotionErrors same =
+      npt::evaluate_motion({person.motion, roles}, {person.motion, roles}, &person.motion, nullptr);
+  CHECK(same.joint_p95 == 0);
+  CHECK(same.slide == doctest::Approx(same.source_slide));
+  CHECK(same.stretch < 1e-6);
+  npt::Motion moved = person.motion;
+  moved.base.shift = {0, 0, 0.1};
+  const npt::MotionErrors off = npt::evaluate_motion({person.motion, roles}, {moved, roles}, &person.motion, nullptr);
+  CHECK(off.joint_median == doctest::Approx(off.joint_p95));
+  CHECK(off.joint_median > 0.05);
+}
+
+TEST_CASE("a foot that slides while the source's stands, and one that sinks, are found") {
+  skeletons::Person still = skeletons::person(skeletons::dialects()[0]);
+  npt::ClipChannel shift{0,      npt::ChannelPath::translation, npt::Interpolation::linear, 3,
+                         {0, 1}, {0, 0.95F, 0, 0, 0.95F, 0}};
+  still.motion.clip.channels = {shift};
+  npt::Motion slides = still.motion;
+  slides.clip.channels[0].values[3] = 0.1F;   // 10 cm in a second
+  slides.clip.channels[0].values[4] = 0.93F;  // and 2 cm down
+  const npt::JointRoles roles = npt::joint_roles(still.motion);
+  const npt::MotionErrors errors = npt::evaluate_motion({still.motion, roles}, {slides, roles}, nullptr, nullptr);
+  CHECK(errors.source_slide == 0);
+  CHECK(errors.slide == doctest::Approx(10).epsilon(0.03));
+  CHECK(errors.sink == doctest::Approx(2).epsilon(0.05));
+}
+
+TEST_CASE("an arm inside the trunk is found, and its depth") {
+  const skeletons::Person person = skeletons::person(skeletons::dialects()[0]);
+  const npt::JointRoles roles = npt::joint_roles(person.motion);
+  npt::MotionMesh mesh;
+  mesh.skinned.resize(person.motion.joints.size());
+  const std::size_t hips = roles.joint(npt::JointRole::hips), elbow = roles.joint(npt::LimbPart::lower_arm, 0);
+  add_box(mesh, hips, {0, 1.2, 0}, {0.2, 0.3, 0.2});
+  add_box(mesh, elbow, npt::bound_worlds(person.motion)[elbow].shift + npt::Vec3d{0.1, 0, 0}, {0.05, 0.02, 0.02});
+  CHECK(npt::nearest_roles(person.motion, roles)[elbow] == npt::limb_role(npt::LimbPart::lower_arm, 0));
+  npt::LimbPenetration depths(mesh, person.motion, roles);
+  REQUIRE(depths.has_mesh());
+  std::vector<npt::Affine> worlds = npt::bound_worlds(person.motion);
+  depths.add(worlds);
+  CHECK(depths.worst() == 0);
+  worlds[elbow].shift = {-0.1, 1.2, 0};  // into the middle of the trunk
+  depths.add(worlds);
+  CHECK(depths.worst() == doctest::Approx(0.15).epsilon(0.01));
+  CHECK(depths.mean() > 0.05);
+}
