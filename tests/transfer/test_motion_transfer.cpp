@@ -3,7 +3,9 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/roles/bone_map.hpp>
 #include <npt/scene/motion.hpp>
+#include <npt/transfer/motion/motion_checks.hpp>
 #include <npt/transfer/motion/motion_skeleton.hpp>
+#include <npt/transfer/motion/motion_warning.hpp>
 #include <npt/transfer/motion_transfer.hpp>
 #include <npt/transfer/retarget.hpp>
 
