@@ -87,9 +87,8 @@ TEST_CASE("a clip goes onto the target's own joints, as retarget() puts it there
 TEST_CASE("a clip's pose at a time, and its frames at a rate") {
   const npt::MotionSkeleton source = npt::motion_skeleton(dancer(), "dance.bvh");
   const npt::MotionSkeleton target = npt::motion_skeleton(standing(), "hero.glb");
-  const npt::Motion whole = npt::transfer_motion(source, target, {.retarget = npt::RetargetOptions::plain()}).motion;
-  const npt::Motion pose =
-      npt::transfer_motion(source, target, {.time = 0.5, .retarget = npt::RetargetOptions::plain()}).motion;
+  const npt::Motion whole = npt::transfer_motion(source, target).motion;
+  const npt::Motion pose = npt::transfer_motion(source, target, {.time = 0.5}).motion;
   CHECK(pose.clip.length() == 0);
   const auto a = npt::joint_positions(pose, 0.0), b = npt::joint_positions(whole, 0.5);
   for (std::size_t j = 0; j < a.size(); ++j) CHECK(npt::length(a[j] - b[j]) < 1e-5);

@@ -59,12 +59,7 @@ inline Motion sampled_motion(Motion motion, std::span<const double> times) {
 }
 
 /// The pose at a time, as a clip with one key, at 0.
-inline Motion pose_of_motion(Motion motion, double time, const std::string& file) {
-  const double length = motion.clip.channels.empty() ? 0 : motion.clip.length();
-  if (!(time >= 0 && time <= length + 1e-3))
-    throw Error({.file = file,
-                 .found = "a time of " + std::to_string(time) + " s",
-                 .expected = "at most " + std::to_string(length) + " s, the clip's length"});
+inline Motion pose_of_motion(Motion motion, double time) {
   motion = sampled_motion(std::move(motion), std::span(&time, 1));
   for (ClipChannel& channel : motion.clip.channels) channel.times.front() = 0;
   motion.rate = 0;
@@ -72,6 +67,14 @@ inline Motion pose_of_motion(Motion motion, double time, const std::string& file
 }
 
 namespace internal {
+
+inline void expect_time(const Motion& motion, double time, const std::string& file) {
+  const double length = motion.clip.channels.empty() ? 0 : motion.clip.length();
+  if (!(time >= 0 && time <= length + 1e-3))
+    throw Error({.file = file,
+                 .found = "a time of " + std::to_string(time) + " s",
+                 .expected = "at most " + std::to_string(length) + " s, the clip's length"});
+}
 
 /// Counted before any frame is made: a clip of two keys may claim to be a year long.
 inline void expect_frames(const Motion& motion, double rate, const std::string& file) {
@@ -88,17 +91,21 @@ inline void expect_frames(const Motion& motion, double rate, const std::string& 
 inline MotionResult transfer_motion(const MotionSkeleton& source, const MotionSkeleton& target,
                                     const MotionOptions& options = {}) {
   Motion clip = source.motion;
-  if (options.time) {
-    clip = pose_of_motion(std::move(clip), *options.time, source.name);
-  } else {
+  if (options.time)
+    internal::expect_time(clip, *options.time, source.name);
+  else
     expect_clip(clip, source.name);
-    if (options.rate || clip.rate == 0) internal::expect_frames(clip, options.rate.value_or(30), source.name);
-    if (options.rate) clip = sampled_motion(std::move(clip), frame_times(source.motion.clip, *options.rate));
-    if (options.rate) clip.rate = *options.rate;
+  if (!clip.clip.channels.empty() && (options.rate || clip.rate == 0))
+    internal::expect_frames(clip, options.rate.value_or(30), source.name);
+  if (options.rate && !options.time) {
+    clip = sampled_motion(std::move(clip), frame_times(source.motion.clip, *options.rate));
+    clip.rate = *options.rate;
   }
   MotionResult result;
   result.motion =
       retarget(clip, source.roles, target.motion, target.roles, options.retarget, {source.shape, target.shape});
+  // Feet, hands and the ground depend on what comes before and after: the pose is that of the whole clip at the time.
+  if (options.time) result.motion = pose_of_motion(std::move(result.motion), *options.time);
   if (!options.clip_name.empty()) result.motion.clip.name = options.clip_name;
   result.warnings = motion_warnings(source.roles, target.roles);
   result.confidence = std::min(source.roles.confidence, target.roles.confidence);

@@ -5,6 +5,7 @@
 #include <npt/base/affine.hpp>
 #include <npt/base/matrix3.hpp>
 #include <npt/base/quaternion.hpp>
+#include <npt/base/sort.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/roles/facing.hpp>
 #include <npt/body/roles/joint_role.hpp>
@@ -15,9 +16,11 @@
 #include <npt/scene/scene.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -72,17 +75,18 @@ struct RetargetSide {
     return least;
   }
 
-  /// A rest may hang below the ground, as BVH's do around the origin: then the clip's own lowest point is where its
-  /// feet stand, if it is another by more than a quarter of a leg.
+  /// A rest may hang below the ground, as BVH's do around the origin: then feet stand where the lowest joint is for most
+  /// of the clip, if that is off by more than a quarter of a leg. Its lowest place isn't the ground: one who climbs out
+  /// of a grave would hover 73 cm above it.
   void find_ground() {
     const double at_rest = lowest(worlds), off = 0.25 * leg();
-    if (!(std::abs(at_rest) > off)) return;
-    double least = std::numeric_limits<double>::infinity();
-    const double end = motion.clip.channels.empty() ? 0 : motion.clip.length();
-    constexpr int samples = 30;
-    for (int i = 0; i <= samples && !motion.clip.channels.empty(); ++i)
-      least = std::min(least, lowest(joint_worlds(motion, end * i / samples)));
-    if (std::isfinite(least) && std::isfinite(at_rest) && std::abs(least - at_rest) > off) ground = least - at_rest;
+    if (!(std::abs(at_rest) > off) || !std::isfinite(at_rest) || motion.clip.channels.empty()) return;
+    std::array<double, 31> heights{};
+    const double end = motion.clip.length();
+    for (std::size_t i = 0; i < heights.size(); ++i)
+      heights[i] = lowest(joint_worlds(motion, end * static_cast<double>(i) / static_cast<double>(heights.size() - 1)));
+    const double usual = median(std::span<double>(heights));
+    if (std::abs(usual - at_rest) > off) ground = usual - at_rest;
     pelvis.y += ground;
   }
 
