@@ -356,8 +356,7 @@ class MotionTransfer {
   }
 
   double rate() const {
-    if (options_.fps) return *options_.fps;
-    return results_.front().rate > 0 ? results_.front().rate : 30;
+    return options_.fps ? *options_.fps : npt::sampling_rate(results_.front());
   }
   std::vector<double> times() const { return npt::frame_times(results_.front().clip, rate()); }
   double in_output() const { return folder_ || extension_of(job_.out) != ".glb" ? 1 : character_->metres(); }
