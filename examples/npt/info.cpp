@@ -398,6 +398,6 @@ void add(CLI::App& command) {
 }
 
 const program::Subcommand registered("info",
-                                     "Say what a mesh, a skeleton, a clip, a weights file or a body model holds", add);
+                                     "Say what a mesh, skeleton, clip, weights file or body model holds", add);
 
 }  // namespace info_command
