@@ -397,7 +397,6 @@ void add(CLI::App& command) {
   command.callback([o] { run(*o); });
 }
 
-const program::Subcommand registered("info",
-                                     "Say what a mesh, skeleton, clip, weights file or body model holds", add);
+const program::Subcommand registered("info", "Say what a mesh, skeleton, clip, weights file or body model holds", add);
 
 }  // namespace info_command

@@ -355,9 +355,7 @@ class MotionTransfer {
     results_.push_back(std::move(result.motion));
   }
 
-  double rate() const {
-    return options_.fps ? *options_.fps : npt::sampling_rate(results_.front());
-  }
+  double rate() const { return options_.fps ? *options_.fps : npt::sampling_rate(results_.front()); }
   std::vector<double> times() const { return npt::frame_times(results_.front().clip, rate()); }
   double in_output() const { return folder_ || extension_of(job_.out) != ".glb" ? 1 : character_->metres(); }
 
