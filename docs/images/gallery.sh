@@ -22,7 +22,7 @@ needed=("$run" heavy-sit.ply slim-run.ply "$seat" heavy-six.ply slim-six.ply rbo
   qmen_king.glb qmen_swat.glb sf_base_male.glb sf_base_female.glb proxy741_m_heavy_tpose.obj parts_f_slim_tpose.ply
   qposed_male_sitting.fbx qposed_female_pickingup.fbx qmon_orc.glb qskeleton2018.glb q2019_woman_dress.fbx
   quac_wizard.glb quac_viking_male.glb person_on_floor.obj person_on_pedestal.obj not_a_body_cube.obj
-  kk_skeleton_warrior.glb
+  kk_skeleton_warrior.glb qmon_yeti.glb qspace_mech_finn.glb fair_dab.bvh cmu_02_01.bvh
   male1591_m_athletic_tpose.obj kenney_char_largemale.fbx qwomen_medieval.glb)
 for name in "${needed[@]}"; do
   [ -f "$characters/$name" ] || { echo "gallery.sh: $characters has no $name; CREDITS.md says whose it is" >&2; exit 1; }
@@ -108,3 +108,16 @@ python3 -B "$here/wires.py" "$work" "$work/kenney.glb" "$work/kenney-run.glb"
 python3 -B "$here/wires.py" "$work" "$work/rbox.glb" "$work/people-rbox_male_06.glb"
 "$npt" render "$work/kenney-wires.obj" "$work/kenney-run-wires.obj" "$work/rbox-uv.obj" \
   "$work/people-rbox_male_06-uv.obj" --background transparent --width 210 --height 280 --gap 4 --out "$out/gallery-kept.png"
+
+# Clips without a mesh on characters' own joints: two moments of a dance, two of a walk. Each figure at its own scale.
+panels=()
+for moment in "fair_dab 2.0 180" "fair_dab 4.6 180" "cmu_02_01 0.6 20" "cmu_02_01 1.1 20"; do
+  read -r clip time yaw <<< "$moment"
+  for character in qmon_yeti.glb kk_skeleton_warrior.glb qspace_mech_finn.glb rbox_male_06.fbx q2019_woman_dress.fbx qmen_king.glb; do
+    panel=$work/clips-$clip-$time-${character%.*}
+    "$npt" transfer "$character" "$clip.bvh" --time "$time" --out "$panel.ply"
+    "$npt" render "$panel.ply" --yaw "$yaw" --colours blue --background transparent --samples 3 --width 130 --height 170 --out "$panel.png"
+    panels+=("$panel.png")
+  done
+done
+"$npt" render "${panels[@]}" --columns 6 --background transparent --width 130 --height 170 --gap 4 --out "$out/gallery-clips.png"
