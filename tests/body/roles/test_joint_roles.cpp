@@ -81,6 +81,28 @@ TEST_CASE("each dialect's skeleton is known by its names, in T and A poses, and 
     }
 }
 
+TEST_CASE("fingers may branch from a joint of the palm behind the wrist") {
+  skeletons::Person person = nameless(skeletons::person(skeletons::dialects().front()));
+  for (std::size_t side = 0; side < 2; ++side) {
+    const std::size_t hand = person.joint(npt::limb_role(npt::LimbPart::hand, side));
+    npt::MotionJoint palm;
+    palm.parent = hand;
+    for (npt::MotionJoint& joint : person.motion.joints) {
+      if (joint.parent == npt::no_item || joint.parent < hand) continue;
+      if (joint.parent == hand) palm.rest.translation = joint.rest.translation * 0.9;
+      if (joint.parent == hand) joint.rest.translation = joint.rest.translation - palm.rest.translation;
+      ++joint.parent;
+    }
+    person.motion.joints.insert(person.motion.joints.begin() + static_cast<std::ptrdiff_t>(hand) + 1, palm);
+    person.roles.insert(person.roles.begin() + static_cast<std::ptrdiff_t>(hand) + 1, JointRole::none);
+  }
+  const npt::JointRoles roles = npt::joint_roles(person.motion);
+  for (std::size_t side = 0; side < 2; ++side)
+    for (const auto part :
+         {npt::LimbPart::shoulder, npt::LimbPart::upper_arm, npt::LimbPart::lower_arm, npt::LimbPart::hand})
+      CHECK(roles.joint(part, side) == person.joint(npt::limb_role(part, side)));
+}
+
 TEST_CASE("a skeleton without names is known by its shape, whatever the frames of its bones") {
   for (const bool backwards : {false, true})
     for (const double below : {0.0, 50.0}) {

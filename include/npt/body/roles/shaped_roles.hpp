@@ -117,11 +117,21 @@ class LimbCutter {
     return bone > (spread > 0.004 * shape_.size ? 0.7 : 0.3) * before;
   }
 
+  /// Whether fingers branch from a joint of the palm behind the wrist, as from the root of the middle finger in npt's own
+  /// skeletons: a third of a forearm there, where other hands are a forearm from the elbow.
+  bool is_palm(const std::vector<std::size_t>& path, std::size_t branching) const {
+    if (branching < 3 || branching >= path.size()) return false;
+    const double bone = shape_.distance(path[branching - 1], path[branching]);
+    return bone < 0.6 * shape_.distance(path[branching - 2], path[branching - 1]);
+  }
+
   void cut_arm(std::size_t side) {
     std::vector<std::size_t> path = bones_of(limbs_.arms.branches[side]);
     std::size_t hand = branching(path), upper = 0;
     if (hand < path.size()) {
-      if (is_elbow(path, hand) || (hand == 2 && begins_in_middle(side)))
+      if (is_palm(path, hand))
+        --hand;
+      else if (is_elbow(path, hand) || (hand == 2 && begins_in_middle(side)))
         ++hand, path.resize(std::min(hand, path.size()));
       upper = hand >= 2 ? hand - 2 : 0;
     } else {
