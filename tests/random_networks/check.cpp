@@ -47,7 +47,7 @@ Values random_parameters(const Network& network, npt::Random& random) {
       double value = deviation * random.normal();
       if (p.parameter.attribute) value = 1.7;
       if (is_relu || is_tanh) value = blends[blend][is_tanh ? 1 : 0];
-      buffer[static_cast<std::size_t>(p.parameter.offset + i)] = static_cast<float>(value);
+      buffer[static_cast<std::size_t>(p.parameter.offset + i)] = static_cast<double>(static_cast<float>(value));
     }
   }
   return buffer;
@@ -55,7 +55,7 @@ Values random_parameters(const Network& network, npt::Random& random) {
 
 Values random_numbers(std::size_t count, npt::Random& random) {
   Values numbers(count);
-  for (double& x : numbers) x = static_cast<float>(random.uniform(-1, 1));
+  for (double& x : numbers) x = static_cast<double>(static_cast<float>(random.uniform(-1, 1)));
   return numbers;
 }
 

@@ -25,7 +25,7 @@ namespace random_networks {
 /// Nearest bfloat16, ties to even.
 inline double rounded_to_bf16(double x) {
   const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(x));
-  return std::bit_cast<float>((bits + 0x7FFFU + ((bits >> 16) & 1U)) & 0xFFFF0000U);
+  return static_cast<double>(std::bit_cast<float>((bits + 0x7FFFU + ((bits >> 16) & 1U)) & 0xFFFF0000U));
 }
 
 /// Computes in `S`: double to compare with, float to learn what rounding alone does to a network.
