@@ -26,10 +26,10 @@ inline void sort_keys_once(std::vector<std::uint64_t>& keys) {
 }
 
 /// Ascending by key(value), equal ones in their order. A key is a function or a pointer to a member.
-template <class T, class Key>
-void stable_sort_by(std::vector<T>& values, const Key& key) {
+template <class Values, class Key>
+void stable_sort_by(Values& values, const Key& key) {
   std::stable_sort(values.begin(), values.end(),
-                   [&key](const T& a, const T& b) { return std::invoke(key, a) < std::invoke(key, b); });
+                   [&key](const auto& a, const auto& b) { return std::invoke(key, a) < std::invoke(key, b); });
 }
 
 /// The value in the middle, of an even number of them the upper one. Changes their order. Requires  at least one value

@@ -200,8 +200,7 @@ class BasicHandSkin {
     }
     std::array<std::size_t, finger_count> order{}, result{};
     std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto across = [&](std::size_t i) { return dot(mesh_.points[tips_[i]], ends.back() - ends.front()); };
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return across(a) < across(b); });
+    stable_sort_by(order, [&](std::size_t i) { return dot(mesh_.points[tips_[i]], ends.back() - ends.front()); });
     for (std::size_t f = 0; f < finger_count; ++f) result[order[f]] = f;
     return result;
   }
