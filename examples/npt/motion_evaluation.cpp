@@ -50,8 +50,10 @@ std::vector<Source> sources_in(const std::filesystem::path& file, const std::opt
 }
 
 void print_errors(const std::string& name, const npt::MotionErrors& errors, bool compared) {
-  char joints[64] = "          -          -";
-  if (compared) std::snprintf(joints, sizeof joints, "%11.2f%11.2f", 100 * errors.joint_median, 100 * errors.joint_p95);
+  char joints[64] = "          -          -          -";
+  if (compared)
+    std::snprintf(joints, sizeof joints, "%11.2f%11.2f%11.2f", 100 * errors.joint_median, 100 * errors.joint_p95,
+                  100 * errors.truth_drawn_p95);
   std::printf("%-28.28s%s%11.2f%11.2f%9.2f%10.3f%9.2f%10.1e\n", name.c_str(), joints, errors.slide, errors.source_slide,
               errors.sink, errors.penetration, errors.worst_penetration, errors.stretch);
 }
@@ -65,7 +67,9 @@ Report report_of(const std::string& name, const npt::MotionErrors& errors, bool 
                 {"penetration_cm", errors.penetration},
                 {"worst_penetration_cm", errors.worst_penetration},
                 {"stretch", errors.stretch}};
-  if (compared) report["joint_median"] = errors.joint_median, report["joint_p95"] = errors.joint_p95;
+  if (compared)
+    report["joint_median"] = errors.joint_median, report["joint_p95"] = errors.joint_p95,
+    report["truth_drawn_p95"] = errors.truth_drawn_p95;
   return report;
 }
 
@@ -82,8 +86,8 @@ void evaluate_motions(const std::filesystem::path& source, const std::filesystem
   const npt::RetargetOptions options = plain ? npt::RetargetOptions::plain() : npt::RetargetOptions{};
   Report report;
   if (!json)
-    std::printf("%-28s%11s%11s%11s%11s%9s%10s%9s%10s\n", "", "joints %", "95th", "slide cm/s", "source's", "sink cm",
-                "inside cm", "worst", "stretch");
+    std::printf("%-28s%11s%11s%11s%11s%11s%9s%10s%9s%10s\n", "", "joints %", "95th", "drawn 95th", "slide cm/s",
+                "source's", "sink cm", "inside cm", "worst", "stretch");
   for (const Source& one : sources) {
     shapes.source = one.shape;
     const npt::Motion made = npt::retarget(one.motion, one.roles, still, roles, options, shapes);

@@ -1,11 +1,13 @@
 /// How good a motion on another skeleton is: against the ground truth, where its makers have the clip on that skeleton,
 /// and by what eyes see: feet that slide or sink, arms inside the trunk, bones that change their length.
 ///   MotionErrors errors = evaluate_motion({source, from}, {result, to}, &truth, &mesh);
-/// Lengths are those of a body of 1.75 m; a figure's height is that of its joints, as bound.
+/// The ground truth is taken with its bones as long as they were bound, as the result's are; how far its makers draw
+/// them out is told beside. Lengths are those of a body of 1.75 m; a figure's height is that of its joints, as bound.
 #pragma once
 
 #include <npt/base/affine.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/roles/feet_apart.hpp>
 #include <npt/body/roles/joint_role.hpp>
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/config.hpp>
@@ -26,6 +28,7 @@ namespace npt::inline NPT_ABI {
 
 struct MotionErrors {
   double joint_median = 0, joint_p95 = 0;         ///< shares of the height, over joints with roles and frames
+  double truth_drawn_p95 = 0;                     ///< how far the ground truth draws joints out of their bones' length
   double slide = 0, source_slide = 0;             ///< centimetres a second of contact
   double contact_seconds = 0;                     ///< of both feet
   double sink = 0;                                ///< centimetres that a foot is lower than the source's, at most
@@ -64,38 +67,46 @@ class MotionJudge {
   }
 
   void compare(const Motion& truth, MotionErrors& errors) const {
+    std::vector<double> drawn;
     for (std::size_t f = 0; f < times_.size(); ++f) {
-      const std::vector<Affine> expected = joint_worlds(truth, times_[f]);
+      const std::vector<Affine> own = joint_worlds(truth, times_[f]), expected = held(truth, times_[f]);
       for (const std::size_t joint : to_.roles.joints)
-        if (joint != no_item)
+        if (joint != no_item) {
           errors.joint_errors.push_back(length(after_[f][joint].shift - expected[joint].shift) / to_height_);
+          drawn.push_back(length(own[joint].shift - expected[joint].shift) / to_height_);
+        }
     }
-    std::sort(errors.joint_errors.begin(), errors.joint_errors.end());
-    const auto at = [&](double share) {
-      return errors.joint_errors[static_cast<std::size_t>(share * static_cast<double>(errors.joint_errors.size() - 1))];
+    const auto at = [](std::vector<double>& values, double share) {
+      std::sort(values.begin(), values.end());
+      return values.empty() ? 0 : values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
     };
-    if (!errors.joint_errors.empty()) errors.joint_median = at(0.5), errors.joint_p95 = at(0.95);
+    errors.joint_median = at(errors.joint_errors, 0.5), errors.joint_p95 = at(errors.joint_errors, 0.95);
+    errors.truth_drawn_p95 = at(drawn, 0.95);
   }
 
   /// A foot's point stands where it is low and hardly moves in the source. Not by the thresholds with which contacts
-  /// are found to be held, so that these are judged, too.
+  /// are found to be held, so that these are judged, too. Of a foot's points that stand the one that moves least counts:
+  /// a foot that turns about its ball or its heel doesn't slide, however long it is.
   void judge_feet(MotionErrors& errors) const {
+    if (from_leg_ == 0 || to_leg_ == 0) return;
+    const double from_unit = usual_leg / from_leg_, to_unit = usual_leg / to_leg_;
     double slide = 0, source_slide = 0;
-    for (std::size_t side = 0; side < 2; ++side)
-      for (const LimbPart part : {LimbPart::foot, LimbPart::toes}) {
-        const std::size_t own = from_.roles.joint(part, side), other = to_.roles.joint(part, side);
-        if (own == no_item || other == no_item || from_leg_ == 0 || to_leg_ == 0) continue;
-        const double from_unit = usual_leg / from_leg_, to_unit = usual_leg / to_leg_;
-        double low = std::numeric_limits<double>::infinity();
-        for (const auto& worlds : before_) low = std::min(low, worlds[own].shift.y);
-        for (std::size_t f = 1; f < times_.size(); ++f) {
-          const double moved = length(before_[f][own].shift - before_[f - 1][own].shift) * from_unit;
-          if (moved * rate > 0.15 || (before_[f][own].shift.y - low) * from_unit > 0.03 || stretched(f, side)) continue;
-          errors.contact_seconds += 1 / rate;
-          source_slide += level(before_[f][own].shift - before_[f - 1][own].shift) * from_unit;
-          slide += level(after_[f][other].shift - after_[f - 1][other].shift) * to_unit;
+    for (std::size_t side = 0; side < 2; ++side) {
+      const std::vector<FootPoint> points = foot_points(side);
+      for (std::size_t f = 1; f < times_.size(); ++f) {
+        double least = std::numeric_limits<double>::infinity(), source_least = least;
+        for (const auto& [own, other, low] : points) {
+          const Vec3d way = before_[f][own].shift - before_[f - 1][own].shift;
+          if (length(way) * from_unit * rate > 0.15 || (before_[f][own].shift.y - low) * from_unit > 0.03) continue;
+          source_least = std::min(source_least, level(way) * from_unit);
+          least = std::min(least, level(after_[f][other].shift - after_[f - 1][other].shift) * to_unit);
         }
+        if (!std::isfinite(least) || stretched(f, side)) continue;
+        errors.contact_seconds += 1 / rate;
+        source_slide += source_least;
+        slide += least;
       }
+    }
     if (errors.contact_seconds == 0) return;
     errors.slide = 100 * slide / errors.contact_seconds;
     errors.source_slide = 100 * source_slide / errors.contact_seconds;
@@ -106,14 +117,11 @@ class MotionJudge {
     const std::vector<Affine> from_rest = bound_worlds(from_.motion), to_rest = bound_worlds(to_.motion);
     if (from_leg_ == 0 || to_leg_ == 0) return;
     for (std::size_t side = 0; side < 2; ++side)
-      for (const LimbPart part : {LimbPart::foot, LimbPart::toes}) {
-        const std::size_t own = from_.roles.joint(part, side), other = to_.roles.joint(part, side);
-        if (own == no_item || other == no_item) continue;
-        double source_low = 0, result_low = 0;  // below their rest
-        for (std::size_t f = 0; f < times_.size(); ++f) {
-          source_low = std::min(source_low, (before_[f][own].shift.y - from_rest[own].shift.y) / from_leg_);
-          result_low = std::min(result_low, (after_[f][other].shift.y - to_rest[other].shift.y) / to_leg_);
-        }
+      for (const auto& [own, other, low] : foot_points(side)) {
+        double result_low = 0;  // below its rest, in legs
+        for (const auto& worlds : after_)
+          result_low = std::min(result_low, (worlds[other].shift.y - to_rest[other].shift.y) / to_leg_);
+        const double source_low = std::min(0.0, (low - from_rest[own].shift.y) / from_leg_);
         errors.sink = std::max(errors.sink, 100 * usual_leg * (source_low - result_low));
       }
   }
@@ -140,6 +148,49 @@ class MotionJudge {
 
  private:
   static constexpr double rate = 30, usual_height = 1.6, usual_leg = 0.82;  // of the joints of a body of 1.75 m
+
+  struct FootPoint {
+    std::size_t own, other;  ///< joints of the source and of the result
+    double low;              ///< the source's lowest height
+  };
+  std::vector<FootPoint> foot_points(std::size_t side) const {
+    std::vector<FootPoint> points;
+    for (const LimbPart part : {LimbPart::foot, LimbPart::toes}) {
+      const std::size_t own = from_.roles.joint(part, side), other = to_.roles.joint(part, side);
+      if (own == no_item || other == no_item) continue;
+      double low = std::numeric_limits<double>::infinity();
+      for (const auto& worlds : before_) low = std::min(low, worlds[own].shift.y);
+      points.push_back({own, other, low});
+    }
+    return points;
+  }
+
+  /// The joints of the ground truth with its bones as long as they were bound: makers of cartoons draw limbs out of their
+  /// joints, up to half of the height, and a motion on a skeleton that keeps its lengths can't. Feet that the rig moves
+  /// apart from their legs stand at the ends of these.
+  std::vector<Affine> held(const Motion& truth, double time) const {
+    const std::vector<Affine> bound = bound_worlds(truth);
+    std::vector<NodePlace> places = local_places(truth, time);
+    std::vector<bool> roots(places.size());  // the hips and what carries them
+    for (std::size_t j = to_.roles.joint(JointRole::hips); j != no_item; j = truth.joints[j].parent) roots[j] = true;
+    for (std::size_t j = 0; j < places.size(); ++j)
+      if (!roots[j]) places[j].translation = inverse(outer(truth, bound, j))(bound[j].shift);
+    std::vector<Affine> worlds(places.size());
+    const auto pose = [&] {
+      for (std::size_t j = 0; j < worlds.size(); ++j) worlds[j] = outer(truth, worlds, j) * places[j].affine();
+    };
+    pose();
+    for (const auto [foot, knee] : feet_apart(truth, to_.roles))
+      places[foot].translation =
+          inverse(outer(truth, worlds, foot))(worlds[knee](inverse(bound[knee])(bound[foot].shift)));
+    pose();
+    return worlds;
+  }
+
+  static const Affine& outer(const Motion& motion, const std::vector<Affine>& worlds, std::size_t joint) {
+    const std::size_t parent = motion.joints[joint].parent;
+    return parent == no_item ? motion.base : worlds[parent];
+  }
 
   /// A source's leg that its makers draw out can't be followed by one that keeps its lengths.
   bool stretched(std::size_t frame, std::size_t side) const {

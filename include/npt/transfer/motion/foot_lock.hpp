@@ -46,7 +46,7 @@ class FootLock {
           to_.frame.columns()[0]);  // the body's left: knees bend forwards
       for (const LimbPart part : {LimbPart::foot, LimbPart::toes}) {
         const std::size_t own = from_.roles.joint(part, side), other = to_.roles.joint(part, side);
-        if (own != no_item && other != no_item) legs_[side].points.push_back({own, other, {}, {}, {}});
+        if (own != no_item && other != no_item) legs_[side].points.push_back({own, other, floor(own), {}, {}, {}});
       }
     }
   }
@@ -70,6 +70,7 @@ class FootLock {
 
   struct Point {
     std::size_t source, target;
+    double floor;  ///< of the source: where it stands at rest, or in the clip
     std::vector<Contact> contacts;
     std::vector<Vec3d> plain;       ///< [frames] where the plain motion has it
     std::vector<Vec3d> ways;        ///< [frames] where it belongs, minus that
@@ -95,9 +96,19 @@ class FootLock {
   }
   /// The height at which it belongs: as far above where it is at rest as the source's, by the ratio of legs.
   double height(const Point& point, std::size_t frame) const {
-    const double above =
-        frames_.sources[frame][point.source].shift.y - from_.worlds[point.source].shift.y - from_.ground;
-    return to_.worlds[point.target].shift.y + scale_ * above;
+    return to_.worlds[point.target].shift.y + scale_ * (frames_.sources[frame][point.source].shift.y - point.floor);
+  }
+  /// Where the rest hangs elsewhere, each point has a floor of its own: the lowest but a twentieth around the clip's
+  /// ground. A captured walk has one foot's toes 4 cm lower than the other's.
+  double floor(std::size_t joint) const {
+    const double ground = from_.worlds[joint].shift.y + from_.ground;
+    std::vector<double> heights;
+    for (const std::vector<Affine>& worlds : frames_.sources)
+      if (std::abs(worlds[joint].shift.y - ground) < 0.25 * from_.leg()) heights.push_back(worlds[joint].shift.y);
+    if (from_.ground == 0 || heights.empty()) return ground;
+    const auto twentieth = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 20);
+    std::nth_element(heights.begin(), twentieth, heights.end());
+    return *twentieth;
   }
 
   void plan(Leg& leg) {

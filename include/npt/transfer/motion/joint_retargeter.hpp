@@ -6,6 +6,7 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/roles/feet_apart.hpp>
 #include <npt/body/roles/joint_role.hpp>
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/config.hpp>
@@ -18,7 +19,6 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
-#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -29,7 +29,11 @@ namespace internal {
 class JointRetargeter {
  public:
   JointRetargeter(const Motion& source, const JointRoles& from, const Motion& target, const JointRoles& to)
-      : from_(source, from), to_(target, to), parts_(target.joints.size()), moving_(target.joints.size()) {
+      : from_(source, from),
+        to_(target, to),
+        parts_(target.joints.size()),
+        follows_(feet_apart(target, to)),
+        moving_(target.joints.size()) {
     across_ = from_.frame == to_.frame ? Quaternion{} : quaternion_of(to_.frame * from_.frame.transposed());
     from_.find_ground();
     const double own = to_.leg(), other = from_.leg();
@@ -79,7 +83,7 @@ class JointRetargeter {
   double scale() const { return scale_; }
   const std::vector<std::array<bool, 2>>& moving() const { return moving_; }
   /// Feet that a rig moves apart from their legs, and the lower legs.
-  const std::vector<std::pair<std::size_t, std::size_t>>& follows() const { return follows_; }
+  const std::vector<FootApart>& follows() const { return follows_; }
 
  private:
   /// Between two rests: from the direction of the target's bone to that of the source's.
@@ -101,12 +105,7 @@ class JointRetargeter {
   /// Parents before children, and what is moved apart from its limb behind that.
   void order_joints() {
     std::vector<bool> late(parts_.size());
-    for (std::size_t side = 0; side < 2; ++side) {
-      const std::size_t foot = to_.roles.joint(LimbPart::foot, side), knee = to_.roles.joint(LimbPart::lower_leg, side);
-      if (foot == no_item || knee == no_item || is_below(foot, knee)) continue;
-      follows_.emplace_back(foot, knee);
-      late[foot] = true;
-    }
+    for (const FootApart& apart : follows_) late[apart.foot] = true;
     for (std::size_t j = 0; j < parts_.size(); ++j) {
       const std::size_t parent = to_.motion.joints[j].parent;
       if (parent != no_item && late[parent]) late[j] = true;
@@ -115,11 +114,6 @@ class JointRetargeter {
       for (std::size_t j = 0; j < parts_.size(); ++j)
         if (late[j] == now) order_.push_back(j);
   }
-  bool is_below(std::size_t joint, std::size_t above) const {
-    while (joint != no_item && joint != above) joint = to_.motion.joints[joint].parent;
-    return joint == above;
-  }
-
   /// How a joint of the source has turned since its rest; nothing where it has none of the role.
   std::optional<Quaternion> turn_of(JointRole role, const std::vector<Quaternion>& now) const {
     const std::size_t joint = from_.roles.joint(role);
@@ -173,8 +167,8 @@ class JointRetargeter {
   std::vector<NodePlace> parts_;  ///< [joints] of the target, in their parents, as it was bound
   std::array<Quaternion, joint_role_count> corrections_{};
   std::vector<std::size_t> order_;
-  std::vector<std::pair<std::size_t, std::size_t>> follows_;  ///< feet, and the lower legs that they follow
-  std::vector<std::array<bool, 2>> moving_;                   ///< [joints] rotation, translation
+  std::vector<FootApart> follows_;
+  std::vector<std::array<bool, 2>> moving_;  ///< [joints] rotation, translation
 };
 
 }  // namespace internal

@@ -9,13 +9,13 @@
 #include <npt/base/affine.hpp>
 #include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/roles/feet_apart.hpp>
 #include <npt/config.hpp>
 #include <npt/scene/motion.hpp>
 #include <npt/scene/scene.hpp>
 
 #include <algorithm>
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -24,9 +24,8 @@ namespace internal {
 
 class PosedJoints {
  public:
-  /// Keeps a reference. follows: feet and the lower legs that they follow; bound: [joints] where the skin was bound
-  PosedJoints(const Motion& motion, const std::vector<std::pair<std::size_t, std::size_t>>& follows,
-              const std::vector<Affine>& bound)
+  /// Keeps a reference. bound: [joints] where the skin was bound
+  PosedJoints(const Motion& motion, const std::vector<FootApart>& follows, const std::vector<Affine>& bound)
       : motion_(motion), base_turn_(place_of(motion.base).rotation), behind_(motion.joints.size()) {
     // A joint's descendants stand right behind it.
     for (std::size_t j = behind_.size(); j-- > 0;) {
