@@ -46,8 +46,7 @@ class LimbFinder {
         if (&legs == &arms || !fit(legs, arms)) continue;
         Limbs limbs{.legs = legs, .arms = arms};
         const double score = judge(limbs);
-        if (score <= most) continue;
-        most = score, best = limbs;
+        if (score > most) most = score, best = limbs;
       }
     return best;
   }
@@ -151,8 +150,8 @@ class LimbFinder {
     const double legs = std::min(1.0, 2 * limbs.legs.length / limbs.arms.length);
     // Legs stand side by side, as the arms do. Of 53 figures all have a cosine over 0.7, and legs within 0.1 of upright.
     const double aslant = cosine(leg, apart(limbs.legs));
-    const double sides = std::clamp((cosine(apart(limbs.legs), apart(limbs.arms)) - 0.2) / 0.4, 0.0, 1.0) *
-                         (1 - aslant * aslant);
+    const double sides =
+        std::clamp((cosine(apart(limbs.legs), apart(limbs.arms)) - 0.2) / 0.4, 0.0, 1.0) * (1 - aslant * aslant);
     limbs.confidence = std::min(limbs.legs.likeness, limbs.arms.likeness) * upright * whole * arms * legs * sides;
     return score * (0.3 + 0.7 * arms * legs * sides);
   }
@@ -179,7 +178,9 @@ class LimbFinder {
 
 }  // namespace internal
 
-/// Nothing where no two pairs of branches make a body.
-inline std::optional<Limbs> find_limbs(const SkeletonShape& shape) { return internal::LimbFinder(shape).find(); }
+/// Nothing where no two pairs of branches make a body, as where all joints are in one place.
+inline std::optional<Limbs> find_limbs(const SkeletonShape& shape) {
+  return shape.size > 0 ? internal::LimbFinder(shape).find() : std::nullopt;
+}
 
 }  // namespace npt::inline NPT_ABI

@@ -64,7 +64,7 @@ inline MotionSkeleton motion_skeleton(Motion motion, std::string name, const Bon
     throw Error({.file = made.name,
                  .found = "a skeleton that is not recognised as a person's (confidence " +
                           std::to_string(std::lround(100 * made.roles.confidence)) + " %)",
-                 .expected = "a person's, or a bone map",
+                 .expected = "a person's, or a bone map (--bone-map) that says which joint is which",
                  .code = ErrorCode::not_recognised});
   if (!map.text.empty()) {
     made.roles = parse_bone_map(map.text, made.motion, made.roles, map.file);
