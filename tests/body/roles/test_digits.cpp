@@ -66,8 +66,9 @@ class HandMaker {
     for (std::size_t i = first; i < count; ++i) {
       at = add(at, way, role(i));
       const double angle = digit == 0 ? 0 : hands_.bend * static_cast<double>(i - first + 1) * 0.017453292519943295;
-      way = digit == 0 ? npt::Vec3d{0.022 * x, 0, 0.026}
-                       : npt::Vec3d{std::cos(angle) * x, -std::sin(angle), 0} * (0.035 - 0.005 * static_cast<double>(i));
+      way = digit == 0
+                ? npt::Vec3d{0.022 * x, 0, 0.026}
+                : npt::Vec3d{std::cos(angle) * x, -std::sin(angle), 0} * (0.035 - 0.005 * static_cast<double>(i));
     }
   }
 

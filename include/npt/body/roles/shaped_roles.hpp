@@ -192,13 +192,14 @@ class LimbCutter {
 
   /// Sets where digits leave the palm and where their first bones end; gives the wrist. Where several begin in one
   /// place, this is the wrist, and they leave the palm at their second joints.
-  Vec3d measure(std::vector<Digit>& digits, Vec3d wrist) const {
+  Vec3d measure(std::vector<Digit>& digits, std::size_t hand) const {
+    Vec3d wrist = shape_.positions[hand];
     std::vector<std::size_t> first(digits.size());
+    for (std::size_t i = 0; i < digits.size(); ++i) first[i] = begins_in_palm(digits[i].joints, hand) ? 1 : 0;
     for (std::size_t i = 0; i < digits.size(); ++i)
       for (std::size_t k = 0; k < digits.size(); ++k)
-        if (i != k && shape_.distance(digits[i].joints.front(), digits[k].joints.front()) < one_place()) first[i] = 1;
-    for (std::size_t i = 0; i < digits.size(); ++i)
-      if (first[i] > 0) wrist = shape_.positions[digits[i].joints.front()];
+        if (i != k && shape_.distance(digits[i].joints.front(), digits[k].joints.front()) < one_place())
+          first[i] = 1, wrist = shape_.positions[digits[i].joints.front()];
     for (std::size_t i = 0; i < digits.size(); ++i) {
       const std::vector<std::size_t> path = shape_.longest_path(digits[i].joints.front());
       const auto place = [&](std::size_t joint) { return shape_.positions[path[std::min(joint, path.size() - 1)]]; };
@@ -241,7 +242,7 @@ class LimbCutter {
       if (digits.front().joints.size() > 2) set_digit(side, 1, digits.front().joints, hand);
       return;
     }
-    const Vec3d at = shape_.positions[hand], wrist = measure(digits, at);
+    const Vec3d at = shape_.positions[hand], wrist = measure(digits, hand);
     sort_digits(digits, wrist,
                 normalised((length(wrist - at) < one_place() ? at - shape_.positions[elbow] : wrist - at)));
     constexpr std::array<std::size_t, 4> of_four{0, 1, 2, 4};
@@ -249,12 +250,15 @@ class LimbCutter {
       set_digit(side, digits.size() == 4 ? of_four[d] : d, digits[d].joints, hand);
   }
 
-  /// Three joints: of four the last is the tip, or a finger's first is in the palm: near to the wrist, and its bone long.
+  /// Whether the first of four joints is in the palm: near to the wrist, and its bone long.
+  bool begins_in_palm(const std::vector<std::size_t>& digit, std::size_t hand) const {
+    return digit.size() > 3 && shape_.distance(hand, digit[0]) < 0.7 * shape_.distance(digit[0], digit[1]);
+  }
+  /// Its first three joints behind the palm: a fourth is the tip. A thumb's bone in the palm counts.
   void set_digit(std::size_t side, std::size_t digit, const std::vector<std::size_t>& joints, std::size_t hand) {
-    const bool palm = digit > 0 && joints.size() > 3 &&
-                      shape_.distance(hand, joints[0]) < 0.7 * shape_.distance(joints[0], joints[1]);
-    for (std::size_t i = 0; i < 3 && i + (palm ? 1 : 0) < joints.size(); ++i)
-      set(digit_part(digit, i), side, joints[i + (palm ? 1 : 0)]);
+    const std::size_t first = digit > 0 && begins_in_palm(joints, hand) ? 1 : 0;
+    for (std::size_t i = first; i < std::min(first + 3, joints.size()); ++i)
+      set(digit_part(digit, i - first), side, joints[i]);
   }
 
   /// Neck and head, or a head alone. What begins behind the head, eyes and jaw, branches from it, or turns forwards.
