@@ -56,9 +56,9 @@ std::vector<RigJoint> mixamo_rig() {
     const npt::Vec3d y{0, 1, 0};
     rig.push_back({s + "UpLeg", "Hips", euler(1.02, -0.02 * side, -178.69 * side), y});
     rig.push_back({s + "Leg", s + "UpLeg", euler(-7.68, 0, -0.9 * side), y});
-    rig.push_back({s + "Foot", s + "Leg", euler(54.84, 9.08 * side, 0), y});
+    rig.push_back({s + "Foot", s + "Leg", euler(54.84, 9.08 * side, 0), {}});
     rig.push_back({s + "ToeBase", s + "Foot", euler(42.03, 1.26 * side, 0), {}});
-    rig.push_back({s + "Shoulder", "Spine2", euler(-74.5, 87.11 * side, -179.04 * side), y});
+    rig.push_back({s + "Shoulder", "Spine2", euler(-74.5, 87.11 * side, -179.04 * side), {}});
     rig.push_back({s + "Arm", s + "Shoulder", euler(-7.97, 0, 2.38 * side), y});
     rig.push_back({s + "ForeArm", s + "Arm", euler(-8.57, 0, 3.82 * side), y});
     rig.push_back({s + "Hand", s + "ForeArm", euler(8.9, 5.37 * side, -5.2 * side), y});
@@ -141,7 +141,7 @@ TEST_CASE("a Mixamo clip turns a character with Mixamo's joints as its own rig")
     const Differences most = played(shipped::character(), npt::JointNames::mixamo, mixamo_rig(), swing);
     MESSAGE("bones " << most.bone << " degrees apart, flesh " << most.turn);
     CHECK(most.bone < 0.01);
-    CHECK(most.turn < 25);  // the rests differ: its collar bones fall, its elbows and knees are bent
+    CHECK(most.turn < 20);  // the rests differ: its spine leans by 10 degrees, its knees bend by 8
   }
 }
 

@@ -1,10 +1,9 @@
 /// A character's skeleton with the joints of a dialect: its names, and axes in which local rotations of the dialect's
 /// clips turn the bones as they turn those of its own skeletons, without a retargeting.
-///   Mixamo    in T pose, y along the bone from the collar bones, arms and legs on; z down in arms, forwards in legs and
-///             trunk, up in toes
+///   Mixamo    in T pose, y along the bones of arms and legs; z down in arms, forwards in trunk and legs, up in toes
 ///   SMPL      the body's axes in T pose
 ///   VRM       the mesh's axes in the mesh's pose: who plays VRM clips looks at a T pose first
-/// Limits    Mixamo's arms hang from collar bones as long as its own: bones point as the clip's, hands are elsewhere
+/// Limits    bones point as the clip's, and are as long as the character's: its hands are elsewhere than the clip's
 /// Source    Mixamo's rigs as FBX: the axes of their bind matrices
 #pragma once
 
@@ -19,6 +18,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,7 +27,8 @@ namespace npt::inline NPT_ABI {
 
 namespace internal {
 
-/// Axes of a joint in T pose, of a body that looks along +z, and where its bone points then; 0: anywhere.
+/// Axes of a joint in T pose, of a body that looks along +z, and where its bone points then, if it is to point as the
+/// clip's. Collar bones and feet aren't: shoulders would rise or fall, and soles not stand.
 struct JointAxes {
   Quaternion axes{};
   Vec3d bone{};
@@ -41,15 +42,17 @@ inline JointAxes mixamo_axes(std::size_t joint) {
   constexpr JointAxes left{{half, half, -half, half}, {1, 0, 0}};    // x: -z, y: x, z: -y
   constexpr JointAxes right{{half, -half, half, half}, {-1, 0, 0}};  // x: z, y: -x, z: -y
   if (joint >= smpl_joint_count) return joint < middle_finger_joint(1, 0) ? left : right;
-  if (is_joint(joint, left_collar, left_shoulder, left_elbow, left_wrist, left_hand)) return left;
-  if (is_joint(joint, right_collar, right_shoulder, right_elbow, right_wrist, right_hand)) return right;
+  if (is_joint(joint, left_shoulder, left_elbow, left_wrist, left_hand)) return left;
+  if (is_joint(joint, right_shoulder, right_elbow, right_wrist, right_hand)) return right;
+  // In radians: collar bones fall, feet point on from the shins, and toes are level.
+  constexpr double fall = 0.2, on = 0.87, level = std::numbers::pi / 2;
+  const auto about_x = [](double turn) { return Quaternion{std::sin(turn / 2), 0, 0, std::cos(turn / 2)}; };
+  const auto about_z = [](double turn) { return Quaternion{0, 0, std::sin(turn / 2), std::cos(turn / 2)}; };
+  if (is_joint(joint, left_collar)) return {about_z(-fall) * left.axes, {}};
+  if (is_joint(joint, right_collar)) return {about_z(fall) * right.axes, {}};
   if (is_joint(joint, left_hip, right_hip, left_knee, right_knee)) return {leg, {0, -1, 0}};
-  // Feet point 50 degrees from the shins on; toes are level.
-  if (is_joint(joint, left_ankle, right_ankle)) {
-    const double turn = 0.8727;
-    return {leg * Quaternion{std::sin(turn / 2), 0, 0, std::cos(turn / 2)}, {0, -std::cos(turn), std::sin(turn)}};
-  }
-  if (is_joint(joint, left_foot, right_foot)) return {leg * Quaternion{std::sqrt(half), 0, 0, std::sqrt(half)}, {}};
+  if (is_joint(joint, left_ankle, right_ankle)) return {leg * about_x(on), {}};
+  if (is_joint(joint, left_foot, right_foot)) return {leg * about_x(level), {}};
   return {};
 }
 

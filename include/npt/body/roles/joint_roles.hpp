@@ -3,8 +3,9 @@
 ///   JointRoles roles = joint_roles(motion);
 ///   std::size_t hips = roles.joint(JointRole::hips);
 /// Joints that are nobody's, as hair, props, twist and control joints, have no role.
-/// Numerics  confidences are judgements, not frequencies: 1 where name and shape agree, 0.85 for a name alone, 0.6 for a
-///           name against the shape, and at most 0.7 for the shape alone
+/// Numerics  confidences are judgements, not frequencies: 1 where name and shape agree, 0.85 for a name alone, 0.6 for
+///           a name against the shape, and at most 0.7 for the shape alone; of the whole the mean of the main joints,
+///           less where arms are as long as wings
 #pragma once
 
 #include <npt/body/roles/facing.hpp>
@@ -32,7 +33,7 @@ struct JointRoles {
   RoleTable joints{};
   std::array<double, joint_role_count> confidences{};  ///< 0 where a role has no joint
   std::string dialect{};                               ///< of the names; empty: none that is known
-  double confidence = 0;                               ///< that it is a person's skeleton at all, 0 to 1
+  double confidence = 0;                               ///< that it is a whole person's skeleton, 0 to 1
 
   std::size_t joint(JointRole role) const { return joints[index_of(role)]; }
   std::size_t joint(LimbPart part, std::size_t side) const { return joint(limb_role(part, side)); }
@@ -279,8 +280,8 @@ class RoleJudge {
     roles.confidence *= likeness(roles.joints);
   }
 
-  /// 1 where the arms, without hands, are at most 1.4 times as long as the legs, else less: wings are longer. The longest
-  /// of 53 figures' are 1.3 times as long, an orang-utan's 1.4, the wings of a dragon, a bat and an eagle 1.7, 2.3, 3.8.
+  /// 1 where arms, without hands, are at most 1.4 times as long as the legs, else less: wings are longer. The longest of
+  /// 53 figures' arms are 1.3 times as long, the wings of a dragon, a bat and an eagle 1.7, 2.3 and 3.8 times.
   double likeness(const RoleTable& joints) const {
     double arms = 0, legs = 0;
     const auto bones = [&](const std::array<LimbPart, 3>& parts, std::size_t side, double& sum) {

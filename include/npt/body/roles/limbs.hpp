@@ -96,8 +96,8 @@ class LimbFinder {
     return path.size() < 2 || path.size() > 4 || shape_.ends[path.back()] ? 0 : shape_.bone(path.back());
   }
 
-  /// The spine leads from the legs' joint, or one not far above it, to the arms'; none lies in the other. The fingers of
-  /// two hands, which lie opposite each other, have both arms between them.
+  /// The spine leads from the legs' joint, or one not far above it, to the arms'; none lies in the other. The fingers
+  /// of two hands, which lie opposite each other, have both arms between them.
   bool fit(const BranchPair& legs, const BranchPair& arms) const {
     for (std::size_t i = 0; i < 2; ++i)
       if (shape_.is_below(arms.joint, legs.branches[i]) || shape_.is_below(legs.joint, arms.branches[i])) return false;
@@ -148,7 +148,8 @@ class LimbFinder {
     const double rise = dot(ends(limbs.arms) - ends(limbs.legs), normalised(spine));
     const double arms = std::clamp(rise / (0.1 * shape_.size), 0.0, 1.0);
     const double legs = std::min(1.0, 2 * limbs.legs.length / limbs.arms.length);
-    // Legs stand side by side, as the arms do. Of 53 figures all have a cosine over 0.7, and legs within 0.1 of upright.
+    // Legs stand side by side, as the arms do. Of 53 figures all have a cosine over 0.7 between both lines, and one
+    // within 0.1 of 0 between the legs and their line; nine of 22 animals fail in one of them.
     const double aslant = cosine(leg, apart(limbs.legs));
     const double sides =
         std::clamp((cosine(apart(limbs.legs), apart(limbs.arms)) - 0.2) / 0.4, 0.0, 1.0) * (1 - aslant * aslant);
