@@ -26,6 +26,7 @@
 #include <npt/scene/animate.hpp>
 #include <npt/scene/pose.hpp>
 #include <npt/transfer/animation.hpp>
+#include <npt/transfer/named_skeleton.hpp>
 #include <npt/transfer/unit.hpp>
 
 #include <algorithm>

@@ -31,6 +31,7 @@
 #include <npt/transfer/motion/motion_skeleton.hpp>
 #include <npt/transfer/motion/motion_warning.hpp>
 #include <npt/transfer/motion_transfer.hpp>
+#include <npt/transfer/named_skeleton.hpp>
 
 #include <algorithm>
 #include <array>
