@@ -26,6 +26,7 @@
 #include <npt/scene/animate.hpp>
 #include <npt/scene/pose.hpp>
 #include <npt/transfer/animation.hpp>
+#include <npt/transfer/named_skeleton.hpp>
 #include <npt/transfer/unit.hpp>
 
 #include <algorithm>
@@ -356,7 +357,7 @@ void rig(const fs::path& file, const fs::path& out, const AnimationArguments& an
   const std::string name = file.string();
   const npt::MeshView view{mesh.coordinates(), triangles, name};
   const npt::Character character = transfer.character(view);
-  auto skeleton = character.skeleton();
+  auto skeleton = npt::named_skeleton(character, joint_names(animation.names));
   const double confidence = character.confidence().value_or(0);
   if (!skeleton || confidence < npt::least_confidence)
     throw npt::Error({name,
@@ -364,8 +365,6 @@ void rig(const fs::path& file, const fs::path& out, const AnimationArguments& an
                       "a mesh that is not recognised as a person (confidence " + npt::percent_text(confidence) + ")",
                       "a person",
                       npt::ErrorCode::not_recognised});
-  for (std::size_t j = 0; j < skeleton->joint_count(); ++j)
-    skeleton->names[j] = std::string(npt::joint_name(j, joint_names(animation.names)));
   std::string note;
   const double metres = metres_in(transfer, view, file, out, note);
   for (npt::Vec3d& joint : skeleton->joints) joint = joint * metres;

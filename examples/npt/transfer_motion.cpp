@@ -31,6 +31,7 @@
 #include <npt/transfer/motion/motion_skeleton.hpp>
 #include <npt/transfer/motion/motion_warning.hpp>
 #include <npt/transfer/motion_transfer.hpp>
+#include <npt/transfer/named_skeleton.hpp>
 
 #include <algorithm>
 #include <array>
@@ -122,7 +123,7 @@ class MotionCharacter {
   MotionCharacter(npt::Mesh mesh, const npt::Character& character, const fs::path& file, npt::JointNames names,
                   double metres)
       : skeleton_(npt::motion_skeleton(character, file.string(), names)),
-        skin_(character.skeleton()),
+        skin_(npt::named_skeleton(character, names)),
         mesh_(std::move(mesh)),
         confidence_(character.confidence().value_or(0)),
         metres_(metres) {}
@@ -164,7 +165,7 @@ class MotionCharacter {
     std::vector<npt::Affine> moves(worlds.size());
     for (std::size_t j = 0; j < worlds.size(); ++j) {
       const std::size_t own = motion.joints[j].node;
-      moves[own] = worlds[j] * npt::inverse(npt::Affine{npt::Matrix3::identity(), skin_->joints[own]});
+      moves[own] = worlds[j] * npt::inverse(skin_->bind(own));
     }
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
       const npt::Vec3d point = mesh_.positions[v].as<double>();

@@ -55,6 +55,14 @@ inline Quaternion normalised(Quaternion q) {
   return n > 0 ? q * (1 / n) : Quaternion{};
 }
 
+/// The shortest turn from one direction to another; none for the same.
+inline Quaternion turn_between(Vec3d from, Vec3d to) {
+  const Vec3d a = normalised(from), b = normalised(to), axis = cross(a, b);
+  const double cosine = dot(a, b);
+  if (length(axis) < 1e-12) return {};
+  return normalised(Quaternion{axis.x, axis.y, axis.z, 1 + cosine});
+}
+
 /// Requires a unit quaternion.
 constexpr Matrix3 matrix_of(Quaternion q) {
   return {{{{1 - 2 * (q.y * q.y + q.z * q.z), 2 * (q.x * q.y - q.z * q.w), 2 * (q.x * q.z + q.y * q.w)},

@@ -35,10 +35,16 @@ inline std::size_t add_skeleton(MeshScene& made, const SkinnedSkeleton& skeleton
   for (std::size_t j = 0; j < skeleton.joint_count(); ++j) {
     const std::size_t parent = skeleton.parents[j];
     SceneNode node{.name = skeleton.names[j], .parent = parent == no_item ? no_item : first + parent};
-    node.place.translation = parent == no_item ? skeleton.joints[j] : skeleton.joints[j] - skeleton.joints[parent];
+    const Vec3d from_parent = parent == no_item ? skeleton.joints[j] : skeleton.joints[j] - skeleton.joints[parent];
+    node.place.translation = from_parent;
+    if (!skeleton.frames.empty()) {
+      const Quaternion outer = inverse(skeleton.frame(parent));
+      node.place.translation = outer(from_parent), node.place.rotation = outer * skeleton.frame(j);
+    }
     scene.nodes.push_back(std::move(node));
     skin.joints.push_back(first + j);
-    skin.inverse_binds.push_back({Matrix3::identity(), -skeleton.joints[j]});
+    skin.inverse_binds.push_back(skeleton.frames.empty() ? Affine{Matrix3::identity(), -skeleton.joints[j]}
+                                                         : inverse(skeleton.bind(j)));
   }
   scene.skins.push_back(std::move(skin));
   for (std::size_t m = 0; m < made.vertex_of.size(); ++m) {
@@ -79,6 +85,7 @@ inline void add_skeleton_clip(MeshScene& made, const SkinnedSkeleton& skeleton, 
     for (const std::vector<Affine>& motions : frames) {
       const Matrix3 own = motions[j].linear;
       Quaternion q = quaternion_of(parent == no_item ? own : motions[parent].linear.transposed() * own);
+      if (!skeleton.frames.empty()) q = inverse(skeleton.frame(parent)) * q * skeleton.frame(j);
       if (dot(q, last) < 0) q = q * -1.0;  // neighbours on one side, for players that don't look for the shorter way
       last = q;
       for (const double c : {q.x, q.y, q.z, q.w}) turn.values.push_back(static_cast<float>(c));

@@ -21,6 +21,7 @@
 #include <npt/scene/scene.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/transfer/character.hpp>
+#include <npt/transfer/named_skeleton.hpp>
 #include <npt/transfer/pose_tracker.hpp>
 #include <npt/transfer/pose_transfer.hpp>
 #include <npt/transfer/result.hpp>
@@ -56,9 +57,7 @@ class Animator {
  public:
   Animator(const BasicPoseTransfer<Exec>& transfer, const Character& character, JointNames names = JointNames::vrm)
       : transfer_(&transfer), character_(&character), tracker_(transfer) {
-    animation_.skeleton = character.skeleton();
-    for (std::size_t j = 0; animation_.skeleton && j < animation_.skeleton->joint_count(); ++j)
-      animation_.skeleton->names[j] = std::string(joint_name(j, names));
+    animation_.skeleton = named_skeleton(character, names);
   }
 
   /// The first frame, followed from the best of it and of `count` others: PoseTracker::start.

@@ -25,7 +25,7 @@ using npt::JointRole;
 std::string wrong_roles(const skeletons::Person& person, const npt::JointRoles& roles) {
   std::string wrong;
   for (std::size_t j = 0; j < person.roles.size(); ++j)
-    if (roles.joint(person.roles[j]) != j) {
+    if (person.roles[j] != JointRole::none && roles.joint(person.roles[j]) != j) {
       const std::size_t other = roles.joint(person.roles[j]);
       wrong += npt::role_name(person.roles[j]) + " = " +
                (other == npt::no_item ? std::string("none") : person.motion.joints[other].name) + "; ";
@@ -167,6 +167,34 @@ TEST_CASE("what is no body gets no confidence, and nothing breaks") {
   CHECK(npt::joint_roles(chain).confidence < 0.2);
   for (npt::MotionJoint& joint : chain.joints) joint.rest.translation = {};
   CHECK(npt::joint_roles(chain).confidence < 0.2);
+}
+
+TEST_CASE("arms much longer than legs are wings: what has them is hardly a person, whatever its names") {
+  const auto confidence = [](double leg) {
+    return npt::joint_roles(skeletons::person(skeletons::dialects().front(), {.leg = leg}).motion).confidence;
+  };
+  CHECK(confidence(0.5) == doctest::Approx(1));  // arms of 1.3 legs
+  CHECK(confidence(0.3) == doctest::Approx(0.44).epsilon(0.1));
+  CHECK(confidence(0.2) < 0.3);
+}
+
+TEST_CASE("finger names that count a bone in the palm are taken from the next joint on") {
+  skeletons::Names names = skeletons::dialects().front();
+  skeletons::Person person = skeletons::person(names);
+  const std::size_t hand = person.joint(npt::limb_role(npt::LimbPart::hand, 0));
+  const std::size_t first = person.joint(npt::limb_role(npt::digit_part(1, 0), 0));
+  npt::MotionJoint palm{.name = person.motion.joints[first].name, .parent = hand};
+  palm.rest.translation = person.motion.joints[first].rest.translation * 0.25;
+  person.motion.joints[first].rest.translation = palm.rest.translation * 3.0;
+  for (std::size_t i = 0; i < 3; ++i)
+    person.motion.joints[first + i].name = "mixamorig:LeftHandIndex" + std::to_string(i + 2);
+  for (std::size_t j = first; j < person.motion.joints.size(); ++j)
+    if (person.motion.joints[j].parent != hand && person.motion.joints[j].parent >= first)
+      ++person.motion.joints[j].parent;
+  person.motion.joints[first].parent = first;
+  person.motion.joints.insert(person.motion.joints.begin() + static_cast<std::ptrdiff_t>(first), palm);
+  person.roles.insert(person.roles.begin() + static_cast<std::ptrdiff_t>(first), JointRole::none);
+  CHECK(wrong_roles(person, npt::joint_roles(person.motion)) == "");
 }
 
 TEST_CASE("the clip's way and the joint that carries it are found") {

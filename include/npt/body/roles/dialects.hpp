@@ -4,7 +4,8 @@
 ///   arm       shoulder, upper arm, lower arm, hand
 ///   leg       upper leg, lower leg, foot, toes
 ///   digits    fifteen words, of joint_digits
-/// Rigs with a wrist and a hand below it turn the hand at the wrist. Several words of one joint are separated by '/', the preferred one first; '-': the dialect has none.
+/// Several words of one joint are separated by '/', the preferred one first; '-': the dialect has none. Where a rig has
+/// a wrist and a hand below it, the wrist is the hand's joint.
 /// Sources   Mixamo's, MotionBuilder's (HumanIK), Unreal's mannequins', VRM 1.0's, VRoid Studio's, 3ds Max' Biped's, Daz
 ///           Genesis', Poser's, Rigify's, Reallusion's and MikuMikuDance's skeletons; CMU's in ASF and as converted to
 ///           BVH; SMPL-X; the packs of Quaternius, KayKit and Kenney

@@ -3,8 +3,9 @@
 ///   JointRoles roles = joint_roles(motion);
 ///   std::size_t hips = roles.joint(JointRole::hips);
 /// Joints that are nobody's, as hair, props, twist and control joints, have no role.
-/// Numerics  confidences are judgements, not frequencies: 1 where name and shape agree, 0.85 for a name alone, 0.6 for a
-///           name against the shape, and at most 0.7 for the shape alone
+/// Numerics  confidences are judgements, not frequencies: 1 where name and shape agree, 0.85 for a name alone, 0.6 for
+///           a name against the shape, and at most 0.7 for the shape alone; of the whole the mean of the main joints,
+///           less where arms are as long as wings
 #pragma once
 
 #include <npt/body/roles/facing.hpp>
@@ -32,7 +33,7 @@ struct JointRoles {
   RoleTable joints{};
   std::array<double, joint_role_count> confidences{};  ///< 0 where a role has no joint
   std::string dialect{};                               ///< of the names; empty: none that is known
-  double confidence = 0;                               ///< that it is a person's skeleton at all, 0 to 1
+  double confidence = 0;                               ///< that it is a whole person's skeleton, 0 to 1
 
   std::size_t joint(JointRole role) const { return joints[index_of(role)]; }
   std::size_t joint(LimbPart part, std::size_t side) const { return joint(limb_role(part, side)); }
@@ -51,7 +52,8 @@ class RoleJudge {
   explicit RoleJudge(const Motion& motion) : motion_(motion), shape_(motion), named_(named_roles(motion)) {
     shaped_.fill(no_item);
     if (shape_.count() > most_joints) return;
-    if (const std::optional<Limbs> limbs = find_limbs(shape_)) {
+    constexpr double least = 0.1;  // below it what looks like limbs is something else: goals, controls, a tail
+    if (const std::optional<Limbs> limbs = find_limbs(shape_); limbs && limbs->confidence > least) {
       shaped_ = shaped_roles(shape_, *limbs);
       shape_confidence_ = limbs->confidence;
     }
@@ -60,6 +62,7 @@ class RoleJudge {
   JointRoles judge() {
     face();
     name_upper_bones();
+    leave_palms();
     const bool by_name = names_hold();
     JointRoles roles{.joints = by_name ? named_.joints : shaped_, .dialect = std::string(named_.dialect)};
     if (by_name) move_digits(roles.joints);
@@ -121,6 +124,20 @@ class RoleJudge {
         std::size_t& second = named_.joints[index_of(limb_role(far_part, side))];
         if (first == no_item && joint_of(shaped_, far_part, side) != second) std::swap(first, second);
       }
+  }
+
+  /// Fingers whose bones in the palm are counted in their names: "index1" is the first joint behind it elsewhere.
+  void leave_palms() {
+    for (std::size_t r = 0; r < joint_role_count; ++r) {
+      const auto role = static_cast<JointRole>(r);
+      if (!is_of_digit(role) || part_of(role) < digit_part(1, 0)) continue;
+      const bool first =
+          (static_cast<std::size_t>(part_of(role)) - static_cast<std::size_t>(LimbPart::thumb_1)) % 3 == 0;
+      if (first && shaped_[r] != no_item && named_.joints[r] == shape_.parents[shaped_[r]] &&
+          named_.joints[r + 1] == shaped_[r])
+        std::copy_n(shaped_.begin() + static_cast<std::ptrdiff_t>(r), 3,
+                    named_.joints.begin() + static_cast<std::ptrdiff_t>(r));
+    }
   }
 
   /// Whether the names make a body: most of the main joints are there, each below the one before it.
@@ -260,6 +277,27 @@ class RoleJudge {
       roles.confidences[r] = rating;
     }
     for (const JointRole role : core) roles.confidence += roles.confidence_of(role) / core.size();
+    roles.confidence *= likeness(roles.joints);
+  }
+
+  /// 1 where arms, without hands, are at most 1.4 times as long as the legs, else less: wings are longer. The longest of
+  /// 53 figures' arms are 1.3 times as long, the wings of a dragon, a bat and an eagle 1.7, 2.3 and 3.8 times.
+  double likeness(const RoleTable& joints) const {
+    double arms = 0, legs = 0;
+    const auto bones = [&](const std::array<LimbPart, 3>& parts, std::size_t side, double& sum) {
+      for (std::size_t i = 0; i < 2; ++i) {
+        const std::size_t from = joint_of(joints, parts[i], side), to = joint_of(joints, parts[i + 1], side);
+        if (from == no_item || to == no_item) return false;
+        sum += shape_.distance(from, to);
+      }
+      return true;
+    };
+    using enum LimbPart;
+    for (std::size_t side = 0; side < 2; ++side)
+      if (!bones({upper_arm, lower_arm, hand}, side, arms) || !bones({upper_leg, lower_leg, foot}, side, legs))
+        return 1;
+    const double longest = 1.4 * legs;
+    return arms > longest ? longest * longest / (arms * arms) : 1;
   }
 
   const Motion& motion_;

@@ -46,8 +46,7 @@ class LimbFinder {
         if (&legs == &arms || !fit(legs, arms)) continue;
         Limbs limbs{.legs = legs, .arms = arms};
         const double score = judge(limbs);
-        if (score <= most) continue;
-        most = score, best = limbs;
+        if (score > most) most = score, best = limbs;
       }
     return best;
   }
@@ -75,15 +74,17 @@ class LimbFinder {
   static double ratio(double a, double b) { return std::max(a, b) > 0 ? std::min(a, b) / std::max(a, b) : 1; }
 
   void add_pair(std::size_t joint, std::size_t a, std::size_t b) {
-    const double first = shape_.reach[a], second = shape_.reach[b];
     const double long_enough = least_limb * shape_.size;
-    if (std::min(first, second) + std::min(shape_.bone(a), shape_.bone(b)) < long_enough) return;
+    if (std::min(shape_.reach[a] + shape_.bone(a), shape_.reach[b] + shape_.bone(b)) < long_enough) return;
     const std::vector<std::size_t> pa = shape_.longest_path(a), pb = shape_.longest_path(b);
     if (pa.size() > pb.size() + 1 || pb.size() > pa.size() + 1) return;
+    // Along as many joints as both have: what one hand holds doesn't count.
+    const std::size_t both = std::min(pa.size(), pb.size());
+    const double first = shape_.reach[a] - shape_.reach[pa[both - 1]];
+    const double second = shape_.reach[b] - shape_.reach[pb[both - 1]];
     double likeness =
         ratio(first, second) * ratio(shape_.bone(a) + 0.02 * shape_.size, shape_.bone(b) + 0.02 * shape_.size);
-    const std::size_t joints = std::min({pa.size(), pb.size(), std::size_t{4}});
-    for (std::size_t i = 1; i < joints; ++i)
+    for (std::size_t i = 1; i < std::min(both, std::size_t{4}); ++i)
       likeness *= std::sqrt(ratio(shape_.bone(pa[i]) + 0.02 * shape_.size, shape_.bone(pb[i]) + 0.02 * shape_.size));
     if (likeness < 0.3) return;
     const double own = (first + second + beyond(pa) + beyond(pb)) / 2;
@@ -95,24 +96,33 @@ class LimbFinder {
     return path.size() < 2 || path.size() > 4 || shape_.ends[path.back()] ? 0 : shape_.bone(path.back());
   }
 
-  /// The spine leads from the legs' joint, or one above it, to the arms'; none lies in the other.
+  /// The spine leads from the legs' joint, or one not far above it, to the arms'; none lies in the other. The fingers
+  /// of two hands, which lie opposite each other, have both arms between them.
   bool fit(const BranchPair& legs, const BranchPair& arms) const {
     for (std::size_t i = 0; i < 2; ++i)
       if (shape_.is_below(arms.joint, legs.branches[i]) || shape_.is_below(legs.joint, arms.branches[i])) return false;
     for (const std::size_t a : legs.branches)
       for (const std::size_t b : arms.branches)
         if (a == b) return false;
-    return shape_.common(legs.joint, arms.joint) != no_item &&
-           (legs.joint == arms.joint || !shape_.is_below(legs.joint, arms.joint));
+    const std::size_t fork = shape_.common(legs.joint, arms.joint);
+    if (fork == no_item || (legs.joint != arms.joint && fork == arms.joint)) return false;
+    double way = 0;
+    for (std::size_t joint = legs.joint; joint != fork; joint = shape_.parents[joint]) way += shape_.bone(joint);
+    return way <= 1.5 * legs.length;
   }
 
   Vec3d middle(const BranchPair& pair) const {
     return (shape_.positions[pair.branches[0]] + shape_.positions[pair.branches[1]]) * 0.5;
   }
+  /// With the last bones that a file doesn't have: a leg that ends at a knee reaches lower than a hanging hand.
   Vec3d ends(const BranchPair& pair) const {
-    return (shape_.positions[shape_.longest_path(pair.branches[0]).back()] +
-            shape_.positions[shape_.longest_path(pair.branches[1]).back()]) *
-           0.5;
+    Vec3d sum{};
+    for (const std::size_t branch : pair.branches) {
+      const std::vector<std::size_t> path = shape_.longest_path(branch);
+      sum += shape_.positions[path.back()];
+      if (beyond(path) > 0) sum += shape_.positions[path.back()] - shape_.positions[path[path.size() - 2]];
+    }
+    return sum * 0.5;
   }
   /// From the second branch to the first, where they are apart: sides of legs and arms are the same.
   Vec3d apart(const BranchPair& pair) const {
@@ -132,15 +142,19 @@ class LimbFinder {
     score += 0.3 * length(spine);
     if (dot(apart(limbs.legs), apart(limbs.arms)) < 0) std::swap(limbs.arms.branches[0], limbs.arms.branches[1]);
     if (!limbs.head.empty()) score += 0.15 * shape_.size;
-    const double upright = std::clamp(opposite + 0.2, 0.0, 1.0);
+    const double upright = std::clamp((opposite - 0.2) / 0.5, 0.0, 1.0);
     const double whole = std::min(1.0, length(spine) / (0.1 * shape_.size)) * (limbs.head.empty() ? 0.5 : 1.0);
     // What reaches as low as the legs is a leg, too; goals of a foot are shorter than arms.
     const double rise = dot(ends(limbs.arms) - ends(limbs.legs), normalised(spine));
     const double arms = std::clamp(rise / (0.1 * shape_.size), 0.0, 1.0);
     const double legs = std::min(1.0, 2 * limbs.legs.length / limbs.arms.length);
-    limbs.confidence = std::min(limbs.legs.likeness, limbs.arms.likeness) * upright * whole * arms * legs;
-    score *= 0.3 + 0.7 * arms * legs;
-    return score;
+    // Legs stand side by side, as the arms do. Of 53 figures all have a cosine over 0.7 between both lines, and one
+    // within 0.1 of 0 between the legs and their line; nine of 22 animals fail in one of them.
+    const double aslant = cosine(leg, apart(limbs.legs));
+    const double sides =
+        std::clamp((cosine(apart(limbs.legs), apart(limbs.arms)) - 0.2) / 0.4, 0.0, 1.0) * (1 - aslant * aslant);
+    limbs.confidence = std::min(limbs.legs.likeness, limbs.arms.likeness) * upright * whole * arms * legs * sides;
+    return score * (0.3 + 0.7 * arms * legs * sides);
   }
 
   /// The branch of the arms' joint that goes on where the spine ends.
@@ -165,7 +179,9 @@ class LimbFinder {
 
 }  // namespace internal
 
-/// Nothing where no two pairs of branches make a body.
-inline std::optional<Limbs> find_limbs(const SkeletonShape& shape) { return internal::LimbFinder(shape).find(); }
+/// Nothing where no two pairs of branches make a body, as where all joints are in one place.
+inline std::optional<Limbs> find_limbs(const SkeletonShape& shape) {
+  return shape.size > 0 ? internal::LimbFinder(shape).find() : std::nullopt;
+}
 
 }  // namespace npt::inline NPT_ABI

@@ -135,8 +135,8 @@ inline std::size_t add_bones(const Motion& motion, RoleTable& joints) {
 
 }  // namespace internal
 
-/// As a VRM file says itself, or by the dialect that knows most joints, then by the next ones for what it leaves open. Joints between hips and neck
-/// are left out: every tool counts them in its own way.
+/// As a VRM file says itself, or by the dialect that knows most joints, then by the next ones for what it leaves open.
+/// Joints between hips and neck are left out: every tool counts them in its own way.
 inline NamedRoles named_roles(const Motion& motion) {
   const internal::JointsByName names(motion);
   RoleTable nothing;

@@ -1,4 +1,4 @@
-/// The part of the body that each joint of a skeleton belongs to: its own role, or that of the joint that it is attached to.
+/// The part of the body that each joint of a skeleton belongs to: its own role, or that of the one that it hangs from.
 ///   std::vector<JointRole> parts = nearest_roles(motion, roles);
 /// Joints above the hips belong to the hips: some rigs skin the bottom of the trunk to a root.
 #pragma once

@@ -42,12 +42,18 @@ class LimbCutter {
   void set(JointRole role, std::size_t joint) { joints_[index_of(role)] = joint; }
   void set(LimbPart part, std::size_t side, std::size_t joint) { set(limb_role(part, side), joint); }
 
+  /// Joints nearer to each other than this are in one place.
+  double one_place() const { return 0.004 * shape_.size; }
+  std::ptrdiff_t branches_at(std::size_t joint) const {
+    return std::ranges::count_if(shape_.children[joint], [&](std::size_t child) { return !shape_.ends[child]; });
+  }
+
   /// A branch without ends; of joints in one place the one that turns, else the first.
   std::vector<std::size_t> bones_of(std::size_t branch) const {
     std::vector<std::size_t> path;
     for (const std::size_t joint : shape_.longest_path(branch)) {
       if (shape_.ends[joint]) break;
-      if (path.empty() || shape_.distance(path.back(), joint) > 0.004 * shape_.size)
+      if (path.empty() || shape_.distance(path.back(), joint) > one_place())
         path.push_back(joint);
       else if (shape_.turns[joint] && !shape_.turns[path.back()])
         path.back() = joint;
@@ -72,26 +78,31 @@ class LimbCutter {
 
   void cut_leg(std::size_t side) {
     const std::vector<std::size_t> path = bones_of(limbs_.legs.branches[side]);
-    const std::size_t first = upper_of(path, bones_of(limbs_.legs.branches[1 - side]));
+    const std::vector<std::size_t> other = bones_of(limbs_.legs.branches[1 - side]);
+    const std::size_t first = upper_of(path, other);
     constexpr std::array<LimbPart, 4> parts{LimbPart::upper_leg, LimbPart::lower_leg, LimbPart::foot, LimbPart::toes};
     for (std::size_t i = 0; i < parts.size() && first + i < path.size(); ++i) set(parts[i], side, path[first + i]);
-    const std::size_t upper = path[first], lower = first + 1 < path.size() ? path[first + 1] : no_item;
-    if (lower == no_item || first + 2 < path.size()) return;
-    if (const std::size_t foot = foot_apart(upper, lower); foot != no_item) set(LimbPart::foot, side, foot);
+    if (first + 2 == path.size() && other.size() >= path.size()) set(LimbPart::foot, side, foot_apart(path, other));
   }
 
-  /// A foot that a rig moves by itself, as its goal, and that doesn't hang from the lower leg.
-  std::size_t foot_apart(std::size_t upper, std::size_t lower) const {
-    Vec3d ankle = shape_.positions[lower] * 2.0 - shape_.positions[upper];
-    for (const std::size_t child : shape_.children[lower])
-      if (shape_.ends[child]) ankle = shape_.positions[child];
+  /// A foot that a rig moves by itself, as its goal, and that doesn't hang from the lower leg: where this ends, or else
+  /// about a thigh's length from its own knee, which may bend by a right angle.
+  std::size_t foot_apart(const std::vector<std::size_t>& leg, const std::vector<std::size_t>& other) const {
+    const std::size_t lower = leg.back();
+    const Vec3d knee = shape_.positions[lower], thigh = knee - shape_.positions[leg[leg.size() - 2]];
+    const auto end =
+        std::ranges::find_if(shape_.children[lower], [&](std::size_t child) { return shape_.ends[child]; });
     std::size_t best = no_item;
-    double nearest = 0.35 * shape_.distance(upper, lower);
+    double nearest = 0.35 * length(thigh);
     for (std::size_t j = 0; j < shape_.count(); ++j) {
       if (shape_.ends[j] || shape_.is_below(lower, j) || shape_.is_below(j, limbs_.legs.branches[0]) ||
-          shape_.is_below(j, limbs_.legs.branches[1]))
+          shape_.is_below(j, limbs_.legs.branches[1]) ||
+          shape_.distance(j, lower) > shape_.distance(j, other[leg.size() - 1]))
         continue;
-      const double away = length(shape_.positions[j] - ankle);
+      const Vec3d shin = shape_.positions[j] - knee;
+      const double away = end != shape_.children[lower].end() ? shape_.distance(j, *end)
+                          : dot(shin, thigh) > 0              ? std::abs(length(shin) - length(thigh))
+                                                              : shape_.size;
       if (away < nearest) nearest = away, best = j;
     }
     return best;
@@ -99,10 +110,8 @@ class LimbCutter {
 
   /// The first joint of an arm that fingers branch from; its number in the path, or the path's size.
   std::size_t branching(const std::vector<std::size_t>& path) const {
-    for (std::size_t i = 0; i < path.size(); ++i) {
-      const auto counts = [&](std::size_t child) { return !shape_.ends[child]; };
-      if (i >= 1 && std::ranges::count_if(shape_.children[path[i]], counts) >= 3) return i;
-    }
+    for (std::size_t i = 1; i < path.size(); ++i)
+      if (branches_at(path[i]) >= 3) return i;
     return path.size();
   }
 
@@ -114,7 +123,7 @@ class LimbCutter {
       spread = std::max(spread, shape_.distance(child, path[branching + 1]));
     const double bone = shape_.distance(path[branching], path[branching + 1]);
     const double before = shape_.distance(path[branching - 1], path[branching]);
-    return bone > (spread > 0.004 * shape_.size ? 0.7 : 0.3) * before;
+    return bone > (spread > one_place() ? 0.7 : 0.3) * before;
   }
 
   /// Whether fingers branch from a joint of the palm behind the wrist, as from the root of the middle finger in npt's own
@@ -153,44 +162,103 @@ class LimbCutter {
            shape_.distance(own[0], other[0]) < 0.3 * shape_.distance(own[1], other[1]);
   }
 
-  /// Chains of joints that begin at a hand.
-  std::vector<std::vector<std::size_t>> digits_of(std::size_t hand) const {
-    std::vector<std::vector<std::size_t>> digits;
-    for (const std::size_t child : shape_.children[hand]) {
-      std::vector<std::size_t> digit = bones_of(child);
-      if (digit.size() > 1 && shape_.distance(hand, digit.front()) < 0.004 * shape_.size) digit.erase(digit.begin());
-      if (digit.empty()) continue;
-      if (digit.size() == 4) digit.pop_back();  // the fourth is the tip
-      digits.push_back(std::move(digit));
+  /// A chain of joints that begins at a hand; where it leaves the palm, and where its first bone ends.
+  struct Digit {
+    std::vector<std::size_t> joints{};
+    Vec3d root{}, next{};
+
+    Vec3d direction() const { return normalised(next - root); }
+  };
+
+  /// What hangs from the hand, and from the forearm beside it and off its axis, as some rigs' thumbs. Props are longer:
+  /// the longest fingers are 1.1 forearms long, in cartoons.
+  std::vector<Digit> digits_of(std::size_t hand, std::size_t elbow) const {
+    std::vector<Digit> digits;
+    const Vec3d wrist = shape_.positions[hand], forearm = wrist - shape_.positions[elbow];
+    const auto add = [&](std::size_t child) {
+      std::vector<std::size_t> joints = bones_of(child);
+      if (joints.size() > 1 && shape_.distance(hand, joints.front()) < one_place()) joints.erase(joints.begin());
+      if (!joints.empty() && shape_.reach[joints.front()] < 1.5 * length(forearm))
+        digits.push_back({std::move(joints)});
+    };
+    for (const std::size_t child : shape_.children[hand]) add(child);
+    for (const std::size_t child : shape_.children[elbow]) {
+      const Vec3d to = shape_.positions[child] - wrist;
+      const bool beside = length(cross(to, normalised(forearm))) > one_place() && length(to) < 0.5 * length(forearm);
+      if (beside && !shape_.is_below(hand, child)) add(child);
     }
     return digits;
   }
 
+  /// Sets where digits leave the palm and where their first bones end; gives the wrist. Where several begin in one
+  /// place, this is the wrist, and they leave the palm at their second joints.
+  Vec3d measure(std::vector<Digit>& digits, std::size_t hand) const {
+    Vec3d wrist = shape_.positions[hand];
+    std::vector<std::size_t> first(digits.size());
+    for (std::size_t i = 0; i < digits.size(); ++i) first[i] = begins_in_palm(digits[i].joints, hand) ? 1 : 0;
+    for (std::size_t i = 0; i < digits.size(); ++i)
+      for (std::size_t k = 0; k < digits.size(); ++k)
+        if (i != k && shape_.distance(digits[i].joints.front(), digits[k].joints.front()) < one_place())
+          first[i] = 1, wrist = shape_.positions[digits[i].joints.front()];
+    for (std::size_t i = 0; i < digits.size(); ++i) {
+      const std::vector<std::size_t> path = shape_.longest_path(digits[i].joints.front());
+      const auto place = [&](std::size_t joint) { return shape_.positions[path[std::min(joint, path.size() - 1)]]; };
+      digits[i].root = place(first[i]), digits[i].next = place(first[i] + 1);
+      if (length(digits[i].next - digits[i].root) < one_place()) digits[i].next = digits[i].root * 2.0 - wrist;
+    }
+    return wrist;
+  }
+
+  /// The thumb first, then the others in their row from its side on. The thumb leaves the palm nearest to the wrist and
+  /// points least where all point. along: from the elbow to the wrist
+  static void sort_digits(std::vector<Digit>& digits, Vec3d wrist, Vec3d along) {
+    Vec3d common = along;
+    double size = 0;
+    for (const Digit& digit : digits) common += digit.direction(), size += length(digit.root - wrist);
+    size = std::max(size / static_cast<double>(digits.size()), 1e-12);
+    const auto apart = [&](const Digit& digit) {
+      return -dot(digit.root - wrist, along) / size - dot(digit.direction(), normalised(common));
+    };
+    std::swap(digits.front(), *std::ranges::max_element(digits, {}, apart));
+    Vec3d row{}, middle{};
+    for (auto a = digits.begin() + 1; a != digits.end(); ++a) {
+      middle += a->root / static_cast<double>(digits.size() - 1);
+      for (auto b = digits.begin() + 1; b != digits.end(); ++b)
+        if (const Vec3d way = b->root - a->root; length(way) > length(row)) row = way;
+    }
+    if (dot(row, (digits.front().root + digits.front().next) * 0.5 - middle) > 0) row = -row;
+    std::stable_sort(digits.begin() + 1, digits.end(),
+                     [&](const Digit& a, const Digit& b) { return dot(a.root, row) < dot(b.root, row); });
+  }
+
   void cut_digits(std::size_t side, std::size_t hand, std::size_t elbow) {
-    if (shape_.children[hand].size() == 1) hand = shape_.children[hand].front();  // a palm
-    std::vector<std::vector<std::size_t>> digits = digits_of(hand);
-    if (digits.size() < 2 || digits.size() > digit_count) return;
-    const Vec3d along = normalised(shape_.positions[hand] - shape_.positions[elbow]);
-    const auto place = [&](const std::vector<std::size_t>& digit) {  // the first joints may be in one place
-      return (shape_.positions[digit.front()] + shape_.positions[digit.back()]) * 0.5 - shape_.positions[hand];
-    };
-    // In a row from one side of the hand to the other: along the line between the two farthest from each other.
-    Vec3d across{};
-    for (const auto& a : digits)
-      for (const auto& b : digits)
-        if (const Vec3d way = place(b) - place(a); length(way - along * dot(way, along)) > length(across))
-          across = way - along * dot(way, along);
-    std::ranges::stable_sort(
-        digits, [&](const auto& a, const auto& b) { return dot(place(a), across) < dot(place(b), across); });
-    // The thumb begins, and ends, nearer to the wrist than the finger at the other end of the row.
-    const auto out = [&](const std::vector<std::size_t>& digit) {
-      return digits.size() == 2 ? shape_.bone(digit.front()) + shape_.reach[digit.front()] : dot(place(digit), along);
-    };
-    if (out(digits.front()) > out(digits.back())) std::ranges::reverse(digits);
+    if (const std::vector<std::size_t>& only = shape_.children[hand]; only.size() == 1 && branches_at(only.front()) > 1)
+      hand = only.front();  // a palm
+    std::vector<Digit> digits = digits_of(hand, elbow);
+    if (digits.size() > digit_count)  // places for props are among them
+      std::erase_if(digits, [](const Digit& digit) { return digit.joints.size() == 1; });
+    if (digits.empty() || digits.size() > digit_count) return;
+    if (digits.size() == 1) {  // all fingers in one, of three joints: one of two may be a prop's place
+      if (digits.front().joints.size() > 2) set_digit(side, 1, digits.front().joints, hand);
+      return;
+    }
+    const Vec3d at = shape_.positions[hand], wrist = measure(digits, hand);
+    sort_digits(digits, wrist,
+                normalised((length(wrist - at) < one_place() ? at - shape_.positions[elbow] : wrist - at)));
     constexpr std::array<std::size_t, 4> of_four{0, 1, 2, 4};
     for (std::size_t d = 0; d < digits.size(); ++d)
-      for (std::size_t i = 0; i < digits[d].size() && i < 3; ++i)
-        set(digit_part(digits.size() == 4 ? of_four[d] : d, i), side, digits[d][i]);
+      set_digit(side, digits.size() == 4 ? of_four[d] : d, digits[d].joints, hand);
+  }
+
+  /// Whether the first of four joints is in the palm: near to the wrist, and its bone long.
+  bool begins_in_palm(const std::vector<std::size_t>& digit, std::size_t hand) const {
+    return digit.size() > 3 && shape_.distance(hand, digit[0]) < 0.7 * shape_.distance(digit[0], digit[1]);
+  }
+  /// Its first three joints behind the palm: a fourth is the tip. A thumb's bone in the palm counts.
+  void set_digit(std::size_t side, std::size_t digit, const std::vector<std::size_t>& joints, std::size_t hand) {
+    const std::size_t first = digit > 0 && begins_in_palm(joints, hand) ? 1 : 0;
+    for (std::size_t i = first; i < std::min(first + 3, joints.size()); ++i)
+      set(digit_part(digit, i - first), side, joints[i]);
   }
 
   /// Neck and head, or a head alone. What begins behind the head, eyes and jaw, branches from it, or turns forwards.
@@ -198,9 +266,7 @@ class LimbCutter {
     std::vector<std::size_t> path;
     for (const std::size_t joint : limbs_.head.empty() ? limbs_.head : bones_of(limbs_.head.front())) {
       path.push_back(joint);
-      const auto branches =
-          std::ranges::count_if(shape_.children[joint], [&](std::size_t c) { return !shape_.ends[c]; });
-      if (branches > (path.size() > 1 ? 1 : 2)) break;
+      if (branches_at(joint) > (path.size() > 1 ? 1 : 2)) break;
     }
     if (path.empty()) return;
     std::size_t head = path.size() - 1;

@@ -1,5 +1,6 @@
 /// A skeleton as a tree of bones with lengths, as its skin was bound or else at rest: what its shape says before any
-/// name is looked at. Where a file's rest has no extent, as in clips that lost their bind pose, the clip's first frame stands in.
+/// name is looked at. Where a file's rest has no extent, as in clips that lost their bind pose, the clip's first frame
+/// stands in.
 #pragma once
 
 #include <npt/base/affine.hpp>

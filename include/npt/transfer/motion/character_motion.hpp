@@ -9,6 +9,7 @@
 #include <npt/base/affine.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/matrix3.hpp>
+#include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/joint_names.hpp>
 #include <npt/body/roles/joint_role.hpp>
@@ -26,6 +27,7 @@
 #include <npt/transfer/motion/body_shape.hpp>
 #include <npt/transfer/motion/motion_skeleton.hpp>
 #include <npt/transfer/motion_transfer.hpp>
+#include <npt/transfer/named_skeleton.hpp>
 #include <npt/transfer/pose_transfer.hpp>
 
 #include <algorithm>
@@ -72,6 +74,18 @@ inline std::vector<std::size_t> depth_first(const std::vector<std::size_t>& pare
   return order;
 }
 
+/// [joints of Character::skeleton()] their axes in the mesh's; empty where all are the mesh's.
+inline std::vector<Quaternion> frames_of(const Motion& motion) {
+  std::vector<Quaternion> worlds, frames(motion.joints.size());
+  bool turned = false;
+  for (const MotionJoint& joint : motion.joints) {
+    worlds.push_back((joint.parent == no_item ? Quaternion{} : worlds[joint.parent]) * joint.rest.rotation);
+    frames[joint.node] = worlds.back();
+    turned |= joint.rest.rotation != Quaternion{};
+  }
+  return turned ? frames : std::vector<Quaternion>{};
+}
+
 inline BodyShape shape_of(const Character& character, const MotionSkeleton& skeleton) {
   Mesh mesh;
   mesh.positions.resize(character.vertex_count());
@@ -81,6 +95,7 @@ inline BodyShape shape_of(const Character& character, const MotionSkeleton& skel
   set_faces(mesh, character.triangles());
   MeshScene made = scene_from(mesh);
   SkinnedSkeleton own = *character.skeleton();
+  own.frames = frames_of(skeleton.motion);
   for (Vec3d& joint : own.joints) joint = joint * unit;
   const std::size_t first = add_skeleton(made, own);
   Motion motion = skeleton.motion;
@@ -93,7 +108,7 @@ inline BodyShape shape_of(const Character& character, const MotionSkeleton& skel
 /// The character's skeleton without a clip: joints where the mesh has them, bound in the body's rest. A joint's node is
 /// its number in Character::skeleton(). unit: metres in one of the mesh
 inline Motion motion_of(const Character& character, JointNames names = JointNames::vrm, double unit = 1) {
-  const std::optional<SkinnedSkeleton> skeleton = character.skeleton();
+  const std::optional<SkinnedSkeleton> skeleton = named_skeleton(character, names);
   if (!skeleton)
     throw Error({.file = "character",
                  .found = "one that is not recognised as a person (confidence " +
@@ -112,10 +127,14 @@ inline Motion motion_of(const Character& character, JointNames names = JointName
   for (const std::size_t own : order) {
     const std::size_t parent = skeleton->parents[own];
     const bool root = parent == SkinnedSkeleton::no_parent;
-    MotionJoint joint{.name = std::string(joint_name(own, names)), .parent = root ? no_item : number[parent]};
+    MotionJoint joint{.name = skeleton->names[own], .parent = root ? no_item : number[parent]};
     joint.rest.translation = root ? skeleton->joints[own] : skeleton->joints[own] - skeleton->joints[parent];
+    if (!skeleton->frames.empty()) {
+      const Quaternion outer = inverse(skeleton->frame(parent));
+      joint.rest.translation = outer(joint.rest.translation), joint.rest.rotation = outer * skeleton->frame(own);
+    }
     joint.node = own;
-    joint.bind = made.base * rest[own] * Affine{Matrix3::identity(), skeleton->joints[own]};
+    joint.bind = made.base * rest[own] * skeleton->bind(own);
     made.joints.push_back(std::move(joint));
   }
   return made;
@@ -145,8 +164,10 @@ inline Scene scene_with_motions(const Mesh& mesh, const std::string& name, Skinn
   for (float& x : in_metres.coordinates()) x = unit == 1 ? x : static_cast<float>(static_cast<double>(x) * unit);
   MeshScene made = scene_from(in_metres, name);
   for (Vec3d& joint : skeleton.joints) joint = joint * unit;
-  if (!motions.empty())
+  if (!motions.empty()) {
     for (const MotionJoint& joint : motions.front().joints) skeleton.names[joint.node] = joint.name;
+    skeleton.frames = internal::frames_of(motions.front());
+  }
   const std::size_t first = add_skeleton(made, skeleton);
   for (const Motion& motion : motions) {
     Clip clip = motion.clip;

@@ -38,8 +38,8 @@ struct MotionSkeleton {
   std::string name{};
 };
 
-/// The confidence below which a skeleton isn't taken for a person's, unless a bone map says it. Of 53 files of people
-/// all are above 0.6.
+/// The confidence below which a skeleton isn't taken for a person's, unless a bone map says it. Of 53 figures all are
+/// above, a head and two arms alone (0.34) as well; of 22 animals four, which get a warning.
 inline constexpr double least_skeleton_confidence = 0.3;
 
 namespace internal {
@@ -64,7 +64,7 @@ inline MotionSkeleton motion_skeleton(Motion motion, std::string name, const Bon
     throw Error({.file = made.name,
                  .found = "a skeleton that is not recognised as a person's (confidence " +
                           std::to_string(std::lround(100 * made.roles.confidence)) + " %)",
-                 .expected = "a person's, or a bone map",
+                 .expected = "a person's, or a bone map (--bone-map) that says which joint is which",
                  .code = ErrorCode::not_recognised});
   if (!map.text.empty()) {
     made.roles = parse_bone_map(map.text, made.motion, made.roles, map.file);

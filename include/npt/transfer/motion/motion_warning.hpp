@@ -44,11 +44,19 @@ inline std::vector<JointRole> main_roles() {
 
 inline void warn_of_skeleton(const JointRoles& own, const JointRoles& other, MeshRole which,
                              std::vector<MotionWarning>& warnings) {
-  constexpr double certain = 0.6;
-  if (own.confidence < certain) warnings.push_back({MotionWarningCode::joints_uncertain, which, own.confidence, {}});
+  const std::vector<JointRole> all = main_roles();
   std::vector<JointRole> missing;
-  for (const JointRole role : main_roles())
-    if (own.joint(role) == no_item && other.joint(role) != no_item) missing.push_back(role);
+  double there = 0;
+  for (const JointRole role : all) {
+    if (own.joint(role) != no_item)
+      ++there;
+    else if (other.joint(role) != no_item)
+      missing.push_back(role);
+  }
+  // A figure without arms or legs is certain of what it has: the next warning names what it lacks.
+  constexpr double certain = 0.6;
+  if (own.confidence * static_cast<double>(all.size()) < certain * there)
+    warnings.push_back({MotionWarningCode::joints_uncertain, which, own.confidence, {}});
   if (!missing.empty()) warnings.push_back({MotionWarningCode::joints_missing, which, 0, std::move(missing)});
 }
 
@@ -79,8 +87,8 @@ inline std::string text_of(const MotionWarning& warning, const std::string& iden
   const bool of_target = warning.skeleton == MeshRole::identity;
   const std::string& name = of_target ? identity : pose;
   if (warning.code == MotionWarningCode::joints_uncertain)
-    return name + ": which joint is which is uncertain (confidence " +
-           std::to_string(std::lround(100 * warning.value)) + " %); a bone map says it";
+    return name + " hardly looks like a person's skeleton, so which joint is which is uncertain (confidence " +
+           std::to_string(std::lround(100 * warning.value)) + " %); a bone map (--bone-map) says it";
   return name + " has no joint for " + internal::listed(warning.roles) +
          (of_target ? ": what the clip does with it is left out" : ": it stays in the character's rest");
 }

@@ -34,14 +34,6 @@ inline std::vector<Quaternion> world_rotations(const std::vector<Affine>& worlds
   return rotations;
 }
 
-/// The shortest turn from one direction to another; none for the same.
-inline Quaternion turn_between(Vec3d from, Vec3d to) {
-  const Vec3d a = normalised(from), b = normalised(to), axis = cross(a, b);
-  const double cosine = dot(a, b);
-  if (length(axis) < 1e-12) return {};
-  return normalised(Quaternion{axis.x, axis.y, axis.z, 1 + cosine});
-}
-
 /// One of the two skeletons, in the pose that motions are relative to.
 struct RetargetSide {
   RetargetSide(const Motion& from, const JointRoles& own)
