@@ -61,6 +61,30 @@ TEST_CASE("a skeleton without a mesh is a motion, its standing armature is its b
   CHECK(!motion.joints[5].end);
 }
 
+TEST_CASE("what hangs below a mesh that nothing moves is no joint") {
+  npt::Scene scene;
+  const std::size_t hips = add_node(scene, "Hips", no_item), hand = add_chain(scene, "Arm", hips, 3);
+  const std::size_t sword = add_node(scene, "Sword", hand);
+  scene.nodes[sword].mesh = 0;
+  add_node(scene, "Tip", add_node(scene, "Blade", sword));
+  scene.clips.push_back({"wave", {turning(hand), turning(hips)}});
+  const npt::Motion motion = npt::motion_of(scene, &scene.clips[0], "a.glb");
+  REQUIRE(motion.joints.size() == 4);
+  for (std::size_t j = 1; j < motion.joints.size(); ++j) CHECK(motion.joints[j].parent == j - 1);
+}
+
+TEST_CASE("a curve of one value is constant, whatever stands between its keys") {
+  npt::ClipChannel curve{.times = {0, 1}, .values = {1, 2, 3, 1, 2, 3}};
+  CHECK(curve.is_constant());
+  curve.values[4] = 5;
+  CHECK(!curve.is_constant());
+  curve.interpolation = npt::Interpolation::cubic;
+  curve.values = {0, 0, 0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 1, 2, 3, 0, 0, 0};
+  CHECK(curve.is_constant());
+  curve.values[6] = 1;  // a tangent
+  CHECK(!curve.is_constant());
+}
+
 TEST_CASE("of two skeletons the one that the clip moves is taken") {
   npt::Scene scene;
   const std::size_t root = add_node(scene, "RootNode", no_item, {});

@@ -68,14 +68,6 @@ inline std::string gltf_with_motion(std::string_view file, const Motion& motion,
   return patcher.finish();
 }
 
-/// In lower case.
-inline std::string gltf_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return extension;
-}
-
 /// The files that a document names, to where another folder's document looks for them.
 inline void copy_named_files(std::string_view document, const std::filesystem::path& from,
                              const std::filesystem::path& to) {
@@ -98,7 +90,7 @@ inline void copy_named_files(std::string_view document, const std::filesystem::p
 inline void write_gltf_with_motion(const std::filesystem::path& from, const Motion& motion, const GltfPatch& options,
                                    const std::filesystem::path& to, std::vector<std::string>* notes) {
   std::string file = read_file(from);
-  const std::string extension = gltf_extension(to);
+  const std::string extension = lower_case(to.extension().string());
   if (extension != ".glb" && extension != ".gltf" && extension != ".vrm")
     throw Error({.file = to.string(), .found = "extension " + in_quotes(extension), .expected = ".glb, .gltf or .vrm"});
   if (is_glb(file) && extension == ".gltf")

@@ -92,7 +92,7 @@ inline void set_rest(Scene& scene, const Motion& motion, double time) {
     for (ClipChannel& part : parts) old.push_back(std::move(part));
   }
   for (Clip& clip : scene.clips) {
-    const auto moves = [own = clip.channels](const ClipChannel& part) {
+    const auto moves = [&own = clip.channels](const ClipChannel& part) {
       return std::any_of(own.begin(), own.end(),
                          [&](const ClipChannel& c) { return c.node == part.node && c.path == part.path; });
     };
