@@ -132,6 +132,26 @@ TEST_CASE("a scene without joints is no motion") {
                        "cube.glb: found no skeleton, expected joints that a skin or a clip moves", npt::Error);
 }
 
+TEST_CASE("a bone keeps its length below a scale that differs along axes") {
+  npt::Scene scene;
+  const std::size_t hip = add_node(scene, "Hip", no_item), knee = add_node(scene, "Knee", hip);
+  add_node(scene, "Foot", knee, {0.3, 1, 0});
+  scene.nodes[hip].place.scale = {1, 1.00005, 1};
+  scene.clips.push_back({"bend", {turning(knee), turning(hip)}});
+  npt::Motion motion = npt::motion_of(scene, &scene.clips[0], "a.glb");
+  const auto before = npt::joint_worlds(motion, 0.0), after = npt::joint_worlds(motion, 1.0);
+  const double length = npt::bone_length(motion, before, 2);
+  CHECK(length == doctest::Approx(std::hypot(0.3, 1)).epsilon(1e-4));
+  CHECK(std::abs(npt::length(after[2].shift - after[1].shift) - npt::length(before[2].shift - before[1].shift)) > 1e-6);
+  CHECK(std::abs(npt::bone_length(motion, after, 2) - length) < 1e-12);
+  // What a motion moves or scales is seen.
+  motion.joints[2].rest.translation.x += 0.1;
+  CHECK(std::abs(npt::bone_length(motion, npt::joint_worlds(motion, 1.0), 2) - length) > 0.01);
+  motion.joints[2].rest.translation.x -= 0.1;
+  motion.joints[1].rest.scale = {1.1, 1.1, 1.1};
+  CHECK(npt::bone_length(motion, npt::joint_worlds(motion, 1.0), 2) == doctest::Approx(1.1 * length).epsilon(1e-6));
+}
+
 TEST_CASE("the rate of keys is found also where frames were left out, and is none for other keys") {
   CHECK(npt::key_rate({"", {turning(0, {0, 1 / 30.0F, 2 / 30.0F, 5 / 30.0F})}}) == 30);
   CHECK(npt::key_rate({"", {turning(0, {0, 0.0083333F, 0.0166667F})}}) == doctest::Approx(120));
