@@ -139,6 +139,19 @@ TEST_CASE("a clip is put in behind what a GLB has, which stays to the byte") {
   CHECK(farthest_joints(wave(), npt::motion_of(scene, &scene.clips[2], "x.glb")) == 0);
 }
 
+TEST_CASE("what other clips move and a new one doesn't gets its rest") {
+  using namespace patch_test;
+  const std::string file = small_gltf::changed(R"("name":"root",)", R"("name":"root","translation":[0,0.5,0],)");
+  npt::Motion part = wave(file);
+  std::erase_if(part.clip.channels, [](const auto& c) { return c.path == npt::ChannelPath::translation; });
+  const npt::Scene scene = npt::parse_gltf(patched(file, part), "x.glb");
+  const std::vector<npt::ClipChannel>& channels = scene.clips.back().channels;
+  REQUIRE(channels.size() == 2);
+  CHECK(channels[1].node == 1);
+  CHECK(channels[1].path == npt::ChannelPath::translation);
+  CHECK(channels[1].values == std::vector<float>{0, 0.5F, 0});
+}
+
 TEST_CASE("a clip's name that a file has gets a number") {
   using namespace patch_test;
   std::vector<std::string> notes;

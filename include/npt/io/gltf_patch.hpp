@@ -5,7 +5,8 @@
 ///   write_with_motion("hero.glb", motion, {.name = "Walk"}, "hero_walk.glb");
 /// Joints are identified by MotionJoint::node: nodes of a scene that npt read of a glTF file have the file's own numbers.
 ///   clip        one more animation behind those that are there, with the motion's keys; a curve that stays the same
-///               becomes one key, and channels with the same times share them
+///               becomes one key, and channels with the same times share them. What other animations move of the
+///               motion's joints and it doesn't gets its rest as one key: game engines leave that where it was
 ///   apply       instead: the pose at one time becomes the rest of the nodes. Animations that are there get the old
 ///               rest, as one key, for each part of a node that was changed and that they don't move: they play as before
 ///   matrices    a node that is moved and has a matrix gets translation, rotation and scale in its place

@@ -49,10 +49,14 @@ class GltfPatcher {
     const std::string place = "clip " + in_quotes(name);
     if (motion.clip.channels.empty()) text_.fail(place, "no curve", "one at least");
     AddedChannels added(accessors_, 0);
+    std::set<std::string> own;
     for (const ClipChannel& c : written_curves(motion, place)) {
       added.add(c.node, c);
+      own.insert(pointer(c.node, c.path));
       make_place(c.node);
     }
+    for (const ClipChannel& part : moved_by_others(motion))
+      if (!own.contains(pointer(part.node, part.path))) added.add(part.node, part);
     std::string json = "{\"name\":" + text_.quoted(name) + ",\"samplers\":[";
     for (const std::string& sampler : added.samplers()) json += sampler + ",";
     json.back() = ']';
@@ -238,6 +242,22 @@ class GltfPatcher {
       if (there != nullptr) moved.insert(there->text);
     }
     return moved;
+  }
+
+  /// The rests of what the file's animations move of a motion's joints: players leave what a clip doesn't move where the
+  /// clip before left it.
+  std::vector<ClipChannel> moved_by_others(const Motion& motion) const {
+    std::set<std::string> moved;
+    for (std::size_t i = 0; i < text_.count(text_.root(), "animations"); ++i)
+      moved.merge(moved_by(text_.item("animations", i), "animations[" + std::to_string(i) + "]"));
+    std::vector<ClipChannel> rests;
+    for (std::size_t j = 0; j < motion.joints.size(); ++j) {
+      if (motion.joints[j].node == no_item) continue;
+      const std::size_t node = node_of(motion, j);
+      for (ClipChannel& part : constant_curves(node, place_of_node(node)))
+        if (moved.contains(pointer(node, part.path))) rests.push_back(std::move(part));
+    }
+    return rests;
   }
 
   /// A motion's curves; of several of one part of one joint the last.
