@@ -42,7 +42,7 @@ TEST_CASE("a motion becomes a clip with a name of its own") {
   CHECK(npt::add_clip(scene, motion, "") == "pose");
   REQUIRE(scene.clips.size() == 4);
   CHECK(scene.clips[1].channels.size() == 3);  // with the rest of what "go" moves
-  CHECK(!scene.nodes[0].matrix);  // what moves has a place
+  CHECK(!scene.nodes[0].matrix);               // what moves has a place
   CHECK(scene.nodes[0].place.translation == npt::Vec3d{0, 1, 0});
   CHECK(scene.nodes[0].place.scale == npt::Vec3d{2, 2, 2});
 }
