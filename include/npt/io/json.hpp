@@ -259,7 +259,7 @@ inline std::string utf8_of(std::string_view text) {
       append_utf8(out, static_cast<unsigned char>(text[0]));
     else
       out += text.substr(0, length);
-    text.remove_prefix(std::max<std::size_t>(length, 1));
+    text.remove_prefix(length == 0 ? 1 : length);
   }
   return out;
 }
