@@ -5,7 +5,8 @@
 #               into build/npm: playwright-core for pages in a browser, gltf-validator for GLB files
 #   --browser   also what shows pages to the tests: Chromium, node, npm, and its two packages
 #   --docs      also what makes the site (docs/site.sh) and the moving picture (docs/images/hero.sh): doxygen, markdown-it, webp
-#   --dev       also the tools for work on npt itself: clang, clang-format, clang-tidy, doxygen, Google Benchmark, peers
+#   --dev       also the tools for work on npt itself: clang, clang-format, clang-tidy, doxygen, Google Benchmark, peers, and
+#               Godot's server, in which a test plays clips
 set -euo pipefail
 
 packages=(libxtensor-dev libxsimd-dev libtbb-dev libtinyobjloader-dev doctest-dev libcli11-dev
@@ -25,8 +26,8 @@ for argument in "$@"; do
       command -v npm > /dev/null || packages+=(npm)
       ;;
     --docs) packages+=(doxygen python3-markdown-it python3-pygments webp) ;;
-    --dev) packages+=(clang clang-format clang-tidy doxygen libbenchmark-dev libdnnl-dev) ;;
-    -h | --help) sed -n '2,9s/^# //p' "$0"; exit 0 ;;
+    --dev) packages+=(clang clang-format clang-tidy doxygen libbenchmark-dev libdnnl-dev godot3-server) ;;
+    -h | --help) sed -n '2,10s/^# //p' "$0"; exit 0 ;;
     *) echo "install-dependencies.sh: unknown argument '$argument' (--tests, --browser, --docs and --dev are known)" >&2; exit 2 ;;
   esac
 done

@@ -2,9 +2,12 @@
 ///   frames.bin   for some times of each clip: clip, time, then the vertices, all in double
 ///   scene.glb    the scene, written again; mesh.glb: as one mesh; rest.bin: the vertices as the scene stands
 ///   clip.glb     the file with its first clip once more, and applied.glb, with the middle of that as its rest
-/// dump_gltf --made FOLDER writes GLB files of every kind that npt makes.
+/// dump_gltf --joints FILE OUT.json writes where the joints are, in metres with y up: at rest, and at some times of each
+/// clip. dump_gltf --made FOLDER writes GLB files of every kind that npt makes.
 #include <npt/io/gltf.hpp>
 #include <npt/io/gltf_patch.hpp>
+#include <npt/io/json.hpp>
+#include <npt/io/text.hpp>
 #include <npt/scene/animate.hpp>
 #include <npt/scene/from_mesh.hpp>
 #include <npt/scene/motion_of_scene.hpp>
@@ -14,10 +17,12 @@
 
 #include <mesh/zoo.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -58,6 +63,52 @@ void dump(const fs::path& file, const fs::path& folder) {
     }
   write_doubles(folder / "frames.bin", frames);
   std::printf("%zu vertices, %zu clips\n", mesh.vertex_count(), scene.clips.size());
+}
+
+template <class Items, class Append>
+void append_list(std::string& json, const Items& items, Append append) {
+  json += '[';
+  for (const auto& item : items) {
+    if (json.back() != '[') json += ',';
+    append(item);
+  }
+  json += ']';
+}
+
+/// `clip`: as JSON; times: empty: at rest
+void append_places(std::string& json, const npt::Motion& motion, const std::string& clip, std::vector<double> times) {
+  const bool at_rest = times.empty();
+  if (at_rest) times = {0};
+  const auto number = [&](double value) { npt::append_number(json, value); };
+  json += "{\"clip\":" + clip + ",\"times\":";
+  append_list(json, times, number);
+  json += ",\"joints\":";
+  append_list(json, motion.joints, [&](const npt::MotionJoint& joint) {
+    json += "{\"node\":" + std::to_string(joint.node) + ",\"name\":";
+    npt::internal::append_json_string(json, joint.name);
+    json += '}';
+  });
+  json += ",\"places\":";
+  append_list(json, times, [&](double time) {
+    append_list(json, npt::joint_positions(motion, at_rest ? std::nullopt : std::optional(time)), [&](npt::Vec3d p) {
+      append_list(json, std::array{p.x, p.y, p.z}, number);
+    });
+  });
+  json += '}';
+}
+
+void write_joints(const fs::path& file, const fs::path& to) {
+  const npt::Scene scene = npt::read_scene(file);
+  std::string json = "[";
+  append_places(json, npt::motion_of(scene, nullptr, file.string()), "null", {});
+  for (const npt::Clip& clip : scene.clips) {
+    std::vector<double> times;  // on quarters of frames: players sample curves before they play them
+    for (int i = 0; i <= 8; ++i) times.push_back(std::floor(clip.length() * 15 * i + 1e-3) / 120);
+    std::string name;
+    npt::internal::append_json_string(name, clip.name);
+    append_places(json += ',', npt::motion_of(scene, &clip, file.string()), name, times);
+  }
+  std::ofstream(to) << json << "]\n";
 }
 
 /// A chain of three joints along a mesh's y axis, each vertex between the two next to it.
@@ -117,8 +168,12 @@ void write_made(const fs::path& folder) {
 
 int main(int argc, char** argv) {
   try {
-    if (argc != 3) throw npt::Error({"dump_gltf", {}, "other arguments", "FILE FOLDER or --made FOLDER"});
-    if (std::string(argv[1]) == "--made")
+    const std::string first = argc > 1 ? argv[1] : "";
+    if (argc != (first == "--joints" ? 4 : 3))
+      throw npt::Error({"dump_gltf", {}, "other arguments", "FILE FOLDER, --joints FILE OUT.json or --made FOLDER"});
+    if (first == "--joints")
+      write_joints(argv[2], argv[3]);
+    else if (first == "--made")
       write_made(argv[2]);
     else
       dump(argv[1], argv[2]);

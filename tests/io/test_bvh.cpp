@@ -59,8 +59,8 @@ TEST_CASE("a BVH file's joints, channels and frames are read, whatever its blank
   CHECK(bvh.values == std::vector<double>{1, 2, 3, 10, 20, 30, 40, 50, 60});
   for (const auto& [what, by] :
        {std::pair{"\n", "\r\n"}, std::pair{"\n", "\r"}, std::pair{"  ", "\t"}, std::pair{"\n{", " {"},
-        std::pair{"Frames: ", "Frames :\t"}, std::pair{"10 20", "10\n20"}, std::pair{"rotation", "ROTATION"},
-        std::pair{"HIERARCHY", "\xEF\xBB\xBFhierarchy"}})
+        std::pair{"\n{", "{"}, std::pair{"Frames: ", "Frames :\t"}, std::pair{"10 20", "10\n20"},
+        std::pair{"rotation", "ROTATION"}, std::pair{"HIERARCHY", "\xEF\xBB\xBFhierarchy"}})
     CHECK(npt::parse_bvh(replaced(bvh_text(), what, by), "a.bvh") == bvh);
 }
 
@@ -78,6 +78,14 @@ TEST_CASE("a BVH file that is written reads back the same") {
   CHECK(npt::read_bvh(folder / "a.bvh").values == bvh.values);
 }
 
+TEST_CASE("names of a BVH file become UTF-8 in a motion") {
+  const npt::Bvh bvh = npt::parse_bvh(replaced(bvh_text(), "Left Arm", "H\xE4nd"), "a.bvh");
+  const npt::Motion motion = npt::motion_of(bvh, "w\xE4lk");
+  CHECK(motion.clip.name == "w\xC3\xA4lk");
+  CHECK(motion.joints[1].name == "H\xC3\xA4nd");
+  CHECK(motion.joints[2].name == "H\xC3\xA4nd_end");
+}
+
 TEST_CASE("what is wrong in a BVH file is an error that names the line") {
   const std::string good = bvh_text();
   CHECK(error_in("") == "a.bvh: line 0: found the end of the file, expected HIERARCHY");
@@ -92,6 +100,14 @@ TEST_CASE("what is wrong in a BVH file is an error that names the line") {
   CHECK(error_in(replaced(good, " 40", " 4,0")) == "a.bvh: line 19: found '4,0', expected a number");
   CHECK(error_in(replaced(good, "0.04", "0")).starts_with("no error"));
   CHECK(error_in(replaced(good, "0.04", "-1")).starts_with("a.bvh: line 18: found a frame time of -1"));
+  // Rates that are no number, and more frames than memory has at a rate of 30.
+  const std::string two = replaced(good, "Frames: 1", "Frames: 2") + "1 2 3 10 20 30 40 50 60\n";
+  CHECK(error_in(two) == "no error");
+  CHECK(error_in(replaced(two, "0.04", "5e-324")) ==
+        "a.bvh: line 18: found a frame time of 5e-324 s, expected a millionth of a second at least");
+  CHECK(error_in(replaced(two, "0.04", "14401"))
+            .ends_with("found a clip of 14401.000000 s, expected four hours at most"));
+  CHECK(error_in(replaced(good, "OFFSET 1.5", "{ OFFSET 1.5")) == "a.bvh: line 8: found '{', expected OFFSET");
   CHECK(error_in(replaced(good, "Frames: 1", "Frames: 0")) ==
         "a.bvh: line 17: found '0' frames, expected a whole number from 1 on");
   CHECK(error_in(replaced(good, "Frames: 1", "Frames 1")) ==

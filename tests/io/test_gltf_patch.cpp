@@ -139,6 +139,19 @@ TEST_CASE("a clip is put in behind what a GLB has, which stays to the byte") {
   CHECK(farthest_joints(wave(), npt::motion_of(scene, &scene.clips[2], "x.glb")) == 0);
 }
 
+TEST_CASE("what other clips move and a new one doesn't gets its rest") {
+  using namespace patch_test;
+  const std::string file = small_gltf::changed(R"("name":"root",)", R"("name":"root","translation":[0,0.5,0],)");
+  npt::Motion part = wave(file);
+  std::erase_if(part.clip.channels, [](const auto& c) { return c.path == npt::ChannelPath::translation; });
+  const npt::Scene scene = npt::parse_gltf(patched(file, part), "x.glb");
+  const std::vector<npt::ClipChannel>& channels = scene.clips.back().channels;
+  REQUIRE(channels.size() == 2);
+  CHECK(channels[1].node == 1);
+  CHECK(channels[1].path == npt::ChannelPath::translation);
+  CHECK(channels[1].values == std::vector<float>{0, 0.5F, 0});
+}
+
 TEST_CASE("a clip's name that a file has gets a number") {
   using namespace patch_test;
   std::vector<std::string> notes;
@@ -259,6 +272,11 @@ TEST_CASE("a pose becomes the rest, and clips keep what they showed") {
   CHECK(farthest_joints(before, npt::motion_of(scene, &scene.clips[0], "x.glb")) == 0);
   CHECK(chunk_of(result).starts_with(chunk_of(file)));
 
+  // Numbers of nodes as some writers put them.
+  const std::string real = npt::internal::format_glb(
+      replaced(std::string(json_of(file)), R"("node":2,"path")", R"("node":2.0,"path")"), chunk_of(file), "x");
+  CHECK(npt::parse_gltf(patched(real, pose, {.apply = true}), "x").clips[0].channels.size() == 4);
+
   // The rest as it is changes nothing, and so does a time of a clip at which it is the rest.
   CHECK(patched(file, npt::motion_of(npt::parse_gltf(file, "x"), nullptr, "x"), {.apply = true}) == file);
   npt::Motion same = pose;
@@ -303,6 +321,12 @@ TEST_CASE("matrices give way to places") {
 
   const std::string shears = replaced(text, matrix, R"("matrix":[1,0,0,0,1,1,0,0,0,0,1,0,0,0,0,1])");
   CHECK(error_of([&] { patched(shears, motion); }).find("nodes[1].matrix: found a matrix that shears") !=
+        std::string::npos);
+  // A joint that stays as it is may shear.
+  const std::string sheared = npt::internal::format_glb(shears, small_gltf::bytes(), "x");
+  CHECK(json_of(patched(sheared, one_pose(wave(sheared), 1 - root), {.apply = true})).find("[1,0,0,0,1,1,0,") !=
+        std::string_view::npos);
+  CHECK(error_of([&] { patched(sheared, one_pose(wave(sheared), root), {.apply = true}); }).find("shears") !=
         std::string::npos);
   const std::string both = replaced(text, matrix, matrix + R"(,"scale":[1,1,1])");
   CHECK(error_of([&] { patched(both, motion); }).find("matrix and scale") != std::string::npos);
@@ -451,6 +475,8 @@ TEST_CASE("packing turns what can't stand in a GLB's chunk into data URIs") {
   const std::string text = R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"a.bin"},{"uri":"b.bin",)"
                            R"("byteLength":5},{"byteLength":1,"uri":"data:;base64,AA"}],"images":[{"uri":"p.png"}]})";
   const std::string glb = npt::internal::GltfPacker(text, "x", folder.path()).pack();
+  CHECK(npt::internal::GltfPacker(replaced(text, R"("byteLength":4)", R"("byteLength":4.0)"), "x", folder.path())
+            .pack() == glb);
   CHECK(chunk_of(glb) == "aaaa");
   CHECK(
       without_blanks_behind(json_of(glb)) ==

@@ -74,6 +74,12 @@ TEST_CASE("JSON strings that are no UTF-8 are refused, read or written") {
     CHECK(json_quoted(good) == between('"', good));
 }
 
+TEST_CASE("names that are no UTF-8 become it") {
+  CHECK(npt::internal::utf8_of("Arm \xC3\xA4") == "Arm \xC3\xA4");
+  CHECK(npt::internal::utf8_of("\xE4\xC3") == "\xC3\xA4\xC3\x83");
+  CHECK(npt::internal::utf8_of("").empty());
+}
+
 TEST_CASE("what is no JSON is an error at its place") {
   CHECK(events("") == "error at 0");
   CHECK(events("  ") == "error at 2");

@@ -62,4 +62,5 @@ TEST_CASE("quoted text is printable and short") {
   CHECK(in_quotes("a'b") == "'a'b'");
   CHECK(in_quotes(std::string_view("\0\x80\n", 3)) == "'\\x00\\x80\\x0a'");
   CHECK(in_quotes(std::string(100, 'a')).size() == 65);
+  CHECK(npt::lower_case("A.GlTF \xC4") == "a.gltf \xC4");
 }

@@ -41,10 +41,26 @@ TEST_CASE("a motion becomes a clip with a name of its own") {
   CHECK(npt::add_clip(scene, motion, "go") == "go_3");
   CHECK(npt::add_clip(scene, motion, "") == "pose");
   REQUIRE(scene.clips.size() == 4);
-  CHECK(scene.clips[1].channels.size() == 2);
-  CHECK(!scene.nodes[0].matrix);  // what moves has a place
+  CHECK(scene.clips[1].channels.size() == 3);  // with the rest of what "go" moves
+  CHECK(!scene.nodes[0].matrix);               // what moves has a place
   CHECK(scene.nodes[0].place.translation == npt::Vec3d{0, 1, 0});
   CHECK(scene.nodes[0].place.scale == npt::Vec3d{2, 2, 2});
+}
+
+TEST_CASE("what other clips move and a new one doesn't gets its rest") {
+  using namespace clip_of_motion_test;
+  npt::Scene scene = two_joints();
+  scene.nodes[1].place.translation = {0, 7, 0};
+  npt::Motion motion = pose_of(scene);
+  npt::add_clip(scene, motion, "whole");
+  motion.clip.channels = {{.node = 1, .times = {0, 1}, .values = {1, 0, 0, 2, 0, 0}}};
+  npt::add_clip(scene, motion, "part");
+  const npt::Clip& whole = scene.clips[1];
+  const npt::Clip& part = scene.clips[2];
+  for (const npt::ClipChannel& c : whole.channels) CHECK(npt::internal::moves_part(part, c));
+  CHECK(part.channels[0].values == std::vector<float>{1, 0, 0, 2, 0, 0});
+  CHECK(part.channels.size() > 1);
+  for (std::size_t i = 1; i < part.channels.size(); ++i) CHECK(part.channels[i].times == std::vector<float>{0});
 }
 
 TEST_CASE("a pose becomes the rest, and clips play as before") {

@@ -61,6 +61,30 @@ TEST_CASE("a skeleton without a mesh is a motion, its standing armature is its b
   CHECK(!motion.joints[5].end);
 }
 
+TEST_CASE("what hangs below a mesh that nothing moves is no joint") {
+  npt::Scene scene;
+  const std::size_t hips = add_node(scene, "Hips", no_item), hand = add_chain(scene, "Arm", hips, 3);
+  const std::size_t sword = add_node(scene, "Sword", hand);
+  scene.nodes[sword].mesh = 0;
+  add_node(scene, "Tip", add_node(scene, "Blade", sword));
+  scene.clips.push_back({"wave", {turning(hand), turning(hips)}});
+  const npt::Motion motion = npt::motion_of(scene, &scene.clips[0], "a.glb");
+  REQUIRE(motion.joints.size() == 4);
+  for (std::size_t j = 1; j < motion.joints.size(); ++j) CHECK(motion.joints[j].parent == j - 1);
+}
+
+TEST_CASE("a curve of one value is constant, whatever stands between its keys") {
+  npt::ClipChannel curve{.times = {0, 1}, .values = {1, 2, 3, 1, 2, 3}};
+  CHECK(curve.is_constant());
+  curve.values[4] = 5;
+  CHECK(!curve.is_constant());
+  curve.interpolation = npt::Interpolation::cubic;
+  curve.values = {0, 0, 0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 1, 2, 3, 0, 0, 0};
+  CHECK(curve.is_constant());
+  curve.values[6] = 1;  // a tangent
+  CHECK(!curve.is_constant());
+}
+
 TEST_CASE("of two skeletons the one that the clip moves is taken") {
   npt::Scene scene;
   const std::size_t root = add_node(scene, "RootNode", no_item, {});
@@ -106,6 +130,26 @@ TEST_CASE("a scene without joints is no motion") {
   CHECK(!npt::has_skeleton(scene));
   CHECK_THROWS_WITH_AS(npt::motion_of(scene, nullptr, "cube.glb"),
                        "cube.glb: found no skeleton, expected joints that a skin or a clip moves", npt::Error);
+}
+
+TEST_CASE("a bone keeps its length below a scale that differs along axes") {
+  npt::Scene scene;
+  const std::size_t hip = add_node(scene, "Hip", no_item), knee = add_node(scene, "Knee", hip);
+  add_node(scene, "Foot", knee, {0.3, 1, 0});
+  scene.nodes[hip].place.scale = {1, 1.00005, 1};
+  scene.clips.push_back({"bend", {turning(knee), turning(hip)}});
+  npt::Motion motion = npt::motion_of(scene, &scene.clips[0], "a.glb");
+  const auto before = npt::joint_worlds(motion, 0.0), after = npt::joint_worlds(motion, 1.0);
+  const double length = npt::bone_length(motion, before, 2);
+  CHECK(length == doctest::Approx(std::hypot(0.3, 1)).epsilon(1e-4));
+  CHECK(std::abs(npt::length(after[2].shift - after[1].shift) - npt::length(before[2].shift - before[1].shift)) > 1e-6);
+  CHECK(std::abs(npt::bone_length(motion, after, 2) - length) < 1e-12);
+  // What a motion moves or scales is seen.
+  motion.joints[2].rest.translation.x += 0.1;
+  CHECK(std::abs(npt::bone_length(motion, npt::joint_worlds(motion, 1.0), 2) - length) > 0.01);
+  motion.joints[2].rest.translation.x -= 0.1;
+  motion.joints[1].rest.scale = {1.1, 1.1, 1.1};
+  CHECK(npt::bone_length(motion, npt::joint_worlds(motion, 1.0), 2) == doctest::Approx(1.1 * length).epsilon(1e-6));
 }
 
 TEST_CASE("the rate of keys is found also where frames were left out, and is none for other keys") {

@@ -133,6 +133,9 @@ TEST_CASE("bad clips are refused by file, joint, what was found and what was exp
   late.rate = 0;
   late.clip.channels[0].times.back() = 1e7F;
   CHECK(refusal_of(late).expected == "at most 100000 frames");
+  late.rate = 1000;  // of two keys a millisecond apart, and one much later
+  late.clip.channels[0].times.back() = 14400;
+  CHECK(refusal_of(late).expected == "at most 100000 frames");
   npt::Motion torn = dancer();
   torn.clip.channels[0].values.pop_back();
   CHECK(refusal_of(torn).found == "keys that aren't whole");

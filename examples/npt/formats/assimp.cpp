@@ -39,8 +39,7 @@ class ForeignScene {
   /// `notes`: of what was repaired, or nullptr
   ForeignScene(const fs::path& path, std::vector<std::string>* notes)
       : path_(path), name_(path.string()), notes_(notes) {
-    extension_ = path.extension().string();
-    for (char& c : extension_) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+    extension_ = npt::lower_case(path.extension().string());
   }
 
   npt::Scene read() {

@@ -4,17 +4,13 @@
 #include <npt/base/error.hpp>
 #include <npt/body/roles/placed_motion.hpp>
 #include <npt/io/bvh.hpp>
+#include <npt/io/text.hpp>
 #include <npt/scene/motion_of_scene.hpp>
 #include <npt/scene/pose.hpp>
 
 namespace formats {
 
-bool is_bvh(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return extension == ".bvh";
-}
+bool is_bvh(const std::filesystem::path& path) { return npt::lower_case(path.extension().string()) == ".bvh"; }
 
 npt::Motion read_bvh_motion(const std::filesystem::path& path) {
   return npt::placed_motion(npt::motion_of(npt::read_bvh(path), path.stem().string()));

@@ -2,6 +2,7 @@
 
 #include <npt/io/gltf.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/io/text.hpp>
 #include <npt/scene/pose.hpp>
 
 #include <algorithm>
@@ -15,9 +16,7 @@ namespace {
 constexpr std::array<std::string_view, 1> off{".off"};
 
 bool is_one_of(const std::filesystem::path& path, std::span<const std::string_view> extensions) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  const std::string extension = npt::lower_case(path.extension().string());
   return std::ranges::find(extensions, extension) != extensions.end();
 }
 

@@ -313,7 +313,7 @@ std::vector<std::string> held_out_labels(const std::string& family) {
   std::set<std::string> shared;
   for (const npt::Species& species : list.species) {
     std::set<std::string> own;
-    for (const std::string& label : species.labels) own.insert(npt::data::lower_case(label));
+    for (const std::string& label : species.labels) own.insert(npt::lower_case(label));
     if (&species == &list.species.front()) {
       shared = own;
     } else {

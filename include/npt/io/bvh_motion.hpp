@@ -9,6 +9,7 @@
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/io/bvh_file.hpp>
+#include <npt/io/json.hpp>
 #include <npt/scene/clip.hpp>
 #include <npt/scene/motion.hpp>
 #include <npt/scene/scene.hpp>
@@ -62,10 +63,10 @@ inline double near(double degrees, double last) { return degrees + 360 * std::ro
 
 }  // namespace internal::bvh
 
-/// Joints without rotation at rest; `base` is left the identity.
-inline Motion motion_of(const Bvh& bvh, std::string name) {
+/// Joints without rotation at rest; `base` is left the identity. Names become UTF-8, which other formats ask for.
+inline Motion motion_of(const Bvh& bvh, const std::string& name) {
   Motion motion;
-  motion.clip.name = std::move(name);
+  motion.clip.name = internal::utf8_of(name);
   motion.rate = bvh.frames > 1 ? 1 / bvh.frame_time : 0;
   if (std::abs(motion.rate - std::round(motion.rate)) < 0.002 * motion.rate) motion.rate = std::round(motion.rate);
   std::vector<float> times;
@@ -75,9 +76,10 @@ inline Motion motion_of(const Bvh& bvh, std::string name) {
   const std::size_t width = bvh.channel_count();
   for (std::size_t j = 0; j < bvh.joints.size(); ++j) {
     const BvhJoint& joint = bvh.joints[j];
-    MotionJoint made{.name = joint.name, .parent = joint.parent, .end = joint.end};
+    const std::string& own = bvh.joints[joint.end ? joint.parent : j].name;
+    MotionJoint made{.name = internal::utf8_of(own), .parent = joint.parent, .end = joint.end};
     made.rest.translation = joint.offset;
-    if (joint.end) made.name = bvh.joints[joint.parent].name + "_end";
+    if (joint.end) made.name += "_end";
     motion.joints.push_back(std::move(made));
     ClipChannel turn{j, ChannelPath::rotation, Interpolation::linear, 4, times, {}};
     ClipChannel shift{j, ChannelPath::translation, Interpolation::linear, 3, times, {}};

@@ -6,6 +6,7 @@
 #include <npt/config.hpp>
 #include <npt/io/bvh_file.hpp>
 #include <npt/io/text.hpp>
+#include <npt/scene/clip.hpp>
 
 #include <algorithm>
 #include <array>
@@ -22,10 +23,7 @@ namespace npt::inline NPT_ABI {
 
 namespace internal::bvh {
 
-inline bool same_letters(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
-  return std::ranges::equal(a, b, {}, lower, lower);
-}
+inline bool same_letters(std::string_view a, std::string_view b) { return lower_case(a) == lower_case(b); }
 
 class Reader {
  public:
@@ -50,6 +48,8 @@ class Reader {
   static constexpr std::size_t most_joints = 65535;
   // Numbers beyond it are no lengths and no angles; their floats would lose every digit that matters.
   static constexpr double largest = 1e9;
+  // Of seconds: frames that are nearer stand at one time as floats, and their rate is no number.
+  static constexpr double least_frame = 1e-6;
 
   [[noreturn]] void fail(std::string found, std::string expected) const {
     throw Error({.file = file_,
@@ -82,9 +82,8 @@ class Reader {
   void open_joint(std::size_t parent) {
     std::string_view name = trimmed(line_);
     line_ = {};
-    const bool brace = name == "{" || name.ends_with(" {") || name.ends_with("\t{");
+    const bool brace = name.ends_with('{');
     if (brace) name = trimmed(name.substr(0, name.size() - 1));
-    if (name.ends_with('{')) fail(in_quotes(name), "a joint's name");
     add({.name = std::string(name), .parent = parent});
     if (!brace) expect("{");
     read_offset();
@@ -158,9 +157,12 @@ class Reader {
     const auto frames = parse_number<std::uint32_t>(digits);
     if (!frames || *frames == 0) fail(shown(digits) + " frames", "a whole number from 1 on");
     bvh_.frames = *frames;
-    const double seconds = number(after_colon("Frame Time"), "seconds");
-    if (seconds < 0 || (seconds == 0 && bvh_.frames > 1)) fail("a frame time of " + std::to_string(seconds), "above 0");
-    bvh_.frame_time = seconds;
+    const std::string_view time = after_colon("Frame Time");
+    bvh_.frame_time = number(time, "seconds");
+    const double length = bvh_.frame_time * static_cast<double>(bvh_.frames - 1);
+    if (bvh_.frame_time < 0 || (bvh_.frame_time < least_frame && bvh_.frames > 1))
+      fail("a frame time of " + std::string(time) + " s", "a millionth of a second at least");
+    if (length > longest_clip) fail("a clip of " + std::to_string(length) + " s", "four hours at most");
   }
 
   void read_values() {

@@ -4,6 +4,7 @@
 
 #include <npt/config.hpp>
 #include <npt/io/gltf_document.hpp>
+#include <npt/scene/clip.hpp>
 #include <npt/scene/scene.hpp>
 
 #include <cstddef>
@@ -12,9 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace npt::inline NPT_ABI {
-
-namespace internal {
+namespace npt::inline NPT_ABI::internal {
 
 /// scene: with the meshes and nodes of the file.
 class GltfClipReader {
@@ -77,8 +76,7 @@ class GltfClipReader {
       if (c.times[k] < (k == 0 ? 0 : c.times[k - 1]))
         document_.fail(sampler.place, "key " + std::to_string(k) + " at " + std::to_string(c.times[k]) + " s",
                        "times from 0 on that ascend");
-    // A few bytes can ask for any number of frames.
-    if (!c.times.empty() && c.times.back() > longest)
+    if (static_cast<double>(c.times.back()) > longest_clip)
       document_.fail(sampler.place, "a clip of " + std::to_string(c.times.back()) + " s", "four hours at most");
     const std::size_t width = c.path == ChannelPath::weights ? 1 : c.width;
     c.values = document_.floats(number("output"), width, path);
@@ -94,12 +92,8 @@ class GltfClipReader {
     return mesh == no_item ? 0 : scene_.meshes[mesh].weights.size();
   }
 
-  static constexpr float longest = 4 * 3600;  // seconds
-
   GltfDocument& document_;
   const Scene& scene_;
 };
 
-}  // namespace internal
-
-}  // namespace npt::inline NPT_ABI
+}  // namespace npt::inline NPT_ABI::internal

@@ -57,21 +57,10 @@ inline ClipChannel with_ascending_times(const ClipChannel& c) {
   return result;
 }
 
-/// Whether a curve has one value at all times.
-inline bool stays_the_same(const ClipChannel& c) {
-  const bool cubic = c.interpolation == Interpolation::cubic;
-  const std::size_t row = c.width * (cubic ? 3 : 1);
-  for (std::size_t i = 0; i < c.values.size(); ++i) {
-    const bool tangent = cubic && i % row / c.width != 1;
-    if (tangent ? c.values[i] != 0 && c.times.size() > 1 : c.values[i] != c.values[i % row]) return false;
-  }
-  return true;
-}
-
 /// Requires a curve that check_curve passed.
 inline ClipChannel written_curve(const ClipChannel& curve) {
   ClipChannel c = with_ascending_times(curve);
-  if (stays_the_same(c)) {
+  if (c.is_constant()) {
     const auto first = c.values.begin() + (c.interpolation == Interpolation::cubic ? std::ptrdiff_t(c.width) : 0);
     c.values = std::vector<float>(first, first + static_cast<std::ptrdiff_t>(c.width));
     c.times.resize(1);

@@ -99,16 +99,8 @@ class GltfDocument {
     return item ? item->value->text : std::string();
   }
   std::uint64_t whole(const GltfItem& item) const {
-    const std::string& digits = item.value->text;
-    std::optional<std::uint64_t> number;
-    if (item.value->is(JsonValue::Kind::number)) {
-      number = parse_number<std::uint64_t>(digits);
-      // "3.0" is 3 to JSON; some writers put it so.
-      if (const auto real = number ? std::nullopt : parse_number<double>(digits);
-          real && *real >= 0 && *real < 9e15 && *real == std::floor(*real))
-        number = static_cast<std::uint64_t>(*real);
-    }
-    if (!number) fail(item.place, in_quotes(digits), "a whole number, not negative");
+    const auto number = item.value->whole();
+    if (!number) fail(item.place, in_quotes(item.value->text), "a whole number, not negative");
     return *number;
   }
   std::optional<std::uint64_t> whole(const GltfItem& object, const char* key) const {
@@ -264,7 +256,7 @@ class GltfDocument {
   }
 
   void read_buffers() {
-    const bool meshopt = uses("EXT_meshopt_compression");
+    const bool meshopt = uses("EXT_meshopt_compression") || uses("KHR_meshopt_compression");
     for (const GltfItem& item : objects(root(), "buffers")) {
       const std::uint64_t length = need_whole(item, "byteLength");
       const bool fallback = is_fallback(item);
@@ -286,9 +278,7 @@ class GltfDocument {
       buffers_.push_back(bytes.substr(0, static_cast<std::size_t>(std::min<std::uint64_t>(length, bytes.size()))));
     }
     for (const GltfItem& item : objects(root(), "bufferViews")) {
-      const auto extensions = member(item, "extensions", JsonValue::Kind::object);
-      const auto compressed =
-          extensions ? member(*extensions, "EXT_meshopt_compression", JsonValue::Kind::object) : std::nullopt;
+      const auto compressed = meshopt_of(item);
       const std::string_view bytes = compressed ? decoded(item, *compressed) : buffer_range(item);
       const std::uint64_t stride = whole(item, "byteStride").value_or(0);
       if (stride != 0 && (stride < 4 || stride > 252))
@@ -304,10 +294,16 @@ class GltfDocument {
   }
   /// A buffer for readers that don't know the compression.
   bool is_fallback(const GltfItem& item) const {
-    const JsonValue* extensions = item.value->find("extensions");
-    const JsonValue* meshopt = extensions == nullptr ? nullptr : extensions->find("EXT_meshopt_compression");
-    const JsonValue* fallback = meshopt == nullptr ? nullptr : meshopt->find("fallback");
+    const auto meshopt = meshopt_of(item);
+    const JsonValue* fallback = meshopt ? meshopt->value->find("fallback") : nullptr;
     return fallback != nullptr && fallback->text == "true";
+  }
+  /// What meshoptimizer's extension says of a buffer or a view. Khronos' name for it allows more kinds of streams.
+  std::optional<GltfItem> meshopt_of(const GltfItem& item) const {
+    const auto extensions = member(item, "extensions", JsonValue::Kind::object);
+    if (!extensions) return std::nullopt;
+    auto found = member(*extensions, "EXT_meshopt_compression", JsonValue::Kind::object);
+    return found ? found : member(*extensions, "KHR_meshopt_compression", JsonValue::Kind::object);
   }
 
   /// The range of a buffer that a view is, or its compressed bytes.

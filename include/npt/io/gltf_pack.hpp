@@ -13,7 +13,6 @@
 #include <npt/io/text.hpp>
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -67,7 +66,7 @@ class GltfPacker {
       const bool inside = uri->text.starts_with("data:");
       if (i > 0 && inside) continue;
       UriBytes file = read(*uri, place("buffers", i));
-      const auto size = length == nullptr ? std::nullopt : parse_number<std::uint64_t>(length->text);
+      const auto size = length == nullptr ? std::nullopt : length->whole();
       if (!size || *size > file.bytes.size())
         text_.fail("buffers[" + std::to_string(i) + "].byteLength", length == nullptr ? "none" : length->text,
                    "at most " + std::to_string(file.bytes.size()) + ", the bytes there");

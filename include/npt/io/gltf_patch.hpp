@@ -5,7 +5,8 @@
 ///   write_with_motion("hero.glb", motion, {.name = "Walk"}, "hero_walk.glb");
 /// Joints are identified by MotionJoint::node: nodes of a scene that npt read of a glTF file have the file's own numbers.
 ///   clip        one more animation behind those that are there, with the motion's keys; a curve that stays the same
-///               becomes one key, and channels with the same times share them
+///               becomes one key, and channels with the same times share them. What other animations move of the
+///               motion's joints and it doesn't gets its rest as one key: game engines leave that where it was
 ///   apply       instead: the pose at one time becomes the rest of the nodes. Animations that are there get the old
 ///               rest, as one key, for each part of a node that was changed and that they don't move: they play as before
 ///   matrices    a node that is moved and has a matrix gets translation, rotation and scale in its place
@@ -68,14 +69,6 @@ inline std::string gltf_with_motion(std::string_view file, const Motion& motion,
   return patcher.finish();
 }
 
-/// In lower case.
-inline std::string gltf_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return extension;
-}
-
 /// The files that a document names, to where another folder's document looks for them.
 inline void copy_named_files(std::string_view document, const std::filesystem::path& from,
                              const std::filesystem::path& to) {
@@ -98,7 +91,7 @@ inline void copy_named_files(std::string_view document, const std::filesystem::p
 inline void write_gltf_with_motion(const std::filesystem::path& from, const Motion& motion, const GltfPatch& options,
                                    const std::filesystem::path& to, std::vector<std::string>* notes) {
   std::string file = read_file(from);
-  const std::string extension = gltf_extension(to);
+  const std::string extension = lower_case(to.extension().string());
   if (extension != ".glb" && extension != ".gltf" && extension != ".vrm")
     throw Error({.file = to.string(), .found = "extension " + in_quotes(extension), .expected = ".glb, .gltf or .vrm"});
   if (is_glb(file) && extension == ".gltf")

@@ -23,6 +23,7 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -42,18 +43,20 @@ class GltfPatcher {
     name_clips();
   }
 
-  /// One more animation; its name.
+  /// One more animation; its name, "motion" where none is wanted.
   std::string add_clip(const Motion& motion, const std::string& wanted) {
-    std::string name = free_clip_name(names_, !wanted.empty()             ? wanted
-                                              : !motion.clip.name.empty() ? motion.clip.name
-                                                                          : "motion");
+    std::string name = free_clip_name(names_, wanted.empty() ? "motion" : wanted);
     const std::string place = "clip " + in_quotes(name);
     if (motion.clip.channels.empty()) text_.fail(place, "no curve", "one at least");
     AddedChannels added(accessors_, 0);
+    std::set<std::string> own;
     for (const ClipChannel& c : written_curves(motion, place)) {
       added.add(c.node, c);
+      own.insert(pointer(c.node, c.path));
       make_place(c.node);
     }
+    for (const ClipChannel& part : moved_by_others(motion))
+      if (!own.contains(pointer(part.node, part.path))) added.add(part.node, part);
     std::string json = "{\"name\":" + text_.quoted(name) + ",\"samplers\":[";
     for (const std::string& sampler : added.samplers()) json += sampler + ",";
     json.back() = ']';
@@ -133,10 +136,16 @@ class GltfPatcher {
 
   const JsonValue& node(std::size_t number) const { return text_.item("nodes", number); }
 
+  std::optional<Affine> matrix_of_node(std::size_t number) const {
+    const auto m = text_.reals(node(number), "matrix", 16, place_in_file(number));
+    if (!m) return std::nullopt;
+    const auto column = [&](std::size_t c) { return Vec3d{(*m)[4 * c], (*m)[4 * c + 1], (*m)[4 * c + 2]}; };
+    return Affine{Matrix3::from_columns(column(0), column(1), column(2)), column(3)};
+  }
   /// A node's place, that of its matrix where it has one.
   NodePlace place_of_node(std::size_t number) const {
     const std::string place = place_in_file(number);
-    if (const auto m = text_.reals(node(number), "matrix", 16, place)) return place_of_matrix(*m, place);
+    if (const auto matrix = matrix_of_node(number)) return place_of(*matrix);
     NodePlace result;
     if (const auto v = text_.reals(node(number), "translation", 3, place))
       result.translation = {(*v)[0], (*v)[1], (*v)[2]};
@@ -145,19 +154,15 @@ class GltfPatcher {
       result.rotation = normalised(Quaternion{(*v)[0], (*v)[1], (*v)[2], (*v)[3]});
     return result;
   }
-  NodePlace place_of_matrix(const std::vector<double>& m, const std::string& place) const {
-    const auto column = [&](std::size_t c) { return Vec3d{m[4 * c], m[4 * c + 1], m[4 * c + 2]}; };
-    const Affine map{Matrix3::from_columns(column(0), column(1), column(2)), column(3)};
-    const NodePlace result = place_of(map);
-    const Matrix3 again = result.affine().linear;
+  void expect_no_shear(std::size_t number) const {
+    const Matrix3 own = matrix_of_node(number)->linear, again = place_of_node(number).affine().linear;
     double most = 0, off = 0;
     for (std::size_t r = 0; r < 3; ++r) {
-      most = std::max(most, length(map.linear.rows[r]));
-      off = std::max(off, length(again.rows[r] - map.linear.rows[r]));
+      most = std::max(most, length(own.rows[r]));
+      off = std::max(off, length(again.rows[r] - own.rows[r]));
     }
     if (!(off <= 1e-4 * most))
-      text_.fail(place + ".matrix", "a matrix that shears", "one of translation, rotation, scale");
-    return result;
+      text_.fail(place_in_file(number) + ".matrix", "a matrix that shears", "one of translation, rotation, scale");
   }
 
   static std::string list_of(const std::vector<double>& values) {
@@ -177,6 +182,7 @@ class GltfPatcher {
     replace_matrix(number, place_of_node(number));
   }
   void replace_matrix(std::size_t number, const NodePlace& place) {
+    expect_no_shear(number);
     for (const char* key : {"translation", "rotation", "scale"})
       if (node(number).find(key) != nullptr)
         text_.fail(place_in_file(number), "matrix and " + std::string(key), "one of them");
@@ -227,14 +233,31 @@ class GltfPatcher {
     for (std::size_t c = 0; channels != nullptr && c < channels->items.size(); ++c) {
       const JsonValue* target = channels->items[c].find("target");
       if (target == nullptr) continue;
-      const JsonValue *number = target->find("node"), *path = target->find("path");
-      if (number != nullptr && path != nullptr) moved.insert("/nodes/" + number->text + "/" + path->text);
+      const JsonValue *node = target->find("node"), *path = target->find("path");
+      const auto number = node == nullptr ? std::nullopt : node->whole();
+      if (number && path != nullptr) moved.insert("/nodes/" + std::to_string(*number) + "/" + path->text);
       const JsonValue* extensions = target->find("extensions");
       const JsonValue* extension = extensions == nullptr ? nullptr : extensions->find("KHR_animation_pointer");
       const JsonValue* there = extension == nullptr ? nullptr : extension->find("pointer");
       if (there != nullptr) moved.insert(there->text);
     }
     return moved;
+  }
+
+  /// The rests of what the file's animations move of a motion's joints: players leave what a clip doesn't move where the
+  /// clip before left it.
+  std::vector<ClipChannel> moved_by_others(const Motion& motion) const {
+    std::set<std::string> moved;
+    for (std::size_t i = 0; i < text_.count(text_.root(), "animations"); ++i)
+      moved.merge(moved_by(text_.item("animations", i), "animations[" + std::to_string(i) + "]"));
+    std::vector<ClipChannel> rests;
+    for (std::size_t j = 0; j < motion.joints.size(); ++j) {
+      if (motion.joints[j].node == no_item) continue;
+      const std::size_t node = node_of(motion, j);
+      for (ClipChannel& part : constant_curves(node, place_of_node(node)))
+        if (moved.contains(pointer(node, part.path))) rests.push_back(std::move(part));
+    }
+    return rests;
   }
 
   /// A motion's curves; of several of one part of one joint the last.

@@ -61,9 +61,9 @@ class GltfReader {
   /// What a file may ask for and npt can do without understanding it: how surfaces look, and how
   /// numbers are packed.
   void check_extensions() const {
-    static constexpr std::array<std::string_view, 7> understood{
-        "KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_texture_transform", "KHR_texture_basisu",
-        "KHR_lights_punctual",   "EXT_texture_webp",        "EXT_texture_avif"};
+    static constexpr std::array<std::string_view, 8> understood{
+        "KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_meshopt_compression", "KHR_texture_transform",
+        "KHR_texture_basisu",    "KHR_lights_punctual",     "EXT_texture_webp",        "EXT_texture_avif"};
     for (const Item& item : document_.items(document_.root(), "extensionsRequired")) {
       const std::string& name = item.value->text;
       const bool known = std::ranges::find(understood, name) != understood.end() || name.starts_with("KHR_materials_");
@@ -74,8 +74,6 @@ class GltfReader {
         document_.fail(item.place, name,
                        "a file without it: this npt was built without libdraco (Debian: libdraco-dev)");
 #endif
-      if (name == "KHR_meshopt_compression")
-        document_.fail(item.place, in_quotes(name), "EXT_meshopt_compression, as gltfpack -cc writes it");
       if (!known)
         document_.fail(item.place, in_quotes(name), "extensions that npt knows: Blender exports the file without it");
     }
@@ -137,8 +135,8 @@ class GltfReader {
   }
   void name_bone(const JsonValue& bone, const std::string& name) {
     const JsonValue* node = bone.find("node");
-    const auto number = node == nullptr ? std::nullopt : parse_number<std::size_t>(node->text);
-    if (number && *number < scene_.nodes.size()) scene_.nodes[*number].bone = name;
+    const auto number = node == nullptr ? std::nullopt : node->whole();
+    if (number && *number < scene_.nodes.size()) scene_.nodes[static_cast<std::size_t>(*number)].bone = name;
   }
 
   void check_circles(const std::vector<Item>& items) const {

@@ -250,6 +250,20 @@ void read_json(std::string_view text, Events& events) {
   JsonReader<Events>(text, events).read();
 }
 
+/// Names of files that don't say how they write letters: what is UTF-8 stays, another byte is taken as Latin-1's letter.
+inline std::string utf8_of(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    if (length == 0)
+      append_utf8(out, static_cast<unsigned char>(text[0]));
+    else
+      out += text.substr(0, length);
+    text.remove_prefix(length == 0 ? 1 : length);
+  }
+  return out;
+}
+
 /// Appends the text as a JSON string. False, with `out` as it was, when it is no UTF-8.
 NPT_INLINE bool append_json_string(std::string& out, std::string_view text) {
   constexpr std::string_view hex = "0123456789abcdef";

@@ -7,10 +7,13 @@
 #include <npt/base/error.hpp>
 #include <npt/config.hpp>
 #include <npt/io/json.hpp>
+#include <npt/io/text.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -33,6 +36,14 @@ struct JsonValue {
   const JsonValue* find(std::string_view key) const {
     const auto found = std::ranges::find(keys, key);
     return found == keys.end() ? nullptr : &items[static_cast<std::size_t>(found - keys.begin())];
+  }
+  /// Not negative; nothing for other values. "3.0" is 3 to JSON, and some writers put it so.
+  std::optional<std::uint64_t> whole() const {
+    if (!is(Kind::number)) return std::nullopt;
+    if (const auto number = parse_number<std::uint64_t>(text)) return number;
+    const auto real = parse_number<double>(text);
+    if (!real || !(*real >= 0 && *real < 9e15) || *real != std::floor(*real)) return std::nullopt;
+    return static_cast<std::uint64_t>(*real);
   }
 };
 

@@ -24,9 +24,7 @@ enum class MeshFormat { obj, ply, glb, gltf };
 
 /// The format that a file's name stands for. Call it before long work whose result goes to `path`.
 inline MeshFormat mesh_format(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  const std::string extension = lower_case(path.extension().string());
   if (extension == ".obj") return MeshFormat::obj;
   if (extension == ".ply") return MeshFormat::ply;
   if (extension == ".glb" || extension == ".vrm") return MeshFormat::glb;

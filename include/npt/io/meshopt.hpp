@@ -1,5 +1,6 @@
 /// Buffer views that meshoptimizer compressed (EXT_meshopt_compression), decoded. Its own decoder and not Debian's
 /// libmeshoptimizer: that is a shared library alone, which a Python package and a page in a browser can't bring along.
+/// KHR_meshopt_compression has the same streams, and others, of version 1 and with the filter COLOR, which are refused.
 /// Errors    npt::Error for modes and filters that the extension doesn't have, counts that don't fit them, and bytes
 ///           that end early or are too many
 /// Source    Khronos, EXT_meshopt_compression (ratified)
@@ -43,6 +44,9 @@ inline void check_meshopt(const MeshoptView& view) {
     expect(view.stride > 0 && view.stride % 4 == 0 && view.stride <= 256, stride, "a multiple of 4, at most 256");
   else
     expect(view.stride == 2 || view.stride == 4, stride, "2 or 4");
+  const char* const other = "EXT_meshopt_compression, which gltfpack -cc and gltf-transform meshopt write";
+  expect(!attributes || view.filter != "COLOR", "filter 'COLOR' of KHR_meshopt_compression", other);
+  expect(!attributes || !view.bytes.starts_with('\xA1'), "a stream of version 1, of KHR_meshopt_compression", other);
   const bool none = view.filter.empty() || view.filter == "NONE";
   expect(none || (attributes &&
                   (view.filter == "OCTAHEDRAL" || view.filter == "QUATERNION" || view.filter == "EXPONENTIAL")),

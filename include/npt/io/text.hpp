@@ -61,6 +61,14 @@ inline std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
+/// With 'a' to 'z' for 'A' to 'Z'; other letters stay.
+inline std::string lower_case(std::string_view text) {
+  std::string result(text);
+  for (char& c : result)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return result;
+}
+
 /// The number that `word` is, all of it. Nothing for other text, and for numbers that the type can't hold. A
 /// floating-point number too small for the type is 0.
 template <class Number>

@@ -9,6 +9,7 @@
 #include <npt/base/error.hpp>
 #include <npt/base/random.hpp>
 #include <npt/config.hpp>
+#include <npt/io/text.hpp>
 #include <npt/lab/assembly.hpp>
 #include <npt/lab/draws.hpp>
 #include <npt/lab/evaluation.hpp>
@@ -44,13 +45,6 @@ struct Family {
 };
 
 namespace data {
-
-inline std::string lower_case(std::string_view text) {
-  std::string result(text);
-  for (char& c : result)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return result;
-}
 
 /// Whether `label` is `pattern`, or begins with it and '_': "Walk" holds all of "Walk_00", "Walk_01".
 inline bool label_matches(std::string_view label, std::string_view pattern) {

@@ -119,7 +119,7 @@ inline Family load_family(const std::filesystem::path& folder) {
     if (std::filesystem::is_directory(path, code)) {
       Species species = data::species_of_folder(path);
       if (!species.meshes.empty()) family.species.push_back(std::move(species));
-    } else if (data::lower_case(path.extension().string()) == ".safetensors") {
+    } else if (lower_case(path.extension().string()) == ".safetensors") {
       family.species.push_back(data::species_of_tensors(path));
     }
   }

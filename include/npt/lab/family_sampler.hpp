@@ -166,7 +166,7 @@ class FamilySampler : public SampleSource {
   }
   /// The number of each label's movement: of the first label with the same text before the last '_'.
   static std::vector<std::size_t> movements_of(const Species& species) {
-    const auto movement = [](const std::string& label) { return data::lower_case(label.substr(0, label.rfind('_'))); };
+    const auto movement = [](const std::string& label) { return lower_case(label.substr(0, label.rfind('_'))); };
     std::vector<std::size_t> result;
     for (const std::string& label : species.labels) {
       const auto first = std::ranges::find_if(

@@ -33,7 +33,7 @@ struct MotionErrors {
   double contact_seconds = 0;                     ///< of both feet
   double sink = 0;                                ///< centimetres that a foot is lower than the source's, at most
   double penetration = 0, worst_penetration = 0;  ///< centimetres, of arm vertices inside the trunk
-  double stretch = 0;                             ///< the largest change of a bone's length, a share of it
+  double stretch = 0;                             ///< the largest change of a bone_length, a share of it
   std::vector<double> joint_errors{};             ///< all, ascending
 };
 
@@ -131,10 +131,10 @@ class MotionJudge {
       const std::size_t parent = to_.motion.joints[j].parent;
       if (parent == no_item || !is_of_limb(to_.roles.role_of(j)) || to_.roles.role_of(parent) == JointRole::none)
         continue;
-      const double first = length(after_[0][j].shift - after_[0][parent].shift);
+      const double first = bone_length(to_.motion, after_[0], j);
       if (!(first > 1e-4 * to_height_)) continue;
       for (const auto& worlds : after_)
-        errors.stretch = std::max(errors.stretch, std::abs(length(worlds[j].shift - worlds[parent].shift) / first - 1));
+        errors.stretch = std::max(errors.stretch, std::abs(bone_length(to_.motion, worlds, j) / first - 1));
     }
   }
 

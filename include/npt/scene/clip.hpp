@@ -51,6 +51,17 @@ struct ClipChannel {
       between(k, t, value);
   }
 
+  /// Whether it has one value at all times.
+  bool is_constant() const {
+    const bool cubic = interpolation == Interpolation::cubic;
+    const std::size_t row = width * (cubic ? 3 : 1);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const bool tangent = cubic && i % row / width != 1;
+      if (tangent ? values[i] != 0 && times.size() > 1 : values[i] != values[i % row]) return false;
+    }
+    return true;
+  }
+
  private:
   /// Number c of key k; part 0, 1, 2: in-tangent, value, out-tangent.
   double at(std::size_t k, std::size_t c, std::size_t part) const {
@@ -85,6 +96,9 @@ struct ClipChannel {
     value[0] = q.x, value[1] = q.y, value[2] = q.z, value[3] = q.w;
   }
 };
+
+/// Of clips in files, in seconds: a few bytes can ask for any number of frames.
+inline constexpr double longest_clip = 4 * 3600;
 
 /// A named animation.
 struct Clip {

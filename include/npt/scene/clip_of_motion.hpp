@@ -48,22 +48,35 @@ inline ClipChannel constant_curve(std::size_t node, ChannelPath path, const std:
   return c;
 }
 
+/// Curves that stay at a place: of translation, rotation and scale.
+inline std::vector<ClipChannel> constant_curves(std::size_t node, const NodePlace& place) {
+  const Vec3d t = place.translation, s = place.scale;
+  const Quaternion r = place.rotation;
+  return {constant_curve(node, ChannelPath::translation, {t.x, t.y, t.z}),
+          constant_curve(node, ChannelPath::rotation, {r.x, r.y, r.z, r.w}),
+          constant_curve(node, ChannelPath::scale, {s.x, s.y, s.z})};
+}
+
 /// Curves that stay at `old`, for what of it isn't as in `now`.
 inline std::vector<ClipChannel> changed_parts(std::size_t node, const NodePlace& old, const NodePlace& now) {
-  std::vector<ClipChannel> parts;
-  const Vec3d t = old.translation, s = old.scale;
-  const Quaternion r = old.rotation;
-  if (!is_same_place(t, now.translation))
-    parts.push_back(constant_curve(node, ChannelPath::translation, {t.x, t.y, t.z}));
-  if (!is_same_rotation(r, now.rotation))
-    parts.push_back(constant_curve(node, ChannelPath::rotation, {r.x, r.y, r.z, r.w}));
-  if (!is_same_place(s, now.scale)) parts.push_back(constant_curve(node, ChannelPath::scale, {s.x, s.y, s.z}));
+  std::vector<ClipChannel> parts = constant_curves(node, old);
+  std::erase_if(parts, [&](const ClipChannel& part) {
+    return part.path == ChannelPath::rotation ? is_same_rotation(old.rotation, now.rotation)
+           : part.path == ChannelPath::scale  ? is_same_place(old.scale, now.scale)
+                                              : is_same_place(old.translation, now.translation);
+  });
   return parts;
+}
+
+inline bool moves_part(const Clip& clip, const ClipChannel& part) {
+  return std::any_of(clip.channels.begin(), clip.channels.end(),
+                     [&](const ClipChannel& c) { return c.node == part.node && c.path == part.path; });
 }
 
 }  // namespace internal
 
 /// One more clip; its name, which is another where the scene has a clip of that one. name: empty: the motion's own
+/// What other clips move of its joints and it doesn't gets the rest: players leave that where the clip before left it.
 inline std::string add_clip(Scene& scene, const Motion& motion, const std::string& name) {
   std::vector<std::string> names;
   for (const Clip& clip : scene.clips) names.push_back(clip.name);
@@ -72,6 +85,14 @@ inline std::string add_clip(Scene& scene, const Motion& motion, const std::strin
   for (ClipChannel& channel : clip.channels) {
     channel.node = motion.joints[channel.node].node;
     internal::give_place(scene.nodes[channel.node]);
+  }
+  for (const MotionJoint& joint : motion.joints) {
+    if (joint.node == no_item) continue;
+    for (ClipChannel& part : internal::constant_curves(joint.node, scene.nodes[joint.node].place))
+      if (!internal::moves_part(clip, part) && std::any_of(scene.clips.begin(), scene.clips.end(), [&](const Clip& c) {
+            return internal::moves_part(c, part);
+          }))
+        clip.channels.push_back(std::move(part));
   }
   scene.clips.push_back(std::move(clip));
   return scene.clips.back().name;
@@ -91,14 +112,9 @@ inline void set_rest(Scene& scene, const Motion& motion, double time) {
     node.place = places[j];
     for (ClipChannel& part : parts) old.push_back(std::move(part));
   }
-  for (Clip& clip : scene.clips) {
-    const auto moves = [own = clip.channels](const ClipChannel& part) {
-      return std::any_of(own.begin(), own.end(),
-                         [&](const ClipChannel& c) { return c.node == part.node && c.path == part.path; });
-    };
+  for (Clip& clip : scene.clips)
     for (const ClipChannel& part : old)
-      if (!moves(part)) clip.channels.push_back(part);
-  }
+      if (!internal::moves_part(clip, part)) clip.channels.push_back(part);
 }
 
 }  // namespace npt::inline NPT_ABI

@@ -88,6 +88,15 @@ inline std::vector<Affine> joint_worlds(const Motion& motion, std::optional<doub
   return worlds;
 }
 
+/// How far a joint is from its parent, in metres. Above scales that differ along axes, as files of many makers have them
+/// (by 5e-5 in thighs), rotations alone change what lies between two joints. This is what an even scale of the same
+/// volume gives, and so changes only where a motion moves the joint in its parent, or scales.
+/// Requires  a joint with a parent, whose scale isn't 0
+inline double bone_length(const Motion& motion, const std::vector<Affine>& worlds, std::size_t joint) {
+  const Affine& parent = worlds[motion.joints[joint].parent];
+  return length(inverse(parent)(worlds[joint].shift)) * std::cbrt(std::abs(parent.linear.determinant()));
+}
+
 inline std::vector<Vec3d> joint_positions(const Motion& motion, std::optional<double> time) {
   std::vector<Vec3d> positions;
   for (const Affine& world : joint_worlds(motion, time)) positions.push_back(world.shift);

@@ -127,7 +127,7 @@ class MotionMaker {
     std::vector<std::size_t> keys(scene_.nodes.size());
     if (clip_ != nullptr)
       for (const ClipChannel& channel : clip_->channels)
-        if (channel.path != ChannelPath::weights) keys[channel.node] += is_constant(channel) ? 1U : 1000U;
+        if (channel.path != ChannelPath::weights) keys[channel.node] += channel.is_constant() ? 1U : 1000U;
     std::size_t best = roots.front();
     std::pair<std::size_t, std::size_t> most{};
     for (const std::size_t root : roots) {
@@ -136,12 +136,6 @@ class MotionMaker {
       if (score > most) most = score, best = root;
     }
     return best;
-  }
-
-  static bool is_constant(const ClipChannel& channel) {
-    for (std::size_t i = channel.width; i < channel.values.size(); ++i)
-      if (channel.values[i] != channel.values[i % channel.width]) return false;
-    return true;
   }
 
   /// A part of a joint that a reader made, not an author.
@@ -158,6 +152,7 @@ class MotionMaker {
       std::size_t parent = n == root ? no_item : scene_.nodes[n].parent;
       for (; parent != no_item && is_split(parent); parent = parent == root ? no_item : scene_.nodes[parent].parent)
         rest = own_of(parent) * rest;
+      if (parent != no_item && joint_of_[parent] == no_item) continue;  // below a mesh that nothing moves
       const bool split = n != root && is_split(scene_.nodes[n].parent);
       joint_of_[n] = motion.joints.size();
       const bool tip = children_[n].empty() && !moving_[n];

@@ -95,8 +95,8 @@ inline MotionResult transfer_motion(const MotionSkeleton& source, const MotionSk
     internal::expect_time(clip, *options.time, source.name);
   else
     expect_clip(clip, source.name);
-  if (!clip.clip.channels.empty() && (options.rate || clip.rate == 0))
-    internal::expect_frames(clip, options.rate.value_or(30), source.name);
+  if (!clip.clip.channels.empty())
+    internal::expect_frames(clip, options.rate.value_or(sampling_rate(clip)), source.name);
   if (options.rate && !options.time) {
     clip = sampled_motion(std::move(clip), frame_times(source.motion.clip, *options.rate));
     clip.rate = *options.rate;

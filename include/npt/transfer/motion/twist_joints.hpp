@@ -10,6 +10,7 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/roles/joint_role.hpp>
 #include <npt/config.hpp>
+#include <npt/io/text.hpp>
 #include <npt/scene/motion.hpp>
 #include <npt/scene/scene.hpp>
 #include <npt/transfer/motion/posed_joints.hpp>
@@ -78,9 +79,8 @@ class TwistJoints {
     std::size_t next;  ///< of the limb behind it, if so
   };
 
-  static bool is_named(std::string name) {
-    for (char& c : name)
-      if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  static bool is_named(const std::string& joint) {
+    const std::string name = lower_case(joint);
     for (const char* word : {"twist", "roll", "捩"})
       if (name.find(word) != std::string::npos) return true;
     return false;
