@@ -22,6 +22,7 @@ namespace internal {
 /// Frames first .. last.
 struct Contact {
   std::size_t first = 0, last = 0;
+  bool joins = false;  ///< begins while the foot's other point stands
 };
 
 /// Lengths of the leg a second: the slower of the ways to the frames before and behind, so that a contact has its first
@@ -62,7 +63,7 @@ inline std::vector<Contact> foot_contacts(const RetargetFrames& frames, std::siz
     const double height = heights[f] - floor;
     const bool before = stands;
     stands = stands ? speeds[f] < no_longer_slow && height < no_longer_low : speeds[f] < slow && height < low;
-    if (stands && !before) contacts.push_back({f, f});
+    if (stands && !before) contacts.push_back({f, f, false});
     if (stands) contacts.back().last = f;
   }
   return contacts;

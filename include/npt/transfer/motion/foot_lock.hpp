@@ -131,28 +131,28 @@ class FootLock {
   void hold(Leg& leg) {
     struct Stand {
       std::size_t point;
-      Contact contact;
+      Contact* contact;
     };
     std::vector<Stand> stands;
     for (std::size_t p = 0; p < leg.points.size(); ++p) {
       leg.points[p].ways.assign(frames_.count(), {});
       leg.points[p].weights.assign(frames_.count(), 0);
-      for (const Contact& contact : leg.points[p].contacts) stands.push_back({p, contact});
+      for (Contact& contact : leg.points[p].contacts) stands.push_back({p, &contact});
     }
     std::sort(stands.begin(), stands.end(), [](const Stand& a, const Stand& b) {
-      return a.contact.first != b.contact.first ? a.contact.first < b.contact.first : a.point < b.point;
+      return a.contact->first != b.contact->first ? a.contact->first < b.contact->first : a.point < b.point;
     });
     for (std::size_t begin = 0; begin < stands.size();) {
-      std::size_t end = begin, last = stands[begin].contact.last;
-      while (end < stands.size() && stands[end].contact.first <= last + 1)
-        last = std::max(last, stands[end].contact.last), ++end;
+      std::size_t end = begin, last = stands[begin].contact->last;
+      while (end < stands.size() && stands[end].contact->first <= last + 1)
+        last = std::max(last, stands[end].contact->last), ++end;
       Vec3d sum{};
       std::size_t count = 0;
       for (std::size_t s = begin; s < end; ++s) {
         Point& point = leg.points[stands[s].point];
         const Point& other = leg.points[leg.points.size() - 1 - stands[s].point];
-        const auto [first, behind] = stands[s].contact;
-        const bool joins = s > begin && other.weights[first] > 0;
+        auto& [first, behind, joins] = *stands[s].contact;
+        joins = s > begin && other.weights[first] > 0;
         const Vec3d offset = point.plain[first] - scaled(point, first) + (joins ? other.ways[first] : Vec3d{});
         for (std::size_t f = first; f <= behind; ++f, ++count) {
           point.ways[f] = scaled(point, f) + offset - point.plain[f];
@@ -163,13 +163,13 @@ class FootLock {
       }
       const Vec3d mean = sum / static_cast<double>(count);
       for (std::size_t s = begin; s < end; ++s)
-        for (std::size_t f = stands[s].contact.first; f <= stands[s].contact.last; ++f)
+        for (std::size_t f = stands[s].contact->first; f <= stands[s].contact->last; ++f)
           leg.points[stands[s].point].ways[f] += Vec3d{-mean.x, 0, -mean.z};
       begin = end;
     }
   }
 
-  /// Weights beside the contacts; there the way is that of the contact's end.
+  /// Weights beside the contacts; there the way is that of the contact's end. One that joins needs none before it.
   void blend(Point& point) const {
     const std::vector<Contact> contacts = point.contacts;
     const auto at = [&](std::size_t f, std::size_t end) {
@@ -182,7 +182,7 @@ class FootLock {
       for (const Contact& c : contacts)
         for (const std::size_t end : {c.first, c.last}) {
           const bool beside = end == c.first ? f < c.first : f > c.last;
-          const double weight = beside ? at(f, end) : 0;
+          const double weight = beside && !(c.joins && end == c.first) ? at(f, end) : 0;
           sum += point.ways[end] * weight;
           weights += weight;
           most = std::max(most, weight);
