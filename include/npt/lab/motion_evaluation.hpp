@@ -95,7 +95,7 @@ class MotionJudge {
       const std::vector<FootPoint> points = foot_points(side);
       for (std::size_t f = 1; f < times_.size(); ++f) {
         double least = std::numeric_limits<double>::infinity(), source_least = least;
-        for (const auto& [own, other, low] : points) {
+        for (const auto& [own, other, low, floor] : points) {
           const Vec3d way = before_[f][own].shift - before_[f - 1][own].shift;
           if (length(way) * from_unit * rate > 0.15 || (before_[f][own].shift.y - low) * from_unit > 0.03) continue;
           source_least = std::min(source_least, level(way) * from_unit);
@@ -112,16 +112,16 @@ class MotionJudge {
     errors.source_slide = 100 * source_slide / errors.contact_seconds;
   }
 
-  /// Each foot's joints above where they stand at rest, against the source's.
+  /// Each foot's joints above where they stand, against the source's.
   void judge_depth(MotionErrors& errors) const {
-    const std::vector<Affine> from_rest = bound_worlds(from_.motion), to_rest = bound_worlds(to_.motion);
+    const std::vector<Affine> to_rest = bound_worlds(to_.motion);
     if (from_leg_ == 0 || to_leg_ == 0) return;
     for (std::size_t side = 0; side < 2; ++side)
-      for (const auto& [own, other, low] : foot_points(side)) {
+      for (const auto& [own, other, low, floor] : foot_points(side)) {
         double result_low = 0;  // below its rest, in legs
         for (const auto& worlds : after_)
           result_low = std::min(result_low, (worlds[other].shift.y - to_rest[other].shift.y) / to_leg_);
-        const double source_low = std::min(0.0, (low - from_rest[own].shift.y) / from_leg_);
+        const double source_low = std::min(0.0, (low - floor) / from_leg_);
         errors.sink = std::max(errors.sink, 100 * usual_leg * (source_low - result_low));
       }
   }
@@ -152,15 +152,20 @@ class MotionJudge {
   struct FootPoint {
     std::size_t own, other;  ///< joints of the source and of the result
     double low;              ///< the source's lowest height
+    double floor;            ///< where it stands: at rest, or the lowest but a twentieth where the rest hangs elsewhere
   };
   std::vector<FootPoint> foot_points(std::size_t side) const {
+    const std::vector<Affine> rest = bound_worlds(from_.motion);
     std::vector<FootPoint> points;
     for (const LimbPart part : {LimbPart::foot, LimbPart::toes}) {
       const std::size_t own = from_.roles.joint(part, side), other = to_.roles.joint(part, side);
       if (own == no_item || other == no_item) continue;
-      double low = std::numeric_limits<double>::infinity();
-      for (const auto& worlds : before_) low = std::min(low, worlds[own].shift.y);
-      points.push_back({own, other, low});
+      std::vector<double> heights;
+      for (const auto& worlds : before_) heights.push_back(worlds[own].shift.y);
+      std::sort(heights.begin(), heights.end());
+      const double low = heights.front(), at_rest = rest[own].shift.y;
+      const bool hangs = std::abs(low - at_rest) > 0.25 * from_leg_;
+      points.push_back({own, other, low, hangs ? heights[heights.size() / 20] : at_rest});
     }
     return points;
   }
