@@ -59,8 +59,9 @@ NPT_NOINLINE void word_kernel(int depth, const Word* NPT_RESTRICT weights, const
       const simd::Batch<float> start = bias == nullptr ? zero : simd::load(bias + (first + r) * simd::matrix_words);
       simd::unroll<Halves>([&](auto h) NPT_LAMBDA_INLINE { sums.at[r][h] = start; });
     });
-    const Word *w = weights + first * simd::matrix_words, *x = operand;
-    for (int k = 0; k < depth; ++k, w += RowRegisters * matrix_size, x += 2 * matrix_size) sums.add(w, x, matrix_size);
+    const Word *w = weights, *x = operand;  // of depth 0 nullptr
+    for (int k = 0; k < depth; ++k, w += RowRegisters * matrix_size, x += 2 * matrix_size)
+      sums.add(w + first * simd::matrix_words, x, matrix_size);
     simd::unroll<word_strip>([&](auto r) NPT_LAMBDA_INLINE {
       float* to = tile + (first + r) * panel_width<float>;
       simd::store(to, sums.at[r][0]);
