@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Measures the numbers that the guides state, and writes them with the machine and the commit that they are of.
-usage: bench/results.py [--build FOLDER] [--out FOLDER] [accuracy] [paper] [bodies] [speed] [size]
+usage: bench/results.py [--build FOLDER] [--out FOLDER] [accuracy] [paper] [bodies] [motions] [speed] [size]
   --build FOLDER   a release build with its tests (default: build/release)
   --out FOLDER     where the JSON files go (default: docs/results)
   accuracy         accuracy.json: the sets of tests/accuracy, those of ../shared/data where it is there; two minutes
   paper            paper.json: the paper's protocol, and 200 pairs in natural poses; three minutes
   bodies           bodies.json: bodies of ../shared/data, which npt's template is not, and the template in fresh pairs; 18
                    minutes
+  motions          motions.json: clips of ../shared/data on the skeletons of its characters; ten minutes
   speed            speed.json: the network, whole transfers, and the program from its start; two minutes
   size             size.json: the program, the weights, and the page where it is built
 Without names: all of them. Python's standard library is enough. tests/guides compares the guides' numbers with these
@@ -16,9 +17,11 @@ unit: _mm, _ms, _s, _mb, _percent, or pmd for square metres.
 
 import argparse
 import gzip
+import itertools
 import json
 import os
 import platform
+import random
 import re
 import statistics
 import subprocess
@@ -122,6 +125,54 @@ def bodies(build):
     return "npt evaluate --body BODY --pairs 60 --poses KIND; npt evaluate --body BODY", values
 
 
+def motion_pairs():
+    """By family: pairs of characters whose makers have clips of the same names for both; by source: clips onto others."""
+    data = ROOT.parent / "shared" / "data"
+    families = {}
+    for line in (data / "families.tsv").read_text().splitlines()[1:]:
+        file, family = line.split("\t")[:2]
+        if file.startswith("characters/humanoids/"):
+            families.setdefault(family, []).append(data / file)
+    chosen = random.Random(1)
+    own = {}
+    for family in ("kaykit", "quaternius-2019", "quaternius-animated-characters",
+                   "quaternius-space-and-monsters", "rocketbox"):
+        pairs = list(itertools.permutations(sorted(families[family]), 2))
+        own[family] = chosen.sample(pairs, min(12, len(pairs)))
+    targets = [data / "characters" / "humanoids" / f"{name}.glb" for name in (
+        "qmon_bunny", "qmon_orc", "qmon_yeti", "kk_skeleton_mage", "kk_mannequin_medium", "qmen_king", "qwomen_witch",
+        "quac_witch", "quac_viking_male")]
+    captured = [(clip, target) for clip in sorted((data / "clips").glob("*.bvh")) for target in targets]
+    return own, captured
+
+
+def motions(build):
+    """Medians over pairs of the errors over all clips of a pair, and the worst pair's; slides are means."""
+    npt = build / "bin" / "npt"
+    own, captured = motion_pairs()
+    values = {}
+    for family, pairs in own.items():
+        for kind, arguments in {"plain": ["--plain-motion"], "default": []}.items():
+            found = [json_of(npt, "evaluate", "--motion", *pair, *arguments)["all"] for pair in pairs]
+            found = [one for one in found if "joint_p95" in one]
+            values.setdefault(family.replace("-", "_"), {})[kind] = {
+                "pairs": len(found),
+                "median_percent": round(100 * statistics.median(one["joint_median"] for one in found), 2),
+                "p95_percent": round(100 * statistics.median(one["joint_p95"] for one in found), 2),
+                "worst_p95_percent": round(100 * max(one["joint_p95"] for one in found), 2),
+                "drawn_percent": round(100 * max(one["truth_drawn_p95"] for one in found), 2)}
+    for kind, arguments in {"plain": ["--plain-motion"], "default": []}.items():
+        found = [json_of(npt, "evaluate", "--motion", *pair, *arguments)["all"] for pair in captured]
+        seconds = sum(one["contact_seconds"] for one in found)
+        values.setdefault("captured", {})[kind] = {
+            "pairs": len(found),
+            **{key: round(sum(one[key] * one["contact_seconds"] for one in found) / seconds, 2)
+               for key in ("slide_cm_s", "source_slide_cm_s")},
+            "worst_sink_cm": round(max(one["sink_cm"] for one in found), 2),
+            "penetration_cm": round(statistics.fmean(one["penetration_cm"] for one in found), 3)}
+    return "npt evaluate --motion SOURCE CHARACTER [--plain-motion]", values
+
+
 def seconds_of(command, cwd, repeats=5):
     """The median time of a process from its start to its end."""
     times = []
@@ -180,7 +231,7 @@ def size(build):
 
 
 def main():
-    parts = {"accuracy": accuracy, "paper": paper, "bodies": bodies, "speed": speed, "size": size}
+    parts = {"accuracy": accuracy, "paper": paper, "bodies": bodies, "motions": motions, "speed": speed, "size": size}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=Path, default=ROOT / "build" / "release")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "results")

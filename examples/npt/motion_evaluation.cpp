@@ -5,6 +5,7 @@
 #include <formats/motion.hpp>
 #include <formats/read.hpp>
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/lab/motion_evaluation.hpp>
@@ -84,6 +85,8 @@ void evaluate_motions(const std::filesystem::path& source, const std::filesystem
   const npt::MotionMesh mesh = npt::motion_mesh(scene, still);
   npt::RetargetShapes shapes{{}, npt::body_shape(scene, still, roles)};
   const npt::RetargetOptions options = plain ? npt::RetargetOptions::plain() : npt::RetargetOptions{};
+  std::vector<npt::MotionErrors> all;
+  bool compared = false;
   Report report;
   if (!json)
     std::printf("%-28s%11s%11s%11s%11s%11s%9s%10s%9s%10s\n", "", "joints %", "95th", "drawn 95th", "slide cm/s",
@@ -102,7 +105,14 @@ void evaluate_motions(const std::filesystem::path& source, const std::filesystem
       report["motions"].push_back(report_of(one.motion.clip.name, errors, truth.has_value()));
     else
       print_errors(one.motion.clip.name, errors, truth.has_value());
+    compared = compared || truth;
+    all.push_back(errors);
   }
+  const npt::MotionErrors of_all = npt::pooled_errors(npt::as_span(all));
+  if (json)
+    report["all"] = report_of("all clips", of_all, compared);
+  else if (all.size() > 1)
+    print_errors("all clips", of_all, compared);
   if (json) std::cout << report.dump(-1, ' ', false, Report::error_handler_t::replace) << '\n';
 }
 

@@ -61,6 +61,20 @@ TEST_CASE("a motion against itself has no errors, and one that is moved has its 
   CHECK(off.joint_median > 0.05);
 }
 
+TEST_CASE("errors of several motions are those of all their joints, and slides count by the time of contact") {
+  npt::MotionErrors a, b;
+  a.joint_errors = {0.1, 0.2, 0.3}, a.slide = 1, a.contact_seconds = 3, a.sink = 2, a.penetration = 1;
+  b.joint_errors = {0.4, 0.5}, b.slide = 5, b.contact_seconds = 1, b.sink = 1, b.penetration = 3;
+  const std::array<npt::MotionErrors, 2> both{a, b};
+  const npt::MotionErrors all = npt::pooled_errors(both);
+  CHECK(all.joint_median == 0.3);
+  CHECK(all.joint_errors.size() == 5);
+  CHECK(all.slide == 2);
+  CHECK(all.sink == 2);
+  CHECK(all.penetration == 2);
+  CHECK(npt::pooled_errors({}).slide == 0);
+}
+
 TEST_CASE("a ground truth that draws a shin out of its knee counts with the shin in its place") {
   skeletons::Person person = skeletons::person(skeletons::dialects()[0]);
   skeletons::add_clip(person);

@@ -22,6 +22,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -42,6 +43,36 @@ struct JudgedMotion {
   const Motion& motion;
   const JointRoles& roles;
 };
+
+namespace internal {
+
+/// Sorts them; 0 of none.
+inline double percentile(std::vector<double>& values, double share) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? 0 : values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+}  // namespace internal
+
+/// Of several motions: joints of all, slides by the time of contact, else means or the worst.
+inline MotionErrors pooled_errors(std::span<const MotionErrors> motions) {
+  MotionErrors all;
+  for (const MotionErrors& one : motions) {
+    all.joint_errors.insert(all.joint_errors.end(), one.joint_errors.begin(), one.joint_errors.end());
+    all.truth_drawn_p95 = std::max(all.truth_drawn_p95, one.truth_drawn_p95);
+    all.slide += one.slide * one.contact_seconds;
+    all.source_slide += one.source_slide * one.contact_seconds;
+    all.contact_seconds += one.contact_seconds;
+    all.sink = std::max(all.sink, one.sink);
+    all.penetration += one.penetration / static_cast<double>(motions.size());
+    all.worst_penetration = std::max(all.worst_penetration, one.worst_penetration);
+    all.stretch = std::max(all.stretch, one.stretch);
+  }
+  all.joint_median = internal::percentile(all.joint_errors, 0.5);
+  all.joint_p95 = internal::percentile(all.joint_errors, 0.95);
+  if (all.contact_seconds > 0) all.slide /= all.contact_seconds, all.source_slide /= all.contact_seconds;
+  return all;
+}
 
 namespace internal {
 
@@ -76,12 +107,9 @@ class MotionJudge {
           drawn.push_back(length(own[joint].shift - expected[joint].shift) / to_height_);
         }
     }
-    const auto at = [](std::vector<double>& values, double share) {
-      std::sort(values.begin(), values.end());
-      return values.empty() ? 0 : values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-    };
-    errors.joint_median = at(errors.joint_errors, 0.5), errors.joint_p95 = at(errors.joint_errors, 0.95);
-    errors.truth_drawn_p95 = at(drawn, 0.95);
+    errors.joint_median = percentile(errors.joint_errors, 0.5);
+    errors.joint_p95 = percentile(errors.joint_errors, 0.95);
+    errors.truth_drawn_p95 = percentile(drawn, 0.95);
   }
 
   /// A foot's point stands where it is low and hardly moves in the source. Not by the thresholds with which contacts
