@@ -168,8 +168,8 @@ def motions(build):
             "pairs": len(found),
             **{key: round(sum(one[key] * one["contact_seconds"] for one in found) / seconds, 2)
                for key in ("slide_cm_s", "source_slide_cm_s")},
-            "worst_sink_cm": round(max(one["sink_cm"] for one in found), 2),
-            "penetration_cm": round(statistics.fmean(one["penetration_cm"] for one in found), 3)}
+            "worst_sink_mm": round(10 * max(one["sink_cm"] for one in found), 1),
+            "penetration_mm": round(10 * statistics.fmean(one["penetration_cm"] for one in found), 3)}
     return "npt evaluate --motion SOURCE CHARACTER [--plain-motion]", values
 
 

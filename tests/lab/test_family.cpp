@@ -2,6 +2,7 @@
 
 #include <npt/base/thread_executor.hpp>
 #include <npt/io/safetensors.hpp>
+#include <npt/io/text.hpp>
 #include <npt/lab/family.hpp>
 #include <npt/lab/family_file.hpp>
 #include <npt/lab/family_sampler.hpp>
@@ -112,8 +113,8 @@ TEST_CASE("a sample of a family: two species, the truth the identity's own mesh 
                truth = whose(*family, sample.truth);
     REQUIRE(identity.first != pose.first);
     REQUIRE(truth.first == identity.first);
-    REQUIRE(npt::data::lower_case(family->species[truth.first].labels[truth.second]) ==
-            npt::data::lower_case(family->species[pose.first].labels[pose.second]));
+    REQUIRE(npt::lower_case(family->species[truth.first].labels[truth.second]) ==
+            npt::lower_case(family->species[pose.first].labels[pose.second]));
     REQUIRE(sample.vertex_count() == family->species[identity.first].vertex_count());
     REQUIRE(npt::pose_of(sample).size() / 3 == family->species[pose.first].vertex_count());
     REQUIRE(sample.truth.size() == npt::identity_of(sample).size());
@@ -149,8 +150,8 @@ TEST_CASE("held-out labels are in no sample and in every pair of the evaluation"
     names.insert(pair.name);
     const auto truth = whose(*family, pair.truth), pose = whose(*family, pair.pose);
     CHECK(npt::data::label_matches(family->species[truth.first].labels[truth.second], "run"));
-    CHECK(npt::data::lower_case(family->species[truth.first].labels[truth.second]) ==
-          npt::data::lower_case(family->species[pose.first].labels[pose.second]));
+    CHECK(npt::lower_case(family->species[truth.first].labels[truth.second]) ==
+          npt::lower_case(family->species[pose.first].labels[pose.second]));
     const auto identity = whose(*family, pair.identity);
     CHECK(identity.first == truth.first);
     CHECK(!npt::data::label_matches(family->species[identity.first].labels[identity.second], "run"));
@@ -181,8 +182,8 @@ TEST_CASE("blended and mirrored samples: the same is done to both species") {
     const npt::Species &identity = family->species[choice.meshes.identity], &pose = family->species[choice.meshes.pose];
     blended += choice.second_share > 0 ? 1 : 0;
     mirrored += choice.mirrored ? 1 : 0;
-    CHECK(npt::data::lower_case(identity.labels[choice.second_truth_label]) ==
-          npt::data::lower_case(choice.second_share > 0 ? pose.labels[choice.second_pose_label] : identity.labels[0]));
+    CHECK(npt::lower_case(identity.labels[choice.second_truth_label]) ==
+          npt::lower_case(choice.second_share > 0 ? pose.labels[choice.second_pose_label] : identity.labels[0]));
     REQUIRE(choice.second_share < 0.5F);
     const auto expect = [&](const npt::Species& species, std::size_t first, std::size_t second, float share,
                             const std::vector<float>& xyz) {
@@ -204,8 +205,8 @@ TEST_CASE("blended and mirrored samples: the same is done to both species") {
       CHECK(own.substr(0, own.find('_')) == second.substr(0, second.find('_')));
       identities += own == second ? 0 : 1;
     }
-    const std::string first_pose = npt::data::lower_case(pose.labels[choice.meshes.pose_label]);
-    const std::string second_pose = npt::data::lower_case(pose.labels[choice.second_pose_label]);
+    const std::string first_pose = npt::lower_case(pose.labels[choice.meshes.pose_label]);
+    const std::string second_pose = npt::lower_case(pose.labels[choice.second_pose_label]);
     one_movement += choice.second_share > 0 && first_pose.substr(0, 3) == second_pose.substr(0, 3) ? 1 : 0;
     REQUIRE(expect(identity, choice.meshes.identity_label, choice.second_identity_label, choice.identity_share,
                    npt::identity_of(sample)) < 1e-6);
