@@ -1,6 +1,9 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/affine.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/roles/held_props.hpp>
+#include <npt/body/roles/joint_role.hpp>
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/body/roles/nearest_roles.hpp>
 #include <npt/lab/limb_penetration.hpp>
@@ -10,14 +13,16 @@
 
 #include <body/roles/skeletons.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace {
 
-/// Adds a box around a place, moved by a joint.
+/// Adds a box around a place, moved by a joint, as a node of its own.
 void add_box(npt::MotionMesh& mesh, std::size_t joint, npt::Vec3d centre, npt::Vec3d half) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
   for (int i = 0; i < 8; ++i) {
@@ -39,6 +44,7 @@ void add_box(npt::MotionMesh& mesh, std::size_t joint, npt::Vec3d centre, npt::V
                                                                 {1, 3, 5},
                                                                 {3, 7, 5}}};
   for (const auto& f : faces) mesh.triangles.push_back({f[0] + first, f[1] + first, f[2] + first});
+  mesh.node.resize(mesh.positions.size(), mesh.node.empty() ? 0 : mesh.node.back() + 1);
   mesh.skinned[joint] = true;
 }
 
@@ -127,4 +133,30 @@ TEST_CASE("an arm inside the trunk is found, and its depth") {
   depths.add(worlds);
   CHECK(depths.worst() == doctest::Approx(0.15).epsilon(0.01));
   CHECK(depths.mean() > 0.05);
+}
+
+TEST_CASE("what a hand holds is no part of the arm, but the stiff hand of a figure of stiff parts is") {
+  const skeletons::Person person = skeletons::person(skeletons::dialects()[0]);
+  const npt::JointRoles roles = npt::joint_roles(person.motion);
+  const std::vector<npt::Affine> bound = npt::bound_worlds(person.motion);
+  const std::size_t hips = roles.joint(npt::JointRole::hips), hand = roles.joint(npt::LimbPart::hand, 0),
+                    elbow = roles.joint(npt::LimbPart::lower_arm, 0);
+  npt::MotionMesh mesh;
+  mesh.skinned.resize(person.motion.joints.size());
+  add_box(mesh, hips, {0, 1.2, 0}, {0.2, 0.3, 0.2});
+  add_box(mesh, elbow, bound[elbow].shift, {0.05, 0.02, 0.02});
+  add_box(mesh, hand, bound[hand].shift, {0.02, 0.3, 0.02});
+  const std::vector<npt::JointRole> nearest = npt::nearest_roles(person.motion, roles);
+  CHECK(npt::held_props(mesh, nearest) == std::vector<bool>(24, false));
+  std::fill(mesh.node.begin() + 8, mesh.node.begin() + 16, 7);
+  mesh.influences[8].joint = hand;  // now the forearm's mesh bends
+  std::vector<bool> sword(24, false);
+  std::fill(sword.begin() + 16, sword.end(), true);
+  CHECK(npt::held_props(mesh, nearest) == sword);
+  std::vector<npt::Affine> worlds = bound;
+  worlds[hand].shift = {0, 1.2, 0};
+  npt::LimbPenetration depths(mesh, person.motion, roles);
+  depths.add(worlds);
+  CHECK(depths.worst() < 0.2);  // the one corner of the forearm
+  CHECK(depths.mean() == doctest::Approx(depths.worst() / 8));
 }

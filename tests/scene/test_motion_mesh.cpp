@@ -52,6 +52,7 @@ TEST_CASE("a motion's mesh is where the scene's is at the same time") {
   REQUIRE(mesh.vertex_count() == 6);
   CHECK(mesh.triangles.size() == 2);
   CHECK(mesh.main_joint(2) == 1);
+  CHECK(mesh.node == std::vector<std::size_t>{12, 12, 12, 13, 13, 13});
   const npt::ScenePoser poser(scene);
   for (const double time : {0.0, 0.4, 1.0}) {
     std::vector<float> expected(18);

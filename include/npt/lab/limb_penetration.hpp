@@ -2,13 +2,15 @@
 ///   LimbPenetration depths(mesh, motion, roles);
 ///   depths.add(joint_worlds(motion, time));   frame by frame
 ///   depths.mean(), depths.worst()             metres, over all arm vertices of all frames
-/// What is inside where the skin was bound doesn't count, nor does the third of an upper arm that is next to the trunk.
+/// What is inside where the skin was bound doesn't count, nor does the third of an upper arm that is next to the trunk,
+/// nor what hands hold.
 /// Numerics  inside: a winding number over 0.5 around the trunk's triangles, which have holes where arms begin
 /// Source    Jacobson et al., Robust Inside-Outside Segmentation using Generalized Winding Numbers, 2013
 #pragma once
 
 #include <npt/base/affine.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/roles/held_props.hpp>
 #include <npt/body/roles/joint_role.hpp>
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/body/roles/nearest_roles.hpp>
@@ -50,14 +52,14 @@ class LimbPenetration {
       : mesh_(mesh), motion_(motion) {
     const std::vector<JointRole> nearest = nearest_roles(motion, roles);
     const std::vector<Affine> bound = bound_worlds(motion);
+    const std::vector<bool> held = held_props(mesh, nearest);
     std::vector<bool> trunk(mesh.vertex_count());
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
       const JointRole role = nearest[mesh.main_joint(v)];
       trunk[v] = is_of_trunk(role);
-      if (!is_of_limb(role)) continue;
-      const LimbPart part = part_of(role);
-      if (part == LimbPart::lower_arm || part == LimbPart::hand || part >= LimbPart::thumb_1 ||
-          (part == LimbPart::upper_arm && along(roles, bound, side_of(role), mesh.positions[v]) > 1.0 / 3))
+      if (!is_of_limb(role) || held[v]) continue;
+      if (is_of_forearm(role) ||
+          (part_of(role) == LimbPart::upper_arm && along(roles, bound, side_of(role), mesh.positions[v]) > 1.0 / 3))
         arms_.push_back(v);
     }
     for (const Triangle& t : mesh.triangles)

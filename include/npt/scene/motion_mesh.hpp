@@ -32,6 +32,7 @@ struct MotionMesh {
   std::vector<Triangle> triangles{};
   std::vector<std::size_t> start{0};
   std::vector<Influence> influences{};  ///< not negative, a vertex's sum to 1
+  std::vector<std::size_t> node{};      ///< [V] the scene's node that shows it
   std::vector<bool> skinned{};          ///< [joints] whether it moves vertices
 
   std::size_t vertex_count() const noexcept { return positions.size(); }
@@ -83,6 +84,7 @@ class MotionMeshMaker {
           add_rigid(block, n, rigid);
         else
           first.back() = no_item;
+        mesh_.node.resize(mesh_.positions.size(), n);
       }
       for (const ScenePrimitive& part : mesh.primitives)
         if (first[part.block] != no_item)
