@@ -126,7 +126,8 @@ class RoleJudge {
       }
   }
 
-  /// Fingers whose bones in the palm are counted in their names: "index1" is the first joint behind it elsewhere.
+  /// Fingers whose bones in the palm are counted in their names: "index1" is the first joint behind it elsewhere. From
+  /// such a bone hangs one finger alone; npt's own skeletons have all fingers at the first joint of the middle one.
   void leave_palms() {
     for (std::size_t r = 0; r < joint_role_count; ++r) {
       const auto role = static_cast<JointRole>(r);
@@ -134,7 +135,8 @@ class RoleJudge {
       const bool first =
           (static_cast<std::size_t>(part_of(role)) - static_cast<std::size_t>(LimbPart::thumb_1)) % 3 == 0;
       if (first && shaped_[r] != no_item && named_.joints[r] == shape_.parents[shaped_[r]] &&
-          named_.joints[r + 1] == shaped_[r])
+          named_.joints[r + 1] == shaped_[r] &&
+          std::count(shape_.parents.begin(), shape_.parents.end(), named_.joints[r]) == 1)
         std::copy_n(shaped_.begin() + static_cast<std::ptrdiff_t>(r), 3,
                     named_.joints.begin() + static_cast<std::ptrdiff_t>(r));
     }
