@@ -199,7 +199,7 @@ class MotionJudge {
   }
 
   /// The joints of the ground truth with its bones as long as they were bound: makers of cartoons draw limbs out of their
-  /// joints, up to half of the height, and a motion on a skeleton that keeps its lengths can't. Feet that the rig moves
+  /// joints, by 22 % of the height at the 95th percentile of a roll, and a skeleton that keeps its lengths can't. Feet that the rig moves
   /// apart from their legs stand at the ends of these.
   std::vector<Affine> held(const Motion& truth, double time) const {
     const std::vector<Affine> bound = bound_worlds(truth);

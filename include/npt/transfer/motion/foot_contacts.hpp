@@ -26,7 +26,7 @@ struct Contact {
 };
 
 /// Lengths of the leg a second: the slower of the ways to the frames before and behind, so that a contact has its first
-/// and last frames; without them feet of wide bodies slide 1.4 to 2.5 times as fast as the source's instead of 1 to 1.2.
+/// and last frames; without them feet of wide bodies slide 1.4 to 2.5 times as fast as the source's instead of 1 to 1.4.
 /// These frames are at least a thirtieth of a second away, or else keys of fast capture would be judged by their noise.
 inline std::vector<double> joint_speeds(const RetargetFrames& frames, std::size_t joint, double leg) {
   std::vector<double> speeds(frames.count());
