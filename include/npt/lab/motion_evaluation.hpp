@@ -198,9 +198,9 @@ class MotionJudge {
     return points;
   }
 
-  /// The joints of the ground truth with its bones as long as they were bound: makers of cartoons draw limbs out of their
-  /// joints, by 22 % of the height at the 95th percentile of a roll, and a skeleton that keeps its lengths can't. Feet that the rig moves
-  /// apart from their legs stand at the ends of these.
+  /// The joints of the ground truth with its bones as long as they were bound: makers of cartoons draw limbs out of
+  /// their joints, by 22 % of the height at the 95th percentile of a roll, and a skeleton that keeps its lengths can't.
+  /// Feet that the rig moves apart from their legs stand at the ends of these.
   std::vector<Affine> held(const Motion& truth, double time) const {
     const std::vector<Affine> bound = bound_worlds(truth);
     std::vector<NodePlace> places = local_places(truth, time);
