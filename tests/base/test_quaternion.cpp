@@ -4,6 +4,7 @@
 #include <npt/base/random.hpp>
 #include <npt/base/rotation.hpp>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -30,6 +31,11 @@ TEST_CASE("a quaternion becomes its matrix and comes back") {
   }
   CHECK(length(npt::matrix_of(about_z(std::numbers::pi / 2)) * Vec3d{1, 0, 0} - Vec3d{0, 1, 0}) < 1e-12);
   CHECK(npt::normalised(Quaternion{0, 0, 0, 0}) == Quaternion{});
+}
+
+TEST_CASE("components of a rotation stay within 1, whatever rounding did") {
+  CHECK(npt::components({0, 0.6, 0, 0.8}) == std::array{0.0, 0.6, 0.0, 0.8});
+  CHECK(npt::components({-1.0000000000000002, 0, 0, 1.0000000000000018}) == std::array{-1.0, 0.0, 0.0, 1.0});
 }
 
 TEST_CASE("products and inverses of quaternions are those of their matrices") {

@@ -52,7 +52,8 @@ TEST_CASE("meshopt: rows are differences, column by column") {
   CHECK(decoded_view(packed_rows, "ATTRIBUTES", "", 20, 4) == expected);
 
   // The specification's example of 16 differences in 4 bits each, of which two don't fit.
-  npt::internal::MeshoptInput input(from_hex("a0175ff0bc77a9210034b5"), "f", "p", 0xA0);
+  const std::string example = from_hex("a0175ff0bc77a9210034b5");
+  npt::internal::MeshoptInput input(example, "f", "p", 0xA0);
   std::vector<int> differences;
   for (const unsigned d : npt::internal::meshopt_differences(input, 2))
     differences.push_back(static_cast<int>((d & 1U) != 0 ? ~(d >> 1) : d >> 1));

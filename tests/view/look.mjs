@@ -275,8 +275,8 @@ async function glb(file, clip) {
   await close();
 }
 
-// What npt rig and npt transfer --clip write: a body with a skeleton and a clip goes onto another one, which then moves in three.js by
-// its joints alone. The files are left in made/ for the validator.
+// What npt rig and npt transfer --clip write: the clip of one skeleton goes onto the joints of another, which then moves in three.js by
+// them alone, beside the clip's skeleton. The files are left in made/ for the validator.
 async function rigged() {
   mkdirSync('made', { recursive: true });
   // A body that walks forwards, turned frame by frame.
@@ -299,28 +299,24 @@ async function rigged() {
   run('transfer', '--identity', 'made/rig.glb', '--pose', 'made/walker.glb', '--clip', 'steps', '--fps', '4', '--out', 'made/result.glb',
       '--view', 'result.html', '--report', 'result.jsonl');
   const report = JSON.parse(readFileSync('result.jsonl', 'utf8'));
-  expect(report.status === 'done' && report.method === 'body' && report.frames === frames, `report: ${JSON.stringify(report)}`);
+  expect(report.status === 'done' && report.method === 'joints' && report.frames === frames, `report: ${JSON.stringify(report)}`);
   const { page, look, close } = await open('result.html');
   expect(await page.textContent('#frame') === '1 / 4', `frame ${await page.textContent('#frame')}`);
   await page.keyboard.press('1');
   const first = await look('rigged_1');
-  for (const i of [0, 1, 2]) expect(first.figure(i, 3).length > 60, `rigged: panel ${i} has ${first.figure(i, 3).length} cells`);
+  const least = [20, 60];  // of the skeleton's thin bones, and of a body
+  for (const i of [0, 1]) expect(first.figure(i, 2).length > least[i], `rigged: panel ${i} has ${first.figure(i, 2).length} cells`);
   await page.keyboard.press('End');
   const last = await look('rigged_4');
-  const cells = (picture, i) => new Set(picture.figure(i, 3).map(({ c, r }) => `${c},${r}`));
+  const cells = (picture, i) => new Set(picture.figure(i, 2).map(({ c, r }) => `${c},${r}`));
   const moved = (i) => [...cells(last, i)].filter((cell) => !cells(first, i).has(cell)).length +
     [...cells(first, i)].filter((cell) => !cells(last, i).has(cell)).length;
-  expect(moved(0) < 4, `the identity moves: ${moved(0)} cells`);
-  expect(moved(1) > 30, `the pose stands still: ${moved(1)} cells`);
-  expect(moved(2) > 30, `the result stands still: ${moved(2)} cells`);
-  // Both turn alike: their outlines change by about as much.
-  expect(moved(2) > 0.3 * moved(1) && moved(2) < 3 * moved(1), `pose ${moved(1)} cells, result ${moved(2)}`);
+  expect(moved(0) > 10, `the clip stands still: ${moved(0)} cells`);
+  expect(moved(1) > 30, `the result stands still: ${moved(1)} cells`);
   await page.keyboard.press('w');
   const wire = await look('rigged_wire');  // of a file in its own colours
-  for (const i of [0, 1, 2]) {
-    const changed = last.figure(i, 3).filter(({ c, r, colour }) => Math.max(...wire.cell(c, r).map((v, k) => Math.abs(v - colour[k]))) > 3).length;
-    expect(changed > 10, `rigged: the wireframe changes ${changed} cells of panel ${i}`);
-  }
+  const changed = last.figure(1, 2).filter(({ c, r, colour }) => Math.max(...wire.cell(c, r).map((v, k) => Math.abs(v - colour[k]))) > 3).length;
+  expect(changed > 10, `rigged: the wireframe changes ${changed} cells of the result`);
   await close();
   if (thorough) await glb('made/rig.glb');
 }

@@ -6,6 +6,8 @@
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace npt::inline NPT_ABI {
@@ -53,6 +55,12 @@ inline Quaternion normalised(Quaternion q) {
   const double n = std::sqrt(dot(q, q));
   if (std::abs(n - 1) < 1e-15) return q;
   return n > 0 ? q * (1 / n) : Quaternion{};
+}
+
+/// [x, y, z, w] of a rotation, none beyond 1: rounding lifts some by 2e-15, which glTF's validator calls an error.
+constexpr std::array<double, 4> components(Quaternion rotation) {
+  const auto bounded = [](double v) { return std::clamp(v, -1.0, 1.0); };
+  return {bounded(rotation.x), bounded(rotation.y), bounded(rotation.z), bounded(rotation.w)};
 }
 
 /// The shortest turn from one direction to another; none for the same.

@@ -174,7 +174,10 @@ class GltfPatcher {
     return json + "]";
   }
   static std::vector<double> numbers(Vec3d v) { return {v.x, v.y, v.z}; }
-  static std::vector<double> numbers(Quaternion q) { return {q.x, q.y, q.z, q.w}; }
+  static std::vector<double> numbers(Quaternion q) {
+    const std::array<double, 4> all = components(q);
+    return {all.begin(), all.end()};
+  }
 
   /// Translation, rotation and scale in the place of a matrix, which animations can't move.
   void make_place(std::size_t number) {

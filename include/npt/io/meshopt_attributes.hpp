@@ -44,8 +44,8 @@ inline std::string decode_meshopt_attributes(MeshoptInput input, std::size_t cou
       const std::string_view modes = input.take((groups + 3) / 4);
       auto value = static_cast<std::uint8_t>(last[column]);
       for (std::size_t g = 0; g < groups; ++g) {
-        const auto differences =
-            meshopt_differences(input, static_cast<unsigned char>(modes[g / 4]) >> (2 * (g % 4)) & 3U);
+        const unsigned four_modes = static_cast<unsigned char>(modes[g / 4]);
+        const auto differences = meshopt_differences(input, four_modes >> (2 * (g % 4)) & 3U);
         const std::size_t first = g * meshopt_group, used = std::min(meshopt_group, rows - first);
         for (std::size_t i = 0; i < used; ++i) {
           const unsigned d = differences[i];

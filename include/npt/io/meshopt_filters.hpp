@@ -29,7 +29,7 @@ T meshopt_load(const std::string& bytes, std::size_t at) {
 }
 template <std::unsigned_integral T>
 void meshopt_store(std::string& bytes, std::size_t at, T value) {
-  for (std::size_t i = 0; i < sizeof(T); ++i) bytes[at + i] = static_cast<char>(value >> (8 * i) & 255U);
+  for (std::size_t i = 0; i < sizeof(T); ++i) bytes[at + i] = static_cast<char>(std::uint64_t{value} >> (8 * i) & 255U);
 }
 
 /// A part of 1 as a whole number. NaN: 0
