@@ -9,8 +9,9 @@
 ///   feet        that stand in the source are held, and none sinks below the ground
 ///   bodies      arms are kept out of a trunk that is wider than the source's; hands touch what they touch there
 /// RetargetOptions says which of it is done. Bones keep their lengths. Keys stand at the source's times, and where these are no frames, at 30 a second as well.
-/// Limits    both rests are taken to be poses of a body that stands straight: a source whose rest runs or sits bends
-///           the target's spine by as much
+/// A source without a skin whose rest runs or sits is stood up first (straight_stance.hpp).
+/// Limits    any other rest or bind pose is taken for one of a body that stands straight: a spine that is bowed there
+///           bends the target's by as much
 #pragma once
 
 #include <npt/base/affine.hpp>

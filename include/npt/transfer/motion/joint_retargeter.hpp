@@ -13,6 +13,7 @@
 #include <npt/scene/motion.hpp>
 #include <npt/scene/scene.hpp>
 #include <npt/transfer/motion/retarget_side.hpp>
+#include <npt/transfer/motion/straight_stance.hpp>
 
 #include <algorithm>
 #include <array>
@@ -29,7 +30,7 @@ namespace internal {
 class JointRetargeter {
  public:
   JointRetargeter(const Motion& source, const JointRoles& from, const Motion& target, const JointRoles& to)
-      : from_(source, from),
+      : from_(source, from, reference_pose(source, from)),
         to_(target, to),
         parts_(target.joints.size()),
         follows_(feet_apart(target, to)),

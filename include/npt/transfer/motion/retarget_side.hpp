@@ -21,6 +21,7 @@
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -36,8 +37,9 @@ inline std::vector<Quaternion> world_rotations(const std::vector<Affine>& worlds
 
 /// One of the two skeletons, in the pose that motions are relative to.
 struct RetargetSide {
-  RetargetSide(const Motion& from, const JointRoles& own)
-      : motion(from), roles(own), worlds(bound_worlds(from)), rotations(world_rotations(worlds)) {
+  RetargetSide(const Motion& from, const JointRoles& own) : RetargetSide(from, own, bound_worlds(from)) {}
+  RetargetSide(const Motion& from, const JointRoles& own, std::vector<Affine> reference)
+      : motion(from), roles(own), worlds(std::move(reference)), rotations(world_rotations(worlds)) {
     std::vector<Vec3d> positions;
     for (const Affine& world : worlds) positions.push_back(world.shift);
     BodyAxes axes = body_axes(roles.joints, positions);
