@@ -42,8 +42,10 @@ inline npt::JointNames joint_names(const std::string& names) {
 
 inline void add_animation_options(CLI::App& command, AnimationArguments& arguments) {
   command
-      .add_option("--clip", arguments.clip,
-                  "Take the pose from this clip of the .glb or .fbx, by its name: npt info lists clips")
+      .add_option(
+          "--clip", arguments.clip,
+          "Take the pose from this clip of the .glb or .fbx, by its name: npt info lists clips. Without --pose, "
+          "this file or folder")
       ->type_name("NAME");
   command
       .add_option("--fps", arguments.fps,

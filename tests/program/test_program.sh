@@ -494,6 +494,7 @@ test_motion() {
   # Onto joints of its own: all else of the file stays, a name that is taken gets a number.
   expect 0 --out "own.glb: 3 frames of walk on its own 40 joints" -- transfer --identity walker.glb --pose walk.bvh --out own.glb
   expect 0 --out "  walk  " --out "  walk_2  " --out "joint count    40" -- info own.glb
+  expect 0 --out "by_clip.glb: 3 frames of walk on its own 40 joints" -- transfer walker.glb --clip walk.bvh -o by_clip.glb
   expect 0 -- transfer walker.glb walk.bvh -o named.glb --clip-name Stroll --in-place --no-foot-lock --clearance 0
   expect 0 --out "  Stroll  " --out "in place" -- info named.glb
   # Onto those of its body.
