@@ -98,10 +98,7 @@ TEST_CASE("a rig that is no person's says which joint is at fault") {
   CHECK(message_of_body(scene).find("figure.glb: found no mesh with a skin, expected a rigged character") == 0);
   scene = good;
   node(scene, "LowerLeg.R").name = "Wheel";
-  CHECK(message_of_body(scene).find("figure.glb: joint r_knee: found 24 joints without it") == 0);
-  scene = good;
-  node(scene, "Toes.L").name = "upper_arm_l";
-  CHECK(message_of_body(scene).find("found a name that reads like that of joint 'upper_arm_l'") != std::string::npos);
+  CHECK(message_of_body(scene) == "no error");
   // A knee where the hip is.
   scene = good;
   npt::Skin& skin = scene.skins[0];
@@ -113,14 +110,14 @@ TEST_CASE("a rig that is no person's says which joint is at fault") {
     if (joint == npt::joint_index(left_elbow)) joint = static_cast<std::uint16_t>(npt::joint_index(left_shoulder));
   CHECK(message_of_body(scene).find("figure.glb: joint l_elbow ('LowerArm.L'): found no vertex with a weight of it") ==
         0);
-  // Left and right exchanged.
+  // Left and right exchanged: sides are the body's own, whatever names say.
   scene = good;
   for (npt::SceneNode& n : scene.nodes)
     if (n.name.ends_with(".L"))
       n.name.back() = 'R';
     else if (n.name.ends_with(".R"))
       n.name.back() = 'L';
-  CHECK(message_of_body(scene).find("found feet that point backwards") != std::string::npos);
+  CHECK(message_of_body(scene) == "no error");
   // A weight that is missing.
   scene = good;
   npt::VertexBlock& block = scene.meshes[scene.nodes[scene.shown[0]].mesh].blocks[0];

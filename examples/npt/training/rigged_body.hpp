@@ -2,7 +2,7 @@
 /// with SMPL's 24 joints, so that it takes whatever poses bodies take; and where each of its vertices belongs on the
 /// resting mannequin (canonical coordinates), for networks that read meshes.
 ///   RiggedBody knight = rigged_body(make_rig(read_scene("knight.glb"), "knight.glb"), {.longest_edge = 0.04});
-/// Joints    by their names (humanoid_joints.hpp). Weights of other joints go to the nearest of the 24 above them;
+/// Joints    by their roles (humanoid_joints.hpp). Weights of other joints go to the nearest of the 24 above them;
 ///           those of the trunk are shared among hips and spine by height. What a weapon's joint moves goes with
 ///           the hand
 /// Places    each part is stretched onto the mannequin's (canonical_places.hpp)
@@ -18,6 +18,7 @@
 #include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/roles/joint_name.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/lab/rig/humanoid_joints.hpp>
@@ -132,7 +133,7 @@ class RiggedBodyMaker {
   }
 
   static bool names_prop(std::string_view name) {
-    const std::string base = parse_joint_name(name).base;
+    const std::string base = parse_joint_name(name).words.front();
     for (const std::string_view word : {"weapon", "sword", "gun", "pistol", "rifle", "shield", "prop", "tool"})
       if (base.find(word) != std::string::npos) return true;
     return false;

@@ -51,7 +51,6 @@ std::string message(const std::string& text) {
 
 TEST_CASE("a person of foreign joint names is known by a list of names") {
   npt::Rig rig = foreign("knight.glb");
-  CHECK_THROWS_AS(npt::humanoid_joints(rig), npt::Error);
   rename(rig, translation());
   CHECK(npt::humanoid_joints(rig) == npt::humanoid_joints(npt::make_rig(kneeling_figure(), "knight.glb")));
 }

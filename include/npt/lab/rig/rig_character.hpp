@@ -21,8 +21,8 @@
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/roles/joint_name.hpp>
 #include <npt/config.hpp>
-#include <npt/lab/rig/humanoid_joints.hpp>
 #include <npt/lab/rig/rig.hpp>
 #include <npt/mesh/skinning.hpp>
 #include <npt/mesh/topology.hpp>
@@ -194,7 +194,7 @@ class RigCharacter {
   };
 
   static std::string base_of(const std::string& name) {
-    std::string base = rig::internal::parse_joint_name(name).base;
+    std::string base = parse_joint_name(name).words.front();
     while (!base.empty() && base.back() >= '0' && base.back() <= '9') base.pop_back();
     return base.empty() ? name : base;
   }
