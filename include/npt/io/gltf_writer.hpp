@@ -223,8 +223,7 @@ class GltfWriter {
     } else {
       if (p.translation != Vec3d{})
         json_.key("translation").list(std::array{p.translation.x, p.translation.y, p.translation.z});
-      if (p.rotation != Quaternion{})
-        json_.key("rotation").list(components(p.rotation));
+      if (p.rotation != Quaternion{}) json_.key("rotation").list(components(p.rotation));
       if (p.scale != Vec3d{1, 1, 1}) json_.key("scale").list(std::array{p.scale.x, p.scale.y, p.scale.z});
     }
     if (node.mesh != no_item) json_.member("mesh", node.mesh);
