@@ -40,8 +40,8 @@ inline HumanoidJoints humanoid_joints(const Rig& rig) {
   found.fill(no_item);
   const auto put = [&](SmplJoint joint, JointRole role, bool needed = false) {
     const std::size_t own = roles.joint(role);
-    const auto at = own == no_item ? rig.joints.end()
-                                   : std::find(rig.joints.begin(), rig.joints.end(), motion.joints[own].node);
+    const auto at =
+        own == no_item ? rig.joints.end() : std::find(rig.joints.begin(), rig.joints.end(), motion.joints[own].node);
     if (at != rig.joints.end())
       found[joint_index(joint)] = static_cast<std::size_t>(at - rig.joints.begin());
     else if (needed)
