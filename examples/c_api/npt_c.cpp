@@ -69,7 +69,7 @@ const char* npt_warning_text(const npt_warning* warning, const char* identity, c
   const char* text = "";
   guarded([&] {
     const int code = c_api::number_of(warning->code);
-    expect(code >= 0 && code <= NPT_WARNING_UNIT_ASSUMED, "npt_warning_text: an unknown code");
+    expect(code >= 0 && code <= NPT_WARNING_PART_OF_MESH, "npt_warning_text: an unknown code");
     const npt::Warning own{static_cast<npt::WarningCode>(code),
                            c_api::number_of(warning->mesh) == NPT_POSE ? npt::MeshRole::pose : npt::MeshRole::identity,
                            warning->value, npt::Remedy::none};

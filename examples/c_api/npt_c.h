@@ -83,7 +83,8 @@ typedef enum npt_warning_code {
   NPT_WARNING_LEGS_UNCERTAIN,      /* a leg may be in the wrong place */
   NPT_WARNING_UNUSUAL_PROPORTIONS, /* no person has these proportions */
   NPT_WARNING_FACES_INWARD,        /* the mesh's faces are turned inwards */
-  NPT_WARNING_UNIT_ASSUMED         /* a unit other than metres was inferred from the mesh's size */
+  NPT_WARNING_UNIT_ASSUMED,        /* a unit other than metres was inferred from the mesh's size */
+  NPT_WARNING_PART_OF_MESH         /* the body is some pieces of the mesh; the others stay where they are */
 } npt_warning_code;
 
 /* Which mesh of a pair something is said of. */

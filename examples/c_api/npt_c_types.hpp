@@ -218,7 +218,7 @@ inline std::string name_of(const npt_mesh* mesh, const char* name) { return mesh
 
 static_assert(static_cast<int>(npt::WarningCode::not_recognised) == NPT_WARNING_NOT_RECOGNISED);
 static_assert(static_cast<int>(npt::WarningCode::arms_uncertain) == NPT_WARNING_ARMS_UNCERTAIN);
-static_assert(static_cast<int>(npt::WarningCode::unit_assumed) == NPT_WARNING_UNIT_ASSUMED);
+static_assert(static_cast<int>(npt::WarningCode::part_of_mesh) == NPT_WARNING_PART_OF_MESH);
 static_assert(npt::Warnings::capacity == NPT_MOST_WARNINGS);
 
 inline std::size_t copy_warnings(const npt::Warnings& warnings, npt_warning* out) {

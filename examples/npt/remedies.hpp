@@ -56,6 +56,8 @@ inline std::string entry_of(npt::WarningCode code) {
       return "faces-inward";
     case unit_assumed:
       return "unit-assumed";
+    case part_of_mesh:
+      return "part-of-mesh";
   }
   return {};
 }

@@ -11,7 +11,7 @@ using npt::Warning;
 using npt::WarningCode;
 
 TEST_CASE("every warning names its mesh, and no text names an option of a program") {
-  for (int code = 0; code <= static_cast<int>(WarningCode::unit_assumed); ++code)
+  for (int code = 0; code <= static_cast<int>(WarningCode::part_of_mesh); ++code)
     for (const MeshRole role : {MeshRole::identity, MeshRole::pose}) {
       CAPTURE(code);
       const std::string text = npt::text_of({static_cast<WarningCode>(code), role, 0.5}, "a.ply", "b.ply");

@@ -78,7 +78,7 @@ export class Mesh extends Handle {
 /** What a user should know. `text` is plain English that names the mesh; `value`: a confidence, or metres in one unit (unit_assumed). */
 export interface Warning {
   readonly code: 'not_recognised' | 'low_confidence' | 'no_surface' | 'upside_down' | 'lying' | 'lying_or_z_up' | 'arms_uncertain' |
-    'legs_uncertain' | 'unusual_proportions' | 'faces_inward' | 'unit_assumed';
+    'legs_uncertain' | 'unusual_proportions' | 'faces_inward' | 'unit_assumed' | 'part_of_mesh';
   readonly mesh: 'identity' | 'pose';
   readonly value: number;
   readonly text: string;

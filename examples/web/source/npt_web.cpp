@@ -108,6 +108,8 @@ const char* code_of(npt::WarningCode code) {
       return "faces_inward";
     case unit_assumed:
       return "unit_assumed";
+    case part_of_mesh:
+      return "part_of_mesh";
   }
   return "";
 }

@@ -18,6 +18,7 @@
 #include <npt/estimate/warning_code.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
+#include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
 #include <array>
@@ -41,6 +42,7 @@ struct BasicBodyEstimate {
   std::array<HandBend, 2> hands;              ///< left and right, beyond the fit's angles
   std::shared_ptr<const FitSurface> surface;  ///< whose samples the next frame of a sequence moves
   std::shared_ptr<const SurfaceTrack> track;  ///< that it was followed by; none: read for itself
+  std::vector<bool> figure{};                 ///< [T] the triangles that are the body's; empty: all
   std::size_t followed = 0;                   ///< how many frames ago a mesh of the sequence was read for itself
   bool told = false;                          ///< by a reader that tells people from other things
   /// Metres between what was read of a point in several turns about the vertical axis: the median distance from the
@@ -135,7 +137,15 @@ struct BasicBodyEstimate {
     if (doubtful(LimbPair::legs)) codes.push_back(legs_uncertain);
     if (shape_oddity() > odd_shape) codes.push_back(unusual_proportions);
     if (fit.facing < 0) codes.push_back(faces_inward);
+    if (!figure.empty()) codes.push_back(part_of_mesh);
     return codes;
+  }
+  /// The triangles of the mesh, or of one like it, that are the body's.
+  std::vector<Triangle> own_triangles(const MeshView& mesh) const {
+    std::vector<Triangle> own;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      if (figure.empty() || figure[t]) own.push_back(mesh.triangles[t]);
+    return own;
   }
   /// [V] A mesh's vertices in the body's coordinates.
   std::vector<Vec3d> points_of(const MeshView& mesh) const {

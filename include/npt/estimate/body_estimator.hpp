@@ -32,8 +32,10 @@
 #include <npt/estimate/limb_search.hpp>
 #include <npt/estimate/limb_swap.hpp>
 #include <npt/estimate/part_motion.hpp>
+#include <npt/mesh/figure_pieces.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
+#include <npt/mesh/triangles.hpp>
 #include <npt/mesh/weld.hpp>
 
 #include <algorithm>
@@ -79,8 +81,54 @@ class BasicBodyEstimator {
   /// With finger joints, 40.
   const BodyModel& fingered_body() const noexcept { return fingers_.model(); }
 
-  /// How a body lies in a mesh.
+  /// How a body lies in a mesh, or in some of its pieces where the whole is no person: on a floor, beside another.
   BodyEstimate read(const MeshView& mesh, const Control& control = {}) const {
+    BodyEstimate best = read_whole(mesh, control);
+    if (best.confidence() >= person) return best;
+    for (std::vector<bool>& guess : figure_pieces(mesh)) {
+      control.step(0.9);
+      BodyEstimate part;
+      part.figure = std::move(guess);
+      const std::vector<Triangle> own = part.own_triangles(mesh);
+      BodyEstimate reading = read_whole({mesh.xyz, own, mesh.name}, {});
+      if (reading.confidence() < std::max(person, best.confidence())) continue;
+      reading.figure = std::move(part.figure);
+      best = std::move(reading);
+    }
+    return best;
+  }
+
+  /// The next frame of a sequence, from the last one's reading. Where that is hardly sure, the first, second, fourth,
+  /// eighth ... frame is read for itself, too, and the sequence goes on from one that reads surely.
+  BodyEstimate follow(const MeshView& mesh, const BodyEstimate& last) const {
+    if (last.fit.body.axis_angles.empty()) return read(mesh);
+    const std::size_t frame = last.followed + 1;
+    std::optional<BodyEstimate> anew;
+    if (std::has_single_bit(frame) && last.confidence() < high_confidence) {
+      anew = read(mesh);
+      if (anew->confidence() >= high_confidence) return *std::move(anew);
+    }
+    BodyEstimate reading;
+    reading.followed = frame;
+    reading.told = last.told;
+    reading.disagreement = last.disagreement;
+    reading.metres = last.metres;
+    reading.centre = last.centre;
+    reading.figure = last.figure;
+    const std::vector<Triangle> own = last.figure.empty() ? std::vector<Triangle>() : last.own_triangles(mesh);
+    reading.surface = std::make_shared<const FitSurface>(
+        last.surface->moved(as_span(reading.points_of(mesh)), last.figure.empty() ? mesh.triangles : as_span(own)));
+    reading.track = last.track ? last.track : fitter_->track(*last.surface, last.fit);
+    SurfaceTrack::Step step = reading.track->follow(*reading.surface, last.fit.body);
+    if (step.off > lost) return anew ? *std::move(anew) : read(mesh);
+    reading.fit = last.fit;
+    reading.fit.body = std::move(step.body);
+    reading.hands = fingers_(*reading.surface, reading.fit, last.hands);
+    return reading;
+  }
+
+ private:
+  BodyEstimate read_whole(const MeshView& mesh, const Control& control) const {
     control.step(0);
     BodyEstimate reading;
     reading.told = reader_.knows_negatives();
@@ -109,37 +157,12 @@ class BasicBodyEstimator {
     return reading;
   }
 
-  /// The next frame of a sequence, from the last one's reading. Where that is hardly sure, the first, second, fourth,
-  /// eighth ... frame is read for itself, too, and the sequence goes on from one that reads surely.
-  BodyEstimate follow(const MeshView& mesh, const BodyEstimate& last) const {
-    if (last.fit.body.axis_angles.empty()) return read(mesh);
-    const std::size_t frame = last.followed + 1;
-    std::optional<BodyEstimate> anew;
-    if (std::has_single_bit(frame) && last.confidence() < high_confidence) {
-      anew = read(mesh);
-      if (anew->confidence() >= high_confidence) return *std::move(anew);
-    }
-    BodyEstimate reading;
-    reading.followed = frame;
-    reading.told = last.told;
-    reading.disagreement = last.disagreement;
-    reading.metres = last.metres;
-    reading.centre = last.centre;
-    reading.surface =
-        std::make_shared<const FitSurface>(last.surface->moved(as_span(reading.points_of(mesh)), mesh.triangles));
-    reading.track = last.track ? last.track : fitter_->track(*last.surface, last.fit);
-    SurfaceTrack::Step step = reading.track->follow(*reading.surface, last.fit.body);
-    if (step.off > lost) return anew ? *std::move(anew) : read(mesh);
-    reading.fit = last.fit;
-    reading.fit.body = std::move(step.body);
-    reading.hands = fingers_(*reading.surface, reading.fit, last.hands);
-    return reading;
-  }
-
- private:
   /// Metres between tied points and the surface's, in the median, beyond which a frame is no next one: another person
   /// or another character. Of the frames of eight characters' runs it is 0.5 cm, 1.5 at most.
   static constexpr double lost = 0.02;
+
+  /// The confidence from which on a mesh is taken for a person.
+  static constexpr double person = 0.6;
 
   /// A fit with a likeness from here on needs no second look from other sides: of people standing upright most end at
   /// 0.98.

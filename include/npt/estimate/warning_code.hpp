@@ -16,7 +16,8 @@ enum class WarningCode {
   legs_uncertain,       ///< the same of a leg
   unusual_proportions,  ///< no person has these proportions
   faces_inward,         ///< the mesh's faces are turned inwards
-  unit_assumed          ///< a unit other than metres was inferred from the mesh's size
+  unit_assumed,         ///< a unit other than metres was inferred from the mesh's size
+  part_of_mesh          ///< the body is some pieces of the mesh; the others stay where they are
 };
 
 }  // namespace npt::inline NPT_ABI

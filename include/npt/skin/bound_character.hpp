@@ -4,6 +4,7 @@
 #pragma once
 
 #include <npt/base/affine.hpp>
+#include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/rigid.hpp>
 #include <npt/base/vec3.hpp>
@@ -19,6 +20,7 @@
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/skinning.hpp>
+#include <npt/mesh/triangles.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/skin/body_weights.hpp>
 #include <npt/skin/hand_skin.hpp>
@@ -45,7 +47,7 @@ struct BasicBoundCharacter {
   std::array<HandBend, 2> hands;  ///< as measured on the mesh itself
   std::array<bool, 2> fingers{};  ///< whether the hands have any
   std::vector<Vec3d> points;      ///< [V] in the body's coordinates
-  SparseMatrix weights;           ///< [V, 40]
+  SparseMatrix weights;           ///< [V, 40]; an empty row: a vertex that no joint moves
 
   /// [40, 3] the pose's joint angles [24, 3] with its hands, where this character has fingers to close.
   std::vector<float> angles(std::span<const float> axis_angles, const BodyEstimate& pose) const {
@@ -70,6 +72,7 @@ struct BasicBoundCharacter {
       const Vec3d centre = estimate.centre;
       result.push_back({m.rotation, m.shift / estimate.metres + centre - m.rotation * centre});
     }
+    if (has_still_vertices()) result.emplace_back();
     return result;
   }
 
@@ -95,14 +98,32 @@ struct BasicBoundCharacter {
       result.parents.push_back(parent < 0 ? SkinnedSkeleton::no_parent : static_cast<std::size_t>(parent));
       result.joints.push_back(joints[j] / estimate.metres + estimate.centre);
     }
-    result.start.assign(weights.start.begin(), weights.start.end());
-    for (std::size_t i = 0; i < weights.value.size(); ++i)
-      result.influences.push_back({static_cast<std::uint16_t>(weights.column[i]), weights.value[i]});
+    if (has_still_vertices()) {
+      result.names.emplace_back(still_joint_name);
+      result.parents.push_back(SkinnedSkeleton::no_parent);
+      result.joints.push_back(estimate.centre);
+    }
+    result.start.push_back(0);
+    for (std::size_t v = 0; v < weights.rows; ++v) {
+      for (std::size_t i = weights.start[v]; i < weights.start[v + 1]; ++i)
+        result.influences.push_back({static_cast<std::uint16_t>(weights.column[i]), weights.value[i]});
+      if (is_still(v)) result.influences.push_back({static_cast<std::uint16_t>(joints.size()), 1});
+      result.start.push_back(result.influences.size());
+    }
     return result;
   }
 
+  /// Of a floor or whatever else isn't the figure's.
+  bool is_still(std::size_t v) const { return weights.start[v] == weights.start[v + 1]; }
+  bool has_still_vertices() const {
+    return std::adjacent_find(weights.start.begin(), weights.start.end()) != weights.start.end();
+  }
+  /// Of the joint that a skeleton has for such vertices, behind the body's.
+  static constexpr const char* still_joint_name = "scenery";
+
   /// Where the joints' motions [J] bring a vertex, in the body's coordinates.
   Vec3d moved(std::size_t v, std::span<const Rigid> motions) const {
+    if (is_still(v)) return points[v];
     return skinned(weights.columns_of(v), weights.values_of(v), [&](std::size_t j) { return motions[j](points[v]); });
   }
 };
@@ -133,6 +154,20 @@ NPT_INLINE std::array<HandBend, 2> measured_hands(const BodyEstimate& estimate,
   return hands;
 }
 
+/// Without the rows of vertices that none of the triangles has.
+NPT_INLINE SparseMatrix weights_of_figure(const SparseMatrix& all, std::span<const Triangle> triangles) {
+  std::vector<bool> own(all.rows);
+  for (const Triangle& t : triangles)
+    for (const std::uint32_t v : t) own[v] = true;
+  SparseMatrix weights;
+  weights.columns = all.columns;
+  for (std::size_t v = 0; v < all.rows; ++v) {
+    for (std::size_t i = all.start[v]; own[v] && i < all.start[v + 1]; ++i) weights.append(all.column[i], all.value[i]);
+    weights.end_row();
+  }
+  return weights;
+}
+
 }  // namespace skin::internal
 
 /// Binds a mesh to the body that was estimated for it. fingered: the body model with finger joints
@@ -150,8 +185,10 @@ NPT_INLINE BoundCharacter bind_character(const BodyModel& fingered, const MeshVi
     return *std::max_element(bend.begin(), bend.end()) > skin::internal::least_closed;
   };
   std::array<skeleton::internal::HandMeasure, 2> measured;
-  character.weights = body_weights(fingered, character.body, character.points, mesh.triangles,
+  const std::vector<Triangle> own = e.own_triangles(mesh);
+  character.weights = body_weights(fingered, character.body, character.points, as_span(own),
                                    {.facing = e.fit.facing, .closed = {closed(0), closed(1)}}, &measured);
+  if (!e.figure.empty()) character.weights = skin::internal::weights_of_figure(character.weights, as_span(own));
   const std::vector<Vec3d> rest = fingered.joints(as_span(e.fit.body.betas));
   const auto motions = fingered.bone_motions(as_span(e.fit.body.betas), as_span(character.body.axis_angles));
   for (std::size_t j = 0; j < rest.size(); ++j)

@@ -16,6 +16,7 @@
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/transfer/character.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -76,11 +77,12 @@ inline std::vector<Vec3d> bones_at_rest(const SkinnedSkeleton& skeleton, const s
 inline std::optional<SkinnedSkeleton> named_skeleton(const Character& character, JointNames names) {
   std::optional<SkinnedSkeleton> skeleton = character.skeleton();
   if (!skeleton) return skeleton;
-  for (std::size_t j = 0; j < skeleton->joint_count(); ++j) skeleton->names[j] = std::string(joint_name(j, names));
+  const std::size_t count = std::min(skeleton->joint_count(), fingered_joint_count);
+  for (std::size_t j = 0; j < count; ++j) skeleton->names[j] = std::string(joint_name(j, names));
   if (names == JointNames::vrm) return skeleton;
   const std::vector<Affine> rest = character.rest_motions();
   const std::vector<Vec3d> bones = internal::bones_at_rest(*skeleton, rest);
-  for (std::size_t j = 0; j < skeleton->joint_count(); ++j) {
+  for (std::size_t j = 0; j < count; ++j) {
     Quaternion axes = inverse(quaternion_of(rest[j].linear));
     if (names == JointNames::mixamo) {
       const internal::JointAxes own = internal::mixamo_axes(j);
@@ -89,6 +91,7 @@ inline std::optional<SkinnedSkeleton> named_skeleton(const Character& character,
     }
     skeleton->frames.push_back(normalised(axes));
   }
+  skeleton->frames.resize(skeleton->joint_count());
   return skeleton;
 }
 

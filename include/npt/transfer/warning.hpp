@@ -99,6 +99,8 @@ NPT_INLINE std::string text_of(const Warning& warning, std::string_view identity
       return name + " has faces that are turned inwards";
     case unit_assumed:
       return name + " is taken to be in " + unit_name(warning.value) + ", by its size";
+    case part_of_mesh:
+      return name + " is a person in some of its pieces; the others are left as they are";
   }
   return name;
 }
