@@ -7,7 +7,10 @@
 #include <npt/transfer/pose_tracker.hpp>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -69,6 +72,46 @@ TEST_CASE("a mesh that isn't recognised and comes out distorted is refused, unle
   CHECK_NOTHROW((void)open_with(npt::Method::network)(ball, person));
   CHECK_NOTHROW((void)npt::PoseTransfer::open(weights_folder / "human.safetensors",
                                               {.network = {.keep_distorted = true}}, 1)(ball, person));
+}
+
+TEST_CASE("a person on a floor, beside a stray triangle, is posed as without them, and these stay where they are") {
+  const npt::PoseTransfer transfer = open_with(npt::Method::automatic);
+  const npt::Mesh a = posed_person(0.1F), b = posed_person(1.0F);
+  const auto with_scenery = [](npt::Mesh mesh) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertex_count());
+    for (const npt::Vec3f p : {npt::Vec3f{-2, -1.2F, -2},
+                               {2, -1.2F, -2},
+                               {2, -1.2F, 2},
+                               {-2, -1.2F, 2},
+                               {60, 0, 0},
+                               {60, 0.1F, 0},
+                               {60, 0, 0.1F}})
+      mesh.positions.push_back(p);
+    for (const npt::Triangle& t : {npt::Triangle{0, 2, 1}, {0, 3, 2}, {4, 5, 6}}) {
+      for (const std::uint32_t corner : t) mesh.corners.push_back(first + corner);
+      mesh.face_start.push_back(mesh.corners.size());
+    }
+    return mesh;
+  };
+  const npt::Mesh scene = with_scenery(a), scene_of_b = with_scenery(b);
+  const npt::Result alone = transfer.apply(transfer.character(a), transfer.pose(b));
+  const npt::Character character = transfer.character(scene);
+  const npt::Result both = transfer.apply(character, transfer.pose(scene_of_b));
+  CHECK(both.method == npt::Method::body);
+  REQUIRE(both.warnings.size() == 2);
+  for (const npt::Warning& warning : both.warnings) CHECK(warning.code == npt::WarningCode::part_of_mesh);
+  double worst = 0;
+  for (std::size_t v = 0; v < both.mesh.vertex_count(); ++v) {
+    const npt::Vec3f expected = v < a.vertex_count() ? alone.mesh.positions[v] : scene.positions[v];
+    worst = std::max(worst, static_cast<double>(length(both.mesh.positions[v] - expected)));
+  }
+  CHECK(worst < 1e-5);
+  // A rig has a joint for them that never moves.
+  const std::optional<npt::SkinnedSkeleton> skeleton = character.skeleton();
+  REQUIRE(skeleton.has_value());
+  CHECK(skeleton->joint_count() == 41);
+  CHECK(skeleton->influences.back().joint == 40);
+  CHECK(transfer.motions(character, transfer.pose(b))->back().linear == npt::Matrix3::identity());
 }
 
 TEST_CASE("prepared meshes, a sequence's first frame and one call give the same bits, with any number of threads") {
