@@ -7,6 +7,7 @@
 
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
+#include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
