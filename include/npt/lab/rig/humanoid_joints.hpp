@@ -27,11 +27,11 @@ using HumanoidJoints = std::array<std::size_t, smpl_joint_count>;
 
 inline HumanoidJoints humanoid_joints(const Rig& rig) {
   // A dog's has 0.67, the least of 50 game characters 0.75. What is wrongly a person spoils a training.
-  constexpr double least_confidence = 0.69;
+  constexpr double least = 0.69;
   using enum SmplJoint;
   const Motion motion = motion_of(rig.scene, nullptr, rig.name);
   const JointRoles roles = joint_roles(motion);
-  if (roles.confidence < least_confidence)
+  if (roles.confidence < least)
     throw Error({.file = rig.name,
                  .found = std::to_string(rig.joint_count()) + " joints that are a person's with a confidence of " +
                           std::to_string(std::lround(100 * roles.confidence)) + " %",
