@@ -517,10 +517,9 @@ fs::path first_pose(const fs::path& list) {
 void run(Options options) {
   if (options.character) options.identity = options.character;
   if (options.clip) options.pose = options.clip;
-  if (std::optional<std::string>& clip = options.animation.clip; !options.pose && clip && fs::exists(*clip)) {
-    options.pose = *clip;
-    clip.reset();
-  }
+  const bool names_file = options.animation.clip && fs::exists(*options.animation.clip);
+  if (names_file && !options.pose && !options.pairs)
+    options.pose = *std::exchange(options.animation.clip, std::nullopt);
   if (!options.pairs && !(options.identity && options.pose && options.out))
     throw CLI::RequiredError("--identity, --pose and --out, or --pairs");
   const bool moves = options.pairs ? program::is_animation(options.animation, first_pose(*options.pairs), "")

@@ -495,6 +495,9 @@ test_motion() {
   expect 0 --out "own.glb: 3 frames of walk on its own 40 joints" -- transfer --identity walker.glb --pose walk.bvh --out own.glb
   expect 0 --out "  walk  " --out "  walk_2  " --out "joint count    40" -- info own.glb
   expect 0 --out "by_clip.glb: 3 frames of walk on its own 40 joints" -- transfer walker.glb --clip walk.bvh -o by_clip.glb
+  # Of a list it is the clip's name, though a folder is called so.
+  echo "walker.glb walker.glb listed.glb" > clips.txt
+  expect 0 --out "listed.glb: 3 frames of walk on its own 40 joints" -- transfer --pairs clips.txt --clip walk
   expect 0 -- transfer walker.glb walk.bvh -o named.glb --clip-name Stroll --in-place --no-foot-lock --clearance 0
   expect 0 --out "  Stroll  " --out "in place" -- info named.glb
   # Onto those of its body.

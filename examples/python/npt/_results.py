@@ -33,8 +33,7 @@ class TransferWarning(UserWarning):
     """What to know before using a result, such as a mesh that is not recognised as a person. str() adds the remedy.
 
     code    "not_recognised", "low_confidence", "no_surface", "upside_down", "lying", "lying_or_z_up", "arms_uncertain",
-            "legs_uncertain", "unusual_proportions", "faces_inward", "unit_assumed" or
-            "part_of_mesh"
+            "legs_uncertain", "unusual_proportions", "faces_inward", "unit_assumed" or "part_of_mesh"
     mesh    "identity" or "pose"
     value   a confidence from 0 to 1, or metres in one unit (unit_assumed); else 0
     remedy  "none", "look_at_result", "choose_method", "give_unit" or "give_weights"

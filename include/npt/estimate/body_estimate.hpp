@@ -18,7 +18,6 @@
 #include <npt/estimate/warning_code.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
-#include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
 #include <array>
@@ -139,13 +138,6 @@ struct BasicBodyEstimate {
     if (fit.facing < 0) codes.push_back(faces_inward);
     if (!figure.empty()) codes.push_back(part_of_mesh);
     return codes;
-  }
-  /// The triangles of the mesh, or of one like it, that are the body's.
-  std::vector<Triangle> own_triangles(const MeshView& mesh) const {
-    std::vector<Triangle> own;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      if (figure.empty() || figure[t]) own.push_back(mesh.triangles[t]);
-    return own;
   }
   /// [V] A mesh's vertices in the body's coordinates.
   std::vector<Vec3d> points_of(const MeshView& mesh) const {

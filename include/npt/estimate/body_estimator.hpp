@@ -84,16 +84,14 @@ class BasicBodyEstimator {
   /// How a body lies in a mesh, or in some of its pieces where the whole is no person: on a floor, beside another.
   BodyEstimate read(const MeshView& mesh, const Control& control = {}) const {
     BodyEstimate best = read_whole(mesh, control);
-    if (best.confidence() >= person) return best;
+    if (best.confidence() >= least_confidence) return best;
+    const Control stoppable{.progress = {}, .stop = control.stop};
+    std::vector<Triangle> kept;
     for (std::vector<bool>& guess : figure_pieces(mesh)) {
-      control.step(0.9);
-      BodyEstimate part;
+      BodyEstimate part = read_whole({mesh.xyz, figure_triangles(mesh, guess, kept), mesh.name}, stoppable);
+      if (part.confidence() < std::max(least_confidence, best.confidence())) continue;
       part.figure = std::move(guess);
-      const std::vector<Triangle> own = part.own_triangles(mesh);
-      BodyEstimate reading = read_whole({mesh.xyz, own, mesh.name}, {});
-      if (reading.confidence() < std::max(person, best.confidence())) continue;
-      reading.figure = std::move(part.figure);
-      best = std::move(reading);
+      best = std::move(part);
     }
     return best;
   }
@@ -115,9 +113,9 @@ class BasicBodyEstimator {
     reading.metres = last.metres;
     reading.centre = last.centre;
     reading.figure = last.figure;
-    const std::vector<Triangle> own = last.figure.empty() ? std::vector<Triangle>() : last.own_triangles(mesh);
+    std::vector<Triangle> kept;
     reading.surface = std::make_shared<const FitSurface>(
-        last.surface->moved(as_span(reading.points_of(mesh)), last.figure.empty() ? mesh.triangles : as_span(own)));
+        last.surface->moved(as_span(reading.points_of(mesh)), figure_triangles(mesh, last.figure, kept)));
     reading.track = last.track ? last.track : fitter_->track(*last.surface, last.fit);
     SurfaceTrack::Step step = reading.track->follow(*reading.surface, last.fit.body);
     if (step.off > lost) return anew ? *std::move(anew) : read(mesh);
@@ -160,9 +158,6 @@ class BasicBodyEstimator {
   /// Metres between tied points and the surface's, in the median, beyond which a frame is no next one: another person
   /// or another character. Of the frames of eight characters' runs it is 0.5 cm, 1.5 at most.
   static constexpr double lost = 0.02;
-
-  /// The confidence from which on a mesh is taken for a person.
-  static constexpr double person = 0.6;
 
   /// A fit with a likeness from here on needs no second look from other sides: of people standing upright most end at
   /// 0.98.

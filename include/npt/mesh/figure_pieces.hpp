@@ -5,6 +5,7 @@
 /// Complexity  quadratic in the pieces; no guess beyond 4096 of them
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/mesh.hpp>
@@ -17,6 +18,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -134,6 +136,16 @@ class FigurePieces {
 
 NPT_INLINE std::vector<std::vector<bool>> figure_pieces(const MeshView& mesh) {
   return internal::FigurePieces(mesh).guesses();
+}
+
+/// The triangles that are the figure's, in `kept` where they aren't all. figure: [T], or empty for all
+NPT_INLINE std::span<const Triangle> figure_triangles(const MeshView& mesh, const std::vector<bool>& figure,
+                                                      std::vector<Triangle>& kept) {
+  if (figure.empty()) return mesh.triangles;
+  kept.clear();
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (figure[t]) kept.push_back(mesh.triangles[t]);
+  return as_span(kept);
 }
 
 }  // namespace npt::inline NPT_ABI

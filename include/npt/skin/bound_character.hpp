@@ -18,6 +18,7 @@
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/finger_fit.hpp>
 #include <npt/estimate/fitted_body.hpp>
+#include <npt/mesh/figure_pieces.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/skinning.hpp>
 #include <npt/mesh/triangles.hpp>
@@ -185,10 +186,11 @@ NPT_INLINE BoundCharacter bind_character(const BodyModel& fingered, const MeshVi
     return *std::max_element(bend.begin(), bend.end()) > skin::internal::least_closed;
   };
   std::array<skeleton::internal::HandMeasure, 2> measured;
-  const std::vector<Triangle> own = e.own_triangles(mesh);
-  character.weights = body_weights(fingered, character.body, character.points, as_span(own),
+  std::vector<Triangle> kept;
+  const std::span<const Triangle> own = figure_triangles(mesh, e.figure, kept);
+  character.weights = body_weights(fingered, character.body, character.points, own,
                                    {.facing = e.fit.facing, .closed = {closed(0), closed(1)}}, &measured);
-  if (!e.figure.empty()) character.weights = skin::internal::weights_of_figure(character.weights, as_span(own));
+  if (!e.figure.empty()) character.weights = skin::internal::weights_of_figure(character.weights, own);
   const std::vector<Vec3d> rest = fingered.joints(as_span(e.fit.body.betas));
   const auto motions = fingered.bone_motions(as_span(e.fit.body.betas), as_span(character.body.axis_angles));
   for (std::size_t j = 0; j < rest.size(); ++j)

@@ -111,13 +111,13 @@ class BasicNetworkCorrection {
 
   /// The same for every frame of a sequence.
   static Points choose(const BoundCharacter& identity) {
-    Points moving, points;
-    for (std::size_t v = 0; v < identity.points.size(); ++v)
-      if (!identity.is_still(v)) moving.push_back(v);
     Random random(20200316);
-    const auto count = static_cast<double>(moving.size());
-    for (std::size_t i = 0; i < point_count; ++i)
-      points.push_back(moving[std::min(static_cast<std::size_t>(random.uniform() * count), moving.size() - 1)]);
+    const auto count = static_cast<double>(identity.points.size());
+    Points points;
+    while (points.size() < point_count) {
+      const std::size_t v = std::min(static_cast<std::size_t>(random.uniform() * count), identity.points.size() - 1);
+      if (!identity.is_still(v) || identity.weights.column.empty()) points.push_back(v);
+    }
     return points;
   }
 

@@ -1,4 +1,4 @@
-/// Which of a rig's joints are those of a person: SMPL's 24, by the roles that names and shape of the skeleton give them.
+/// Which of a rig's joints are a person's: SMPL's 24, by the roles that names and shape of the skeleton give them.
 /// Shapes    result: [24] joints of the rig, or no_item where it has none; the spine's three stand open, since the
 ///           chain from the hips to the neck says more than its names
 /// Errors    npt::Error for a skeleton that is hardly a person's, and for joints that a person must have

@@ -35,6 +35,16 @@ inline std::vector<Quaternion> world_rotations(const std::vector<Affine>& worlds
   return rotations;
 }
 
+/// The height of the lowest joint of the legs; infinity without any.
+inline double lowest_of_legs(const JointRoles& roles, const std::vector<Affine>& worlds) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t side = 0; side < 2; ++side)
+    for (const LimbPart part : {LimbPart::lower_leg, LimbPart::foot, LimbPart::toes})
+      if (const std::size_t joint = roles.joint(part, side); joint != no_item)
+        least = std::min(least, worlds[joint].shift.y);
+  return least;
+}
+
 /// One of the two skeletons, in the pose that motions are relative to.
 struct RetargetSide {
   RetargetSide(const Motion& from, const JointRoles& own) : RetargetSide(from, own, bound_worlds(from)) {}
@@ -56,29 +66,20 @@ struct RetargetSide {
     else if (hips != no_item)
       middle = positions[hips];
     pelvis = middle;
-    if (leg() > 0 && axes.up == Vec3d{0, 1, 0}) pelvis.y = lowest(worlds) + standing_height();
-  }
-
-  /// The height of the lowest joint of the legs.
-  double lowest(const std::vector<Affine>& at) const {
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t side = 0; side < 2; ++side)
-      for (const LimbPart part : {LimbPart::lower_leg, LimbPart::foot, LimbPart::toes})
-        if (const std::size_t joint = roles.joint(part, side); joint != no_item)
-          least = std::min(least, at[joint].shift.y);
-    return least;
+    if (leg() > 0 && axes.up == Vec3d{0, 1, 0}) pelvis.y = lowest_of_legs(roles, worlds) + standing_height();
   }
 
   /// A rest may hang below the ground, as BVH's do around the origin: then feet stand where the lowest joint is for most
   /// of the clip, if that is off by more than a quarter of a leg. Its lowest place isn't the ground: one who climbs out
   /// of a grave would hover 73 cm above it.
   void find_ground() {
-    const double at_rest = lowest(worlds), off = 0.25 * leg();
+    const double at_rest = lowest_of_legs(roles, worlds), off = 0.25 * leg();
     if (!(std::abs(at_rest) > off) || !std::isfinite(at_rest) || motion.clip.channels.empty()) return;
     std::array<double, 31> heights{};
     const double end = motion.clip.length();
     for (std::size_t i = 0; i < heights.size(); ++i)
-      heights[i] = lowest(joint_worlds(motion, end * static_cast<double>(i) / static_cast<double>(heights.size() - 1)));
+      heights[i] = lowest_of_legs(
+          roles, joint_worlds(motion, end * static_cast<double>(i) / static_cast<double>(heights.size() - 1)));
     const double usual = median(std::span<double>(heights));
     if (std::abs(usual - at_rest) > off) ground = usual - at_rest;
     pelvis.y += ground;
@@ -106,7 +107,7 @@ struct RetargetSide {
     double ankle = 0;
     for (std::size_t side = 0; side < 2; ++side)
       if (const std::size_t foot = roles.joint(LimbPart::foot, side); foot != no_item)
-        ankle += (worlds[foot].shift.y - lowest(worlds)) / 2;
+        ankle += (worlds[foot].shift.y - lowest_of_legs(roles, worlds)) / 2;
     return leg() + ankle;
   }
   /// Where the bone of a role points: to the next joint of its limb.

@@ -22,12 +22,12 @@
 #include <npt/config.hpp>
 #include <npt/scene/motion.hpp>
 #include <npt/scene/scene.hpp>
+#include <npt/transfer/motion/retarget_side.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -75,7 +75,7 @@ class StraightStance {
       for (std::size_t j = 0; j < rest_.size(); ++j) turn(j);
       aligned_ = is_aligned();
     }
-    const double up = lowest(rest_) - lowest(worlds_);
+    const double up = lowest_of_legs(roles_, rest_) - lowest_of_legs(roles_, worlds_);
     for (Affine& world : worlds_) world.shift.y += std::isfinite(up) ? up : 0;
     return worlds_;
   }
@@ -103,15 +103,6 @@ class StraightStance {
     const Vec3d way = line(own, roles_.joint(next, side));
     return length(way) == 0 && part == LimbPart::lower_arm ? to_knuckles(own, side) : way;
   }
-  double lowest(const std::vector<Affine>& worlds) const {
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t side = 0; side < 2; ++side)
-      for (const LimbPart part : {LimbPart::lower_leg, LimbPart::foot, LimbPart::toes})
-        if (const std::size_t joint = roles_.joint(part, side); joint != no_item)
-          least = std::min(least, worlds[joint].shift.y);
-    return least;
-  }
-
   void turn(std::size_t joint) {
     const std::size_t parent = motion_.joints[joint].parent;
     const JointRole role = roles_.role_of(joint);
@@ -167,7 +158,7 @@ class StraightStance {
     const Vec3d own = bone(part, side);
     const Vec3d first = bone(arm ? upper_arm : upper_leg, side), second = bone(arm ? lower_arm : lower_leg, side);
     const Vec3d hinge = cross(first, second);
-    if (part == hand || dot(first, second) > cos_20) {
+    if (part == hand || dot(first, second) > cos_20 || length(hinge) == 0) {
       point(joint, own, to);
     } else {
       const Vec3d axis = arm ? cross(out, axes_.forward) : axes_.left, unit = normalised(hinge);
@@ -185,6 +176,7 @@ class StraightStance {
   /// Whether the makers' joints have axes of the file: those of trunk and legs, whose rolls are known, say it.
   bool is_aligned() const {
     const auto across = [this](std::size_t joint) {
+      if (joint == no_item) return false;
       const auto all = columns(joint);
       return std::any_of(all.begin(), all.end(), [this](Vec3d c) { return std::abs(dot(c, axes_.left)) > cos_6; });
     };
