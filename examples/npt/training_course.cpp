@@ -213,10 +213,10 @@ void use_readings(TrainingCourse& course, const TrainingArguments& a, const std:
   if (clouds.empty())
     throw npt::Error({"--rig", {}, "no person", "people's rigs, or --body: the others are what isn't to be read"});
   const bool with_rigs = rigs.size() > others.size();
-  const double strangers = others.empty() ? 0.08 : 0.16;  // half of the latter are animals
+  const double strangers = others.empty() ? 0.12 : 0.2;  // of the latter three eighths are animals
   npt::CorrespondenceSampler::Stranger stranger = npt::draw_object_surface;
   course.with_negatives = true;
-  course.trained_on += "; no people: made objects";
+  course.trained_on += "; no people: pieces of them, made objects";
   if (!others.empty()) {
     for (const npt::WeightedRig& other : others)
       course.trained_on += ", " + std::filesystem::path(other.rig->name()).stem().string();
@@ -240,7 +240,8 @@ void use_readings(TrainingCourse& course, const TrainingArguments& a, const std:
                                          .points = points,
                                          .patched = with_rigs ? 0.4 : 0.0,
                                          .mirror = with_rigs,
-                                         .strangers = strangers},
+                                         .strangers = strangers,
+                                         .pieces = 0.25},
         purpose, stranger);
   };
   for (const StageArguments& stage : parse_stages(a)) {

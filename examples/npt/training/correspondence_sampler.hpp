@@ -2,7 +2,8 @@
 /// resting template where it belongs (its canonical coordinates).
 /// A sample is a body of random shape and proportions in a random pose, turned anywhere about the vertical axis (some
 /// lie or stand on their hands), dressed, shod, with hair, pieces missing, noise; its points are drawn by area. A part
-/// of the samples may be of surfaces that are no person's: all their points belong to one place far from any body.
+/// of the samples may be of surfaces that are no person's, or of no more than a piece of one (a bust, a hand): all their
+/// points belong to one place far from any body.
 /// Shapes    Sample::pose: points [n, 3], centred on their mean, with a root mean square distance of reading_radius;
 ///           Sample::identity: normals [n, 3], unit or zero; Sample::truth: half the canonical coordinates, [n, 3], so
 ///           that they fit into tanh; Sample::scale: 0.5, network units in a metre of canonical coordinates
@@ -58,12 +59,13 @@ struct CorrespondenceSampleOptions {
   std::uint64_t seed = 0;
   std::size_t points = 512;
   double natural = 0.7;   ///< share of poses that `natural_pose` draws; the others are uniform in wide ranges
-  double fallen = 0.15;   ///< share that points anywhere
+  double fallen = 0.2;    ///< share that points anywhere
   double dressed = 0.45;  ///< share with clothes
   double plain = 0.15;    ///< share of bare bodies of human proportions without any of the below
   double patched = 0;     ///< share whose trunk, head, arms and legs come from bodies drawn for each
   bool mirror = false;    ///< half of the samples mirrored, left for right: for bodies that aren't symmetric
   double strangers = 0;   ///< share of surfaces that are no person's
+  double pieces = 0;      ///< share of them that is a piece of a person
 };
 
 class CorrespondenceSampler final : public SampleSource {
@@ -107,10 +109,11 @@ class CorrespondenceSampler final : public SampleSource {
     points.resize(3 * n), normals.resize(3 * n), s.truth.resize(3 * n);
     thread_local Scratch scratch;
     const bool strange = options_.strangers > 0 && choice.uniform() < options_.strangers;
-    if (strange)
+    const bool piece = strange && choice.uniform() < options_.pieces;
+    if (strange && !piece)
       draw_stranger(choice, n, scratch);
     else
-      draw_person(choice, shape, angles, order, more, n, scratch);
+      draw_person(choice, shape, angles, order, more, n, piece, scratch);
     const Matrix3 turn = turn_of(more);
     const double sigma = more.uniform() < 0.5 ? 0 : 0.012 * more.uniform();
     const bool blind = more.uniform() < 0.08;                 // no normals
@@ -160,7 +163,8 @@ class CorrespondenceSampler final : public SampleSource {
     std::vector<Drawn> drawn;
     std::vector<Vec3f> points, normals;
   };
-  void draw_person(Random& choice, Random& shape, Random& angles, Random& order, Random& more, std::size_t n,
+  /// piece: no more than what lies about one of the person's points.
+  void draw_person(Random& choice, Random& shape, Random& angles, Random& order, Random& more, std::size_t n, bool piece,
                    Scratch& scratch) const {
     const std::size_t first = pick_body(choice);
     const bool plain = choice.uniform() < options_.plain;
@@ -170,12 +174,21 @@ class CorrespondenceSampler final : public SampleSource {
     const bool mirrored = options_.mirror && choice.uniform() < 0.5;
     thread_local Skin skin;
     make_skin(limbs, shape, angles, plain, skin);
-    const data::Dress dress = plain ? data::Dress{} : data::draw_dress(more, options_.dressed);
+    data::Dress dress = plain ? data::Dress{} : data::draw_dress(more, options_.dressed);
+    if (piece) {
+      const auto& points = skin.clouds.front().cloud->points();
+      dress.any = true;
+      dress.no_hands = dress.no_feet = dress.no_head = false;
+      dress.hole_radius = 0;
+      dress.piece = points[more.below(static_cast<std::uint32_t>(points.size()))].canonical;
+      dress.piece_radius = static_cast<float>(more.uniform(0.12, 0.4));
+    }
     draw_points(skin, dress, order, n, scratch);
     scratch.drawn.clear();
     for (const Posed& p : scratch.chosen) {
       Drawn& d = scratch.drawn.emplace_back(p.at, p.normal, skin.clouds[p.cloud].cloud->points()[p.point].canonical);
       if (mirrored) d.at.x = -d.at.x, d.normal.x = -d.normal.x, d.canonical.x = -d.canonical.x;
+      if (piece) d.canonical = stranger_place;
     }
   }
 
@@ -289,6 +302,9 @@ class CorrespondenceSampler final : public SampleSource {
     return rotation_matrix(normalised(axis) * r.uniform(0, std::numbers::pi)) * yaw;
   }
 
+  /// The least piece is about a hundredth of the surface and takes 40 rounds. Beyond these nothing is left out.
+  static constexpr int most_rounds = 1000;
+
   /// Poses candidates, more than are needed, and takes n of them by the area that each stands for now: the n greatest
   /// of log(u) / area (Efraimidis and Spirakis, 2006).
   void draw_points(const Skin& skin, const data::Dress& dress, Random& random, std::size_t n, Scratch& scratch) const {
@@ -305,7 +321,7 @@ class CorrespondenceSampler final : public SampleSource {
         if (!own.limbs[static_cast<std::size_t>(limb_of(cloud.points()[p.point].joint[0]))]) continue;
         const double u = 1 - random.uniform();
         float area = 0;
-        if (!place(own, p.point, dress, p, area) && round < 20) continue;
+        if (!place(own, p.point, dress, p, area) && round < most_rounds) continue;
         if (clouds > 1) area *= 1e5F * cloud.area_of_point();
         p.key = static_cast<float>(std::log(u)) / std::max(area, 1e-6F);
         scratch.posed.push_back(p);

@@ -27,6 +27,8 @@ struct Dress {
   bool no_hands = false, no_feet = false, no_head = false;
   std::array<Vec3f, 2> hole{};  ///< centres in canonical coordinates
   float hole_radius = 0;
+  Vec3f piece;  ///< where piece_radius is above 0, all that is farther from here in canonical coordinates is missing
+  float piece_radius = 0;
   Vec3f wave;
   float phase = 0, wave_size = 0;
 };
@@ -65,6 +67,7 @@ inline bool clothe(const SurfaceCloud::Point& p, const auto& weight_of, const Dr
   if (d.hole_radius > 0)
     for (const Vec3f h : d.hole)
       if (length(p.canonical - h) < d.hole_radius) return false;
+  if (d.piece_radius > 0 && length(p.canonical - d.piece) > d.piece_radius) return false;
   const float hands = weight_of(left_wrist, right_wrist, left_hand, right_hand),
               feet = weight_of(left_ankle, right_ankle, left_foot, right_foot), skull = weight_of(head);
   if (d.no_hands && hands > 0.5F) return false;
