@@ -55,12 +55,8 @@ bool run(const Options& options) {
   const npt::Character hero = transfer.character(mesh, options.character.string());
   std::printf("%s: %zu vertices, confidence %s, skeleton: %s\n", options.character.string().c_str(),
               hero.vertex_count(), text_of(hero.confidence()).c_str(), hero.skeleton() ? "40 joints" : "none");
-  // A character that isn't recognised moves by the network, as morph targets and for few poses: here that is an error.
-  if (!hero.recognised())
-    throw npt::Error({.file = options.character.string(),
-                      .found = "a confidence of " + text_of(hero.confidence()),
-                      .expected = "a humanoid: at least 60 %",
-                      .code = npt::ErrorCode::not_recognised});
+  // apply() refuses a character that isn't recognised; this says so before the clip is read.
+  hero.expect_recognised();
   if (options.keep) hero.save(*options.keep);  // load_character() opens it without a new estimate
 
   // 3. For each clip. Frames are followed from one to the next, so that nothing flickers.
@@ -94,7 +90,6 @@ bool run(const Options& options) {
 const char* advice(npt::ErrorCode code) {
   switch (code) {
     case npt::ErrorCode::not_recognised:
-    case npt::ErrorCode::distorted:
       return "no humanoid was found in this mesh; weights for its kind have to be trained";
     case npt::ErrorCode::unknown_unit:
       return "say the unit in TransferOptions::import.unit";

@@ -50,8 +50,7 @@ typedef enum npt_status {
 typedef enum npt_error_code {
   NPT_ERROR_NONE = 0,          /* no failure yet */
   NPT_ERROR_BAD_INPUT = 1,     /* a file, a mesh or an argument that can't be used */
-  NPT_ERROR_NOT_RECOGNISED,    /* a mesh isn't recognised, and the network can't take it either */
-  NPT_ERROR_DISTORTED,         /* the network distorts the mesh */
+  NPT_ERROR_NOT_RECOGNISED,    /* a mesh isn't recognised in the domain of the weights */
   NPT_ERROR_UNKNOWN_UNIT,      /* the network needs the mesh's unit, and its size doesn't tell it */
   NPT_ERROR_MISSING_WEIGHTS,   /* weights that the opened ones go with are missing */
   NPT_ERROR_FOREIGN,           /* something that another transfer prepared */
@@ -127,7 +126,8 @@ typedef struct npt_mesh {
 
 /* How a transfer is made. */
 typedef enum npt_method {
-  NPT_AUTOMATIC = 0, /* by body estimation where both meshes are recognised, else by the pose transfer network */
+  NPT_AUTOMATIC = 0, /* by body estimation, which refuses what it doesn't recognise; by the pose transfer
+                        network where the weights hold no body estimation */
   NPT_BODY = 1,      /* by body estimation, whatever the meshes are */
   NPT_NETWORK = 2    /* by the pose transfer network */
 } npt_method;
@@ -155,11 +155,10 @@ typedef struct npt_body_options {
 /* The pose transfer network. */
 typedef struct npt_network_options {
   npt_pairing pairing;
-  int pairings;       /* the mean over so many random pairings of vertices, at least 1; costs as many runs */
-  int mirror;         /* nonzero: also transfer the mirror images, and average; twice the runs */
-  int invariant;      /* nonzero: permuting a mesh's vertices permutes the result bit for bit */
-  int resample;       /* 0: refuse a pose mesh of another vertex count where the network pairs vertices */
-  int keep_distorted; /* nonzero: keep a distorted result instead of an error (NPT_ERROR_DISTORTED) */
+  int pairings;  /* the mean over so many random pairings of vertices, at least 1; costs as many runs */
+  int mirror;    /* nonzero: also transfer the mirror images, and average; twice the runs */
+  int invariant; /* nonzero: permuting a mesh's vertices permutes the result bit for bit */
+  int resample;  /* 0: refuse a pose mesh of another vertex count where the network pairs vertices */
 } npt_network_options;
 
 /* How meshes are understood. */

@@ -92,7 +92,7 @@ void animate_by_joints(const npt::PoseTransfer& transfer, const Files& files, co
   const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
   const npt::MeshView view{mesh.coordinates(), triangles, name};
   const npt::Character character = transfer.character(view, control.part(0, 0.9));
-  const double unit = npt::output_unit(transfer, view, is_scene(files.identity));
+  const double unit = npt::output_unit(transfer, character, is_scene(files.identity));
   const auto names = static_cast<npt::JointNames>(options.names);
   npt::MotionOptions own;
   own.rate = options.fps;
@@ -133,7 +133,7 @@ void animate(const npt::PoseTransfer& transfer, const Files& files, const npt_cl
   npt::Animation made = npt::animate(transfer, character, source, options.in_place == 0,
                                      static_cast<npt::JointNames>(options.names), control.part(share, 1));
   expect_finite(mesh, made, name);
-  const double unit = npt::output_unit(transfer, view, is_scene(identity));
+  const double unit = npt::output_unit(transfer, character, is_scene(identity));
   npt::write_scene(
       files.out, npt::animation_scene(mesh, identity.stem().string(), made, frames.clip_name(), frames.times(), unit));
 

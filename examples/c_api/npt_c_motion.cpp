@@ -373,8 +373,7 @@ npt_status npt_motion_of_character(const npt_transfer* transfer, const npt_chara
     mesh.positions.resize(own.vertex_count());
     std::ranges::copy(own.positions(), mesh.coordinates().begin());
     npt::set_faces(mesh, own.triangles());
-    const npt::MeshView view{mesh.coordinates(), own.triangles(), character->name};
-    const double unit = npt::output_unit(transfer->transfer, view, false);
+    const double unit = npt::output_unit(transfer->transfer, own, false);
     auto made = std::make_unique<npt_motion>();
     made->skeleton = npt::motion_skeleton(own, character->name, static_cast<npt::JointNames>(called), unit);
     const std::vector<npt::MotionJoint>& joints = made->skeleton.motion.joints;

@@ -174,7 +174,6 @@ inline npt::TransferOptions options_from(const npt_options& o) {
   options.network.mirror = o.network.mirror != 0;
   options.network.invariant = o.network.invariant != 0;
   options.network.resample = o.network.resample != 0;
-  options.network.keep_distorted = o.network.keep_distorted != 0;
   if (o.import.unit != 0) options.import.unit = o.import.unit;
   if (o.refine != 0) options.refinement = refinement();
   if (o.refine_radius != 0) options.refine_radius = o.refine_radius;

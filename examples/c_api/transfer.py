@@ -44,7 +44,7 @@ class BodyOptions(ctypes.Structure):
 class NetworkOptions(ctypes.Structure):
     """npt_network_options"""
     _fields_ = [("pairing", ctypes.c_int), ("pairings", ctypes.c_int), ("mirror", ctypes.c_int), ("invariant", ctypes.c_int),
-                ("resample", ctypes.c_int), ("keep_distorted", ctypes.c_int)]
+                ("resample", ctypes.c_int)]
 
 
 class ImportOptions(ctypes.Structure):

@@ -246,10 +246,11 @@ void write_page(const Options& o, const Data& data, const std::vector<npt::Evalu
   for (std::size_t s = 0; s < evaluations.size(); ++s)
     for (const std::size_t i : evaluations[s].worst(o.worst)) {
       program::stop_if_interrupted();
-      const npt::EvaluationPair pair = data.sets[s].pair(i);
+      const npt::PairErrors& errors = evaluations[s].pairs[i];
+      const npt::EvaluationPair pair = data.sets[s].pair(errors.number);
       std::vector<float> result(pair.identity.size());
-      result_of(data.pairs_before(s) + i, pair, result);
-      page.groups.push_back(page_group(evaluations[s].name, evaluations[s].pairs[i], pair, result));
+      result_of(data.pairs_before(s) + errors.number, pair, result);
+      page.groups.push_back(page_group(evaluations[s].name, errors, pair, result));
     }
   view::write_page(*o.page, page);
 }
@@ -373,7 +374,6 @@ void run(Options o) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  o->transfer.options.network.keep_distorted = true;  // what is measured is what comes out
   program::add_transfer_options(command, o->transfer);
   const std::vector<CLI::Option*> of_transfer = command.get_options();
   CLI::Option* body = command.add_option(

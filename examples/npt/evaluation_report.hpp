@@ -6,6 +6,7 @@
 #include <npt/lab/evaluation.hpp>
 #include <npt/mesh/metrics.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdio>
 #include <string>
@@ -30,6 +31,12 @@ inline void print_table(const std::vector<npt::Evaluation>& evaluations, std::si
                 e.median_mm(), npt::root_pmd_mm(e.worst_pmd()), 1e4 * e.pmd(), 1e4 * e.per_coordinate(),
                 e.edge_error());
     end_line(e.pmd_in_place());
+  }
+  for (const npt::Evaluation& e : evaluations) {
+    if (e.refused.empty()) continue;
+    std::printf("%s: %zu of %zu pairs refused, which count in no column%s\n", e.name.c_str(), e.refused.size(),
+                e.refused.size() + e.pairs.size(), worst > 0 ? ":" : "");
+    for (std::size_t i = 0; i < std::min(worst, e.refused.size()); ++i) std::printf("  %s\n", e.refused[i].c_str());
   }
   for (const npt::Evaluation& e : evaluations) {
     if (worst == 0) continue;
@@ -62,6 +69,7 @@ inline Report report_of(const npt::Evaluation& e, std::size_t worst) {
   report["pmd_median"] = e.median_pmd();
   report["pmd_worst"] = e.worst_pmd();
   report["pairs"] = e.pairs.size();
+  report["refused"] = e.refused.size();
   if (worst == 0) return report;
   Report list = Report::array();
   for (const std::size_t i : e.worst(worst)) {

@@ -99,7 +99,7 @@ PoseTransfer open_transfer(const TransferArguments& arguments) {
   return transfer;
 }
 
-double metres_in(const PoseTransfer& transfer, const npt::MeshView& identity, const std::filesystem::path& file,
+double metres_in(const PoseTransfer& transfer, const npt::Character& identity, const std::filesystem::path& file,
                  const std::filesystem::path& out, std::string& note) {
   if (extension_of(out) != ".glb") return 1;
   const double unit = npt::output_unit(transfer, identity, formats::is_scene(file));

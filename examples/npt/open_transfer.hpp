@@ -4,7 +4,7 @@
 #include "networks.hpp"
 #include "transfer_arguments.hpp"
 
-#include <npt/mesh/mesh_view.hpp>
+#include <npt/transfer/character.hpp>
 
 #include <filesystem>
 #include <string>
@@ -17,7 +17,7 @@ PoseTransfer open_transfer(const TransferArguments& arguments);
 
 /// Metres in a unit of an identity whose result is a GLB, where numbers are metres; else 1. `note`: what the user
 /// should know of it
-double metres_in(const PoseTransfer& transfer, const npt::MeshView& identity, const std::filesystem::path& file,
+double metres_in(const PoseTransfer& transfer, const npt::Character& identity, const std::filesystem::path& file,
                  const std::filesystem::path& out, std::string& note);
 
 }  // namespace program

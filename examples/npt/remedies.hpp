@@ -69,8 +69,6 @@ inline std::string entry_of(const npt::Error& error) {
   switch (error.code()) {
     case not_recognised:
       return "not-recognised";
-    case distorted:
-      return "distorted";
     case unknown_unit:
       return "unknown-unit";
     case missing_weights:

@@ -105,7 +105,7 @@ class Transferring {
     for (std::string& note : program::notes_of(report.warnings, job.identity.string(), job.pose.string()))
       outcome.notes.push_back(std::move(note));
     std::string note;
-    metres = program::metres_in(transfer_, identity_.view(), job.identity, job.out, note);
+    metres = program::metres_in(transfer_, character_, job.identity, job.out, note);
     if (!note.empty()) outcome.notes.push_back(std::move(note));
     return result;
   }

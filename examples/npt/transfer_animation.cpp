@@ -165,6 +165,7 @@ class AnimationTransfer {
     const std::string name = job_.identity.string();
     const npt::MeshView view{identity_.coordinates(), own, name};
     catch_interrupts();
+    std::string in_metres;
     {
       Progress progress("frames", frames_.size());
       const npt::Character character = transfer.character(view);
@@ -176,10 +177,9 @@ class AnimationTransfer {
       const bool follow_root = !all_.animation.time && !all_.animation.in_place;
       done_ =
           npt::animate(transfer, character, frames_.source(), follow_root, joint_names(all_.animation.names), control);
+      metres_ = metres_in(transfer, character, job_.identity, to_folder() ? frame_file(0) : job_.out, in_metres);
     }
     std::vector<std::string> notes = notes_of(done_.report.warnings, name, frames_.name(done_.weakest));
-    std::string in_metres;
-    metres_ = metres_in(transfer, view, job_.identity, to_folder() ? frame_file(0) : job_.out, in_metres);
     if (!in_metres.empty()) notes.push_back(in_metres);
     return notes;
   }
@@ -357,16 +357,10 @@ void rig(const fs::path& file, const fs::path& out, const AnimationArguments& an
   const std::string name = file.string();
   const npt::MeshView view{mesh.coordinates(), triangles, name};
   const npt::Character character = transfer.character(view);
+  character.expect_recognised();
   auto skeleton = npt::named_skeleton(character, joint_names(animation.names));
-  const double confidence = character.confidence().value_or(0);
-  if (!skeleton || confidence < npt::least_confidence)
-    throw npt::Error({name,
-                      {},
-                      "a mesh that is not recognised as a person (confidence " + npt::percent_text(confidence) + ")",
-                      "a person",
-                      npt::ErrorCode::not_recognised});
   std::string note;
-  const double metres = metres_in(transfer, view, file, out, note);
+  const double metres = metres_in(transfer, character, file, out, note);
   for (npt::Vec3d& joint : skeleton->joints) joint = joint * metres;
   npt::MeshScene made = npt::scene_from(npt::scaled(mesh, metres), file.stem().string());
   npt::add_skeleton(made, *skeleton);
@@ -376,7 +370,7 @@ void rig(const fs::path& file, const fs::path& out, const AnimationArguments& an
   char time[32];
   std::snprintf(time, sizeof time, "%.2f s", watch.seconds());
   std::cout << out.string() << ": " << skeleton->joint_count() << " joints in " << time << " (confidence "
-            << npt::percent_text(confidence) << ")\n";
+            << npt::percent_text(character.confidence().value_or(0)) << ")\n";
 }
 
 }  // namespace program

@@ -308,32 +308,14 @@ class MotionTransfer {
     const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
     const std::string name = job_.identity.string();
     const npt::MeshView view{mesh.coordinates(), triangles, name};
-    const npt::Character character = recognised(transfer, view);
+    const npt::Character character = transfer.character(view);
+    character.expect_recognised();
     for (std::string& note : notes_of(character.warnings(), name, name)) notes_.push_back(std::move(note));
     std::string note;
-    const double metres = metres_in(transfer, view, job_.identity, job_.out, note);
+    const double metres = metres_in(transfer, character, job_.identity, job_.out, note);
     if (!note.empty()) notes_.push_back(note);
     character_ =
         std::make_shared<const MotionCharacter>(mesh, character, job_.identity, joint_names(options_.names), metres);
-  }
-
-  /// The network, which takes other meshes, can't take clips: its own complaints would lead astray.
-  static npt::Character recognised(const PoseTransfer& transfer, const npt::MeshView& mesh) {
-    std::string found;
-    try {
-      npt::Character character = transfer.character(mesh);
-      if (character.recognised()) return character;
-      found = "a mesh that is not recognised as a person (confidence " +
-              npt::percent_text(character.confidence().value_or(0)) + ")";
-    } catch (const npt::Error& error) {
-      if (error.code() != npt::ErrorCode::not_recognised) throw;
-      found = error.parts().found;
-    }
-    throw npt::Error({std::string(mesh.name),
-                      {},
-                      found,
-                      "a person, or a character with joints of its own",
-                      npt::ErrorCode::not_recognised});
   }
 
   void take(const npt::MotionSkeleton& clip) {

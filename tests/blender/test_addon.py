@@ -716,7 +716,7 @@ class BadInput(Addon):
         self.own.pose = bpy.context.object
         self.transferred()  # with a warning
         self.own.rig = True
-        self.fails("No rig: Torus is not recognised as a person")
+        self.fails("Torus: found a mesh that is not recognised as a person")
 
     def test_edit_mode(self):
         identity, _ = self.pair()

@@ -73,6 +73,27 @@ TEST_CASE("errors by hand") {
   CHECK(npt::pair_errors(folded, large).edge_error == 0);
 }
 
+TEST_CASE("pairs that a transfer doesn't recognise are counted, other refusals end the evaluation") {
+  const npt::EvaluationSet set{.name = "three", .count = 3, .pair = [](std::size_t) { return square(); }};
+  const auto refuse = [](npt::ErrorCode code) {
+    return [code](std::size_t i, const npt::EvaluationPair& pair, std::span<float> result) {
+      if (i == 1) throw npt::Error({.file = "mesh", .found = "a tree", .expected = "a person", .code = code});
+      std::ranges::copy(pair.truth, result.begin());
+    };
+  };
+  const npt::Evaluation evaluation = npt::evaluate(set, refuse(npt::ErrorCode::not_recognised));
+  REQUIRE(evaluation.pairs.size() == 2);
+  CHECK(evaluation.pairs[1].number == 2);
+  CHECK(evaluation.pmd() == 0);
+  REQUIRE(evaluation.refused.size() == 1);
+  CHECK(evaluation.refused[0].find("mesh: found a tree, expected a person") != std::string::npos);
+  CHECK_THROWS_AS(npt::evaluate(set, refuse(npt::ErrorCode::bad_input)), npt::Error);
+  const npt::Evaluation none{.name = "none", .pairs = {}};
+  CHECK(std::isnan(none.pmd()));
+  CHECK(std::isnan(none.median_pmd()));
+  CHECK(std::isnan(none.worst_pmd()));
+}
+
 TEST_CASE("a NaN in a result is an error that is NaN, and the worst of all") {
   const npt::EvaluationPair pair = square();
   std::vector<float> broken = pair.truth;

@@ -550,29 +550,34 @@ class BadInput(Figures):
     def test_no_person(self):
         transfer = npt.PoseTransfer()
         knot = npt.Mesh(*self.knot, name="knot.obj")
+        for call in (transfer, transfer.report):
+            with self.assertRaises(npt.Error) as refused:
+                call(self.identity, knot)
+            self.assertEqual((refused.exception.code, refused.exception.remedy), ("not_recognised", "choose_method"))
+            self.assertIn("knot.obj: found a mesh that is not recognised as a person (confidence ", str(refused.exception))
+            self.assertIn('method="network"', str(refused.exception))
+        pose = transfer.pose(knot)
+        self.assertLess(pose.confidence, 0.6)
+        (warning,) = pose.warnings
+        self.assertEqual((warning.code, warning.mesh, warning.value), ("not_recognised", "pose", pose.confidence))
+        self.assertIn("knot.obj is not recognised as a person (confidence ", warning.text)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            transfer(self.identity, knot)
+            transfer(self.identity, npt.Mesh(self.pose[0], name="points"))
         self.assertEqual([w.category for w in caught], [npt.TransferWarning])
         self.assertEqual(caught[0].filename, __file__)
         warning = caught[0].message
-        self.assertEqual((warning.code, warning.mesh), ("not_recognised", "pose"))
-        self.assertIn("knot.obj is not recognised as a person (confidence ", warning.text)
-        self.assertEqual(str(warning), f"{warning.text}; {npt._library.ADVICE[warning.remedy]}")
-        result = transfer.report(self.identity, knot)
-        self.assertEqual((result.method, result.vertices), ("network", None))
-        self.assertLess(result.pose_confidence, 0.6)
-        self.assertEqual(result.warnings[0].value, result.pose_confidence)
-        self.assertEqual([w.code for w in transfer.pose(knot).warnings], ["not_recognised"])
+        self.assertEqual((warning.code, warning.mesh), ("no_surface", "pose"))
+        advice = npt._library.ADVICE[warning.remedy]
+        self.assertEqual(str(warning), f"{warning.text}; {advice}" if advice else warning.text)
         giant = (
             self.identity[0] * np.float32(5),
             self.identity[1],
         )  # of no person's size in metres, centimetres or millimetres
         self.assertEqual(transfer.report(giant, self.pose).method, "body")
         with self.assertRaises(npt.Error) as refused:
-            transfer(giant, knot)
-        self.assertEqual((refused.exception.code, refused.exception.remedy), ("not_recognised", "give_unit"))
-        self.assertIn("knot.obj: found a mesh that is not recognised as a person", str(refused.exception))
+            npt.PoseTransfer(method="network")(giant, knot)
+        self.assertEqual((refused.exception.code, refused.exception.remedy), ("unknown_unit", "give_unit"))
         self.assertIn("PoseTransfer(unit=...) sets the unit", str(refused.exception))
 
     def test_library(self):

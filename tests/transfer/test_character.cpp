@@ -116,6 +116,9 @@ TEST_CASE("what isn't recognised, or isn't prepared, isn't saved") {
   CHECK_FALSE(ball.joints());
   CHECK_FALSE(ball.skeleton());
   CHECK(ball.warnings().contains(npt::WarningCode::not_recognised));
+  CHECK(shipped::error_of([&] { ball.expect_recognised(); }).found.find("not recognised as a person (confidence") !=
+        std::string::npos);
+  CHECK(shipped::error_of([&] { npt::Character().expect_recognised(); }).code == npt::ErrorCode::not_recognised);
   const auto code_of = [&](const npt::Character& character) {
     return shipped::error_of([&] { character.save(folder / "no.npt"); }).code;
   };

@@ -2,6 +2,7 @@
 
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/npt.hpp>
+#include <npt/transfer/animation.hpp>
 #include <npt/transfer/body_domain.hpp>
 #include <npt/transfer/people.hpp>
 #include <npt/transfer/pose_tracker.hpp>
@@ -32,11 +33,11 @@ npt::Mesh posed_person(float bend) {
 
 }  // namespace
 
-TEST_CASE("people are posed by body estimation, things by the network, and the report says so") {
+TEST_CASE("people are posed by body estimation, and the report says so") {
   const npt::PoseTransfer transfer = open_with(npt::Method::automatic);
   REQUIRE(transfer.has_body());
-  const npt::Mesh a = posed_person(0.1F), b = posed_person(1.0F), ball = support::bumpy_sphere(20, 30, 0.2, true);
-  const auto faces = npt::triangulate(a), of_ball = npt::triangulate(ball);
+  const npt::Mesh a = posed_person(0.1F), b = posed_person(1.0F);
+  const auto faces = npt::triangulate(a);
   std::vector<float> result(a.coordinates().size());
   npt::TransferReport report;
   const npt::TransferJob people{{a.coordinates(), faces, "a"}, {b.coordinates(), faces, "b"}, result, &report};
@@ -49,29 +50,44 @@ TEST_CASE("people are posed by body estimation, things by the network, and the r
   for (std::size_t i = 0; i < result.size(); ++i)
     worst = std::max(worst, static_cast<double>(std::abs(result[i] - b.coordinates()[i])));
   CHECK(worst < 0.05);
-  const npt::TransferJob thing{{a.coordinates(), faces, "a"}, {ball.coordinates(), of_ball, "ball"}, result, &report};
-  transfer.run({&thing, 1});
-  CHECK(report.method == npt::Method::network);
-  CHECK(*report.confidence < 0.6);
-  REQUIRE(report.warnings.size() == 1);
-  CHECK(report.warnings[0].code == npt::WarningCode::not_recognised);
-  CHECK(report.warnings[0].mesh == npt::MeshRole::pose);
 }
 
-TEST_CASE("a mesh that isn't recognised and comes out distorted is refused, unless it is asked for") {
-  const npt::Mesh ball = support::bumpy_sphere(20, 30, 0.2, true), person = posed_person(1.0F);
-  try {
-    (void)open_with(npt::Method::automatic)(ball, person);
-    FAIL("not refused");
-  } catch (const npt::Error& error) {
-    CHECK(error.code() == npt::ErrorCode::not_recognised);
-    CHECK(error.remedy() == npt::Remedy::choose_method);
-    CHECK(std::string(error.what()).find("not recognised as a person (confidence") != std::string::npos);
-    CHECK(std::string(error.what()).find("--") == std::string::npos);
-  }
+TEST_CASE("a mesh that isn't recognised is refused, whichever it is and whatever its size, unless a method is asked for") {
+  npt::Mesh ball = support::bumpy_sphere(20, 30, 0.2, true);
+  const npt::Mesh person = posed_person(1.0F);
+  const npt::PoseTransfer transfer = open_with(npt::Method::automatic);
+  const auto refused = [&](const npt::Mesh& identity, const npt::Mesh& pose, const std::string& name) {
+    try {
+      (void)transfer(identity, pose);
+      FAIL("not refused");
+    } catch (const npt::Error& error) {
+      CHECK(error.code() == npt::ErrorCode::not_recognised);
+      CHECK(error.remedy() == npt::Remedy::choose_method);
+      CHECK(std::string(error.what()).find(name + ": found a mesh that is not recognised as a person (confidence") == 0);
+      CHECK(std::string(error.what()).find("--") == std::string::npos);
+    }
+  };
+  refused(ball, person, "identity");
+  refused(person, ball, "pose");
+  refused(ball, ball, "identity");
+  // Of no person's size in any unit: that is not what is wrong with it.
+  npt::Mesh giant = ball;
+  for (npt::Vec3f& p : giant.positions) p = p * 5.0F;
+  refused(giant, person, "identity");
+  refused(person, giant, "pose");
   CHECK_NOTHROW((void)open_with(npt::Method::network)(ball, person));
-  CHECK_NOTHROW((void)npt::PoseTransfer::open(weights_folder / "human.safetensors",
-                                              {.network = {.keep_distorted = true}}, 1)(ball, person));
+}
+
+TEST_CASE("a mesh without a surface, in which no body is estimated, is the network's, with a warning") {
+  const npt::PoseTransfer transfer = open_with(npt::Method::automatic);
+  const npt::Mesh a = posed_person(0.1F), b = posed_person(1.0F);
+  const auto faces = npt::triangulate(a);
+  std::vector<float> result(a.coordinates().size());
+  npt::TransferReport report;
+  const npt::TransferJob job{{a.coordinates(), faces, "a"}, {b.coordinates(), {}, "points"}, result, &report};
+  transfer.run({&job, 1});
+  CHECK(report.method == npt::Method::network);
+  REQUIRE(report.warnings.contains(npt::WarningCode::no_surface));
 }
 
 TEST_CASE("a person on a floor, beside a stray triangle, is posed as without them, and these stay where they are") {
@@ -112,6 +128,8 @@ TEST_CASE("a person on a floor, beside a stray triangle, is posed as without the
   CHECK(skeleton->joint_count() == 41);
   CHECK(skeleton->influences.back().joint == 40);
   CHECK(transfer.motions(character, transfer.pose(b))->back().linear == npt::Matrix3::identity());
+  // In metres, though the whole is 60 units across, which would be centimetres of a person.
+  CHECK(npt::output_unit(transfer, character, false) == 1);
 }
 
 TEST_CASE("prepared meshes, a sequence's first frame and one call give the same bits, with any number of threads") {

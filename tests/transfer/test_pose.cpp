@@ -19,14 +19,25 @@ TEST_CASE("a pose says what was estimated for it") {
   CHECK_FALSE(npt::Pose().joints());
 }
 
-TEST_CASE("a pose that isn't recognised is the network's, encoded at once or when a character asks") {
-  const auto transfer =
-      npt::PoseTransfer::open(shipped::weights(), {.network = {.keep_distorted = true}, .seed = 3}, 1);
+TEST_CASE("a pose that isn't recognised says so, and no character takes it") {
+  const npt::Pose ball = shipped::human().pose(shipped::ball());
+  CHECK_FALSE(ball.recognised());
+  CHECK_FALSE(ball.joints());
+  CHECK(ball.warnings().contains(npt::WarningCode::not_recognised));
+  CHECK(shipped::error_of([&] { ball.expect_recognised(); }).code == npt::ErrorCode::not_recognised);
+  CHECK(shipped::error_of([&] { (void)shipped::human().apply(shipped::character(), ball); }).code ==
+        npt::ErrorCode::not_recognised);
+  CHECK_NOTHROW(shipped::pose().expect_recognised());
+}
+
+TEST_CASE("a pose without a surface is the network's, encoded at once or when a character asks") {
+  const auto transfer = npt::PoseTransfer::open(shipped::weights(), {.seed = 3}, 1);
   const npt::Character hero = transfer.character(shipped::person(0.1F));
-  const npt::Pose encoded = transfer.pose(shipped::ball(), hero.vertex_count()), late = transfer.pose(shipped::ball());
+  const npt::Mesh person = shipped::person(1.0F);
+  const npt::MeshView points{person.coordinates(), {}, "points"};
+  const npt::Pose encoded = transfer.pose(points, hero.vertex_count()), late = transfer.pose(points);
   CHECK_FALSE(encoded.recognised());
-  CHECK_FALSE(encoded.joints());
-  CHECK(encoded.warnings().contains(npt::WarningCode::not_recognised));
+  CHECK(encoded.warnings().contains(npt::WarningCode::no_surface));
   CHECK(encoded.identity_vertices() == hero.vertex_count());
   CHECK(late.identity_vertices() == 0);
   const npt::Result a = transfer.apply(hero, encoded), b = transfer.apply(hero, late);

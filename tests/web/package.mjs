@@ -162,9 +162,11 @@ await checks.fails(() => PoseTransfer.open(partOf(bytes, 'correspondence/'), { n
 await checks.fails(() => PoseTransfer.open(bytes, { method: 'magic' }), 'argument', /magic/, 'an option that is none');
 await checks.fails(() => network.apply({ positions: [0, 0, 0, 1, NaN, 1] }, b), 'input', /finite|nan/i, 'no finite numbers');
 await checks.fails(() => network.apply({ positions: new Float32Array(0) }, b), 'input', /./, 'no vertices');
-const four = people.apply(off, b), [warning] = four.warnings;
-checks.expect(four.method === 'network' && four.confidence < 0.6 && warning.code === 'not_recognised' && warning.mesh === 'identity' &&
-              /four\.off is not recognised/.test(warning.text) && warning.remedy === 'look_at_result', `a tetrahedron as a person: ${JSON.stringify(four.warnings)}`);
+await checks.fails(() => people.apply(off, b), 'input', /four\.off: found a mesh that is not recognised as a person \(confidence/, 'a tetrahedron as a person');
+const four = people.character(off), [warning] = four.warnings;
+checks.expect(!four.recognised && four.confidence < 0.6 && warning.code === 'not_recognised' && warning.mesh === 'identity' &&
+              /four\.off is not recognised/.test(warning.text), `a tetrahedron as a character: ${JSON.stringify(four.warnings)}`);
+four.close();
 const far = { positions: off.positions.map((x) => 1000000 * x), triangles: off.triangles, name: 'far.off' };
 await checks.fails(() => people.apply(far, b), 'input', /far\.off.*person/, 'a tetrahedron of no person\'s size');
 await checks.fails(() => { made.close(); return made.positions; }, 'argument', /close/, 'a closed mesh');

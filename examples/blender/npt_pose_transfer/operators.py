@@ -95,7 +95,7 @@ class Job:
     @staticmethod
     def expect_body(result):
         if result.method != "body":
-            why = next((w.text.split(":")[0] for w in result.warnings if w.code in ("not_recognised", "no_surface")), None)
+            why = next((w.text.split(":")[0] for w in result.warnings if w.code == "no_surface"), None)
             raise npt.Error("No rig: " + (why or "these weights and this method estimate no body"))
 
     def finish(self, context):

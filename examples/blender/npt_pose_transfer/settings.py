@@ -25,7 +25,7 @@ SOURCES = [
     ("ACTION", "Action", "The action of an armature, onto the identity's own armature as a new action"),
 ]
 METHODS = [
-    ("automatic", "Automatic", "By body estimation where both meshes are recognised as people, else by the network"),
+    ("automatic", "Automatic", "By body estimation, which refuses what it doesn't recognise as a person"),
     ("body", "Body estimation", "By body estimation, whatever the meshes are"),
     ("network", "Network", "By the pose transfer network: upright meshes that face the front view"),
 ]

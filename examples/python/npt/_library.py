@@ -13,13 +13,12 @@ HandleOut = ctypes.POINTER(ctypes.c_void_p)
 ERROR_CODES = {
     1: "bad_input",
     2: "not_recognised",
-    3: "distorted",
-    4: "unknown_unit",
-    5: "missing_weights",
-    6: "foreign",
-    7: "domains_differ",
-    8: "needs_recognition",
-    9: "stopped",
+    3: "unknown_unit",
+    4: "missing_weights",
+    5: "foreign",
+    6: "domains_differ",
+    7: "needs_recognition",
+    8: "stopped",
     100: "argument",
     102: "internal",
 }
@@ -36,7 +35,7 @@ ADVICE = {
 class Error(ValueError):
     """Bad input, in the library's words: which argument or file, what was found, what was expected.
 
-    code    such as "bad_input", "not_recognised", "distorted", "unknown_unit", "missing_weights", "foreign",
+    code    such as "bad_input", "not_recognised", "unknown_unit", "missing_weights", "foreign",
             "domains_differ", "needs_recognition"
     remedy  what a user can do: "none", "look_at_result", "choose_method", "give_unit", "give_weights"
     """
@@ -78,7 +77,6 @@ class CNetworkOptions(ctypes.Structure):
         ("mirror", ctypes.c_int),
         ("invariant", ctypes.c_int),
         ("resample", ctypes.c_int),
-        ("keep_distorted", ctypes.c_int),
     ]
 
 

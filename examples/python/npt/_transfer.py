@@ -102,8 +102,8 @@ class PoseTransfer:
 
     weights           "human" (the default), another name of npt.shipped_weights(), or the path of a .safetensors file; or
                       a list of several, each a domain
-    method            "automatic": by body estimation where both meshes are recognised, else by the network; "body",
-                      "network"
+    method            "automatic": by body estimation, which refuses what it doesn't recognise, or by the network
+                      where the weights hold no body estimation; "body", "network"
     quality           of body estimation: "fast", "balanced", "best"
     least_confidence  0 to 1: from this confidence on a mesh counts as recognised; None: 0.6
     high_confidence   0 to 1: from this confidence on there is no warning of a low one; None: 0.85
@@ -113,7 +113,6 @@ class PoseTransfer:
     mirror            also transfer the mirror images, and average; for symmetric subjects; twice the runs
     invariant         permuting a mesh's vertices permutes the result bit for bit
     resample          False: refuse a pose mesh of another vertex count where the network pairs vertices
-    keep_distorted    keep the network's result where it is distorted, instead of npt.Error
     unit              of the meshes: "metre", "centimetre", "millimetre", "inch", "foot", or metres; None: inferred from
                       size
     refine            give results the identity's surface detail; needs its faces
@@ -137,7 +136,6 @@ class PoseTransfer:
         mirror: bool = False,
         invariant: bool = False,
         resample: bool = True,
-        keep_distorted: bool = False,
         unit: Union[None, str, float] = None,
         refine: bool = False,
         refine_radius: Optional[float] = None,
@@ -158,7 +156,7 @@ class PoseTransfer:
         network.pairing = _choice(pairing, "pairing", PAIRINGS)
         network.pairings = _whole(pairings, "pairings", 1, 2**31 - 1)
         network.mirror, network.invariant = bool(mirror), bool(invariant)
-        network.resample, network.keep_distorted = bool(resample), bool(keep_distorted)
+        network.resample = bool(resample)
         if isinstance(unit, str) and unit not in UNITS:
             raise Error(f"unit: found {unit!r}, expected one of {', '.join(UNITS)}, or metres")
         options.import_unit = 0 if unit is None else UNITS[unit] if isinstance(unit, str) else _positive(unit, "unit")

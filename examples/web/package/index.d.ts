@@ -5,7 +5,7 @@
 export class NptError extends Error {
   readonly kind: 'argument' | 'input' | 'memory' | 'internal';
   /** What kind of fault it is, for programs that act on it. */
-  readonly code: 'bad_input' | 'not_recognised' | 'distorted' | 'unknown_unit' | 'missing_weights' | 'foreign' | 'domains_differ' |
+  readonly code: 'bad_input' | 'not_recognised' | 'unknown_unit' | 'missing_weights' | 'foreign' | 'domains_differ' |
     'needs_recognition' | 'stopped';
   /** What can be done about it. */
   readonly remedy: Remedy;
@@ -104,7 +104,7 @@ export interface TransferOptions {
   others?: Record<string, Bytes>;
   /** Of the weights, for messages. */
   name?: string;
-  /** automatic: by body estimation where both meshes are recognised, else by the network. */
+  /** automatic: by body estimation, which refuses what it doesn't recognise; by the network where the weights hold none. */
   method?: 'automatic' | 'body' | 'network';
   /** Of body estimation; fast takes about half of the time. */
   quality?: 'fast' | 'balanced' | 'best';

@@ -257,7 +257,6 @@ function report({ report: how, seconds, threads }) {
   // A unit that was chosen isn't assumed.
   const warnings = how.warnings.filter(({ code }) => code !== 'unit_assumed' || Number(element('unit').value) === 0);
   const notes = warnings.map(({ text }) => text);
-  if (warnings.some(({ code }) => code === 'not_recognised')) notes.push('For four-legged animals choose the weights quadruped');
   for (const remedy of new Set(warnings.map((warning) => warning.remedy))) if (remedies[remedy]) notes.push(remedies[remedy]);
   element('notes').replaceChildren(...notes.map((text) => Object.assign(document.createElement('li'), { textContent: text })));
 }

@@ -121,8 +121,6 @@ const char* code_of(npt::ErrorCode code) {
       return "bad_input";
     case not_recognised:
       return "not_recognised";
-    case distorted:
-      return "distorted";
     case unknown_unit:
       return "unknown_unit";
     case missing_weights:
@@ -476,7 +474,9 @@ NPT_WEB int web_write_animation(const Animation* animation, const Mesh* mesh, co
                                 const double* times) {
   return guarded(0, [&] {
     const npt::Animation& frames = animation->finished;
-    const double metres = metres_in(&animation->character.owner, *mesh, path);
+    const double metres = fs::path(path).extension() == ".glb"
+                              ? npt::output_unit(animation->character.owner.transfer, animation->character.character, mesh->in_metres)
+                              : 1;
     npt::write_scene(path, npt::animation_scene(mesh->mesh, fs::path(mesh->name).stem().string(), frames, clip,
                                                 {times, frames.positions.size()}, metres));
     return 1;

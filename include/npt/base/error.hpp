@@ -12,8 +12,7 @@ namespace npt::inline NPT_ABI {
 /// What kind of fault an Error is, for programs that act on it.
 enum class ErrorCode {
   bad_input,          ///< a file, a mesh or an argument that can't be used; what() says why
-  not_recognised,     ///< a mesh isn't recognised in the domain of the weights, and the network can't have it either
-  distorted,          ///< the network distorts the mesh
+  not_recognised,     ///< a mesh isn't recognised in the domain of the weights
   unknown_unit,       ///< the network needs the mesh's unit, and its size doesn't tell it
   missing_weights,    ///< weights that the opened ones go with are missing
   foreign,            ///< something that another transfer, or no transfer, prepared

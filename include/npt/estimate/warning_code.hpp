@@ -6,7 +6,7 @@
 namespace npt::inline NPT_ABI {
 
 enum class WarningCode {
-  not_recognised,       ///< not recognised in any domain of the weights: left to the network
+  not_recognised,       ///< not recognised in any domain of the weights
   low_confidence,       ///< recognised, but with a confidence below BodyOptions::high_confidence
   no_surface,           ///< no triangle has an area, so no body could be estimated: left to the network
   upside_down,          ///< the body stands on its head

@@ -93,6 +93,7 @@ inline EvaluationSet in_metres(EvaluationSet set, double metres) {
 struct PairErrors {
   std::string name;
   double pmd = 0, pmd_in_place = 0, edge_error = 0;
+  std::size_t number = 0;  ///< in its set
 
   double per_coordinate() const { return pmd / 3; }
   double root_mm() const { return root_pmd_mm(pmd); }
@@ -101,7 +102,8 @@ struct PairErrors {
 /// The errors of a set. Means over pairs, each pair counting once; root_mm is the root of the mean.
 struct Evaluation {
   std::string name;
-  std::vector<PairErrors> pairs;
+  std::vector<PairErrors> pairs;       ///< those with a result; without any, all means are NaN
+  std::vector<std::string> refused{};  ///< messages of the others, whose meshes the transfer doesn't recognise
 
   double pmd() const { return mean(&PairErrors::pmd); }
   double pmd_in_place() const { return mean(&PairErrors::pmd_in_place); }
@@ -113,7 +115,7 @@ struct Evaluation {
   /// infinite.
   double median_pmd() const {
     const std::vector<std::size_t> order = worst(pairs.size());
-    if (order.empty()) return 0;
+    if (order.empty()) return std::numeric_limits<double>::quiet_NaN();
     return (badness(order[(order.size() - 1) / 2]) + badness(order[order.size() / 2])) / 2;
   }
   /// Mean and median of the pairs' root_mm. The mean is NaN where a pair's is.
@@ -124,13 +126,15 @@ struct Evaluation {
   }
   double median_mm() const {
     const std::vector<std::size_t> order = worst(pairs.size());
-    if (order.empty()) return 0;
+    if (order.empty()) return std::numeric_limits<double>::quiet_NaN();
     return (root_pmd_mm(badness(order[(order.size() - 1) / 2])) + root_pmd_mm(badness(order[order.size() / 2]))) / 2;
   }
   /// The largest PMD of a pair.
-  double worst_pmd() const { return pairs.empty() ? 0 : pairs[worst(1).front()].pmd; }
+  double worst_pmd() const {
+    return pairs.empty() ? std::numeric_limits<double>::quiet_NaN() : pairs[worst(1).front()].pmd;
+  }
 
-  /// The numbers of the `count` pairs with the largest PMD, worst first; NaN is worst of all.
+  /// The places in `pairs` of the `count` pairs with the largest PMD, worst first; NaN is worst of all.
   std::vector<std::size_t> worst(std::size_t count) const {
     std::vector<std::size_t> order(pairs.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -182,24 +186,37 @@ inline PairErrors pair_errors(const EvaluationPair& pair, std::span<const float>
 
 /// Runs `transfer(pair, result)`, or `transfer(number, pair, result)`, on every pair of the set; it writes the result,
 /// [V, 3], in the identity's unit and place. With an executor of several slots, `transfer` and `after_pair` are called
-/// by several threads at a time.
-/// Errors  npt::Error for an empty set, and what the pairs or the transfer throw
+/// by several threads at a time. A pair that it refuses with ErrorCode::not_recognised is counted, and has no errors.
+/// Errors  npt::Error for an empty set, and what else the pairs or the transfer throw
 template <class Transfer, Executor Exec = SerialExecutor>
 Evaluation evaluate(const EvaluationSet& set, const Transfer& transfer, const Exec& executor = Exec(),
                     const std::function<void()>& after_pair = {}) {
   if (set.count == 0) throw Error({.file = set.name, .found = "no pairs to evaluate", .expected = "at least one"});
-  Evaluation evaluation{.name = set.name, .pairs = std::vector<PairErrors>(set.count)};
+  std::vector<PairErrors> errors(set.count);
+  std::vector<std::string> refusals(set.count);
   executor.for_each(static_cast<int>(set.count), [&](int i, int) {
     const auto number = static_cast<std::size_t>(i);
     const EvaluationPair pair = set.pair(number);
     std::vector<float> result(pair.identity.size());
-    if constexpr (std::is_invocable_v<const Transfer&, std::size_t, const EvaluationPair&, std::span<float>>)
-      transfer(number, pair, std::span<float>(result));
-    else
-      transfer(pair, std::span<float>(result));
-    evaluation.pairs[number] = pair_errors(pair, result);
+    try {
+      if constexpr (std::is_invocable_v<const Transfer&, std::size_t, const EvaluationPair&, std::span<float>>)
+        transfer(number, pair, std::span<float>(result));
+      else
+        transfer(pair, std::span<float>(result));
+      errors[number] = pair_errors(pair, result);
+      errors[number].number = number;
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::not_recognised) throw;
+      refusals[number] = pair.name + ": " + error.what();
+    }
     if (after_pair) after_pair();
   });
+  Evaluation evaluation{.name = set.name, .pairs = {}};
+  for (std::size_t i = 0; i < set.count; ++i)
+    if (refusals[i].empty())
+      evaluation.pairs.push_back(std::move(errors[i]));
+    else
+      evaluation.refused.push_back(std::move(refusals[i]));
   return evaluation;
 }
 

@@ -173,6 +173,13 @@ double output_unit(const BasicPoseTransfer<Exec>& transfer, const MeshView& iden
   }
 }
 
+/// The same for a character, of which floors and the like don't count.
+template <class Exec>
+double output_unit(const BasicPoseTransfer<Exec>& transfer, const Character& character, bool in_metres) {
+  if (in_metres) return 1;
+  return transfer.options().import.unit.value_or(character.unit());
+}
+
 /// A scene in which the identity moves: on its skeleton, or as morph targets where there is none.
 /// name: of the mesh; times: [frames] in seconds; unit: metres in one unit of the identity
 NPT_INLINE Scene animation_scene(const Mesh& identity, const std::string& name, const Animation& animation,

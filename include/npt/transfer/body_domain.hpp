@@ -30,6 +30,7 @@ class DomainEstimate {
 
   double confidence = 0;  ///< 0 to 1
   std::vector<WarningCode> warnings;
+  std::vector<bool> figure;  ///< [T] the mesh's triangles that are the domain's; empty: all
 };
 
 /// A mesh bound to what was estimated for it.

@@ -1,6 +1,6 @@
 /// An identity mesh that takes many poses: what depends on it alone is computed once, and can be saved.
 ///   npt::Character hero = transfer.character(mesh);
-///   if (!hero.recognised()) puts("left to the network");
+///   if (!hero.recognised()) puts("no person");
 ///   hero.save("hero.npt");   ...   npt::Character again = transfer.load_character("hero.npt");
 /// Threads   any number may use one at a time
 #pragma once
@@ -43,6 +43,20 @@ struct Prepared {
   std::shared_ptr<const DomainEstimate> estimate;
   bool recognised = false;
   Warnings by_body, by_network;  ///< what is to be said of the mesh where a result is made by the one or the other
+
+  /// Whether a body was estimated in vain.
+  bool refused() const noexcept { return estimate != nullptr && body != nullptr && !recognised; }
+  double confidence() const noexcept { return estimate == nullptr ? 0 : estimate->confidence; }
+  void expect_recognised() const {
+    if (recognised) return;
+    throw Error({.file = name,
+                 .found = estimate == nullptr ? "a mesh of which no body was estimated"
+                                              : "a mesh that is not recognised as a person (confidence " +
+                                                    percent_text(estimate->confidence) + ")",
+                 .expected = "a person, whole, with head, arms and legs",
+                 .code = ErrorCode::not_recognised,
+                 .remedy = Remedy::choose_method});
+  }
 };
 
 }  // namespace transfer::internal
@@ -57,6 +71,8 @@ class BasicCharacter {
   const std::string& domain() const noexcept { return own_.domain_name; }
   /// Whether its confidence is high enough for body estimation.
   bool recognised() const noexcept { return own_.recognised; }
+  /// Errors    npt::Error (not_recognised) that says how low the confidence is, where it isn't recognised
+  void expect_recognised() const { own_.expect_recognised(); }
   /// That it is of the domain, and that its pose was estimated rightly: 0 to 1; none where no body was estimated.
   std::optional<double> confidence() const {
     return own_.estimate == nullptr ? std::nullopt : std::optional(own_.estimate->confidence);

@@ -15,7 +15,8 @@ namespace npt::inline NPT_ABI {
 
 /// How a transfer is made.
 enum class Method {
-  automatic,  ///< by body estimation where both meshes are recognised, else by the pose transfer network
+  automatic,  ///< by body estimation where the weights hold it: a mesh that isn't recognised is refused; else by the
+              ///< pose transfer network
   body,       ///< by body estimation, whatever the meshes are
   network     ///< by the pose transfer network
 };
@@ -58,9 +59,6 @@ struct NetworkOptions {
   /// Where the network pairs vertices and the counts differ: draw as many points from the pose mesh's surface as the
   /// identity has vertices. False: an Error instead.
   bool resample = true;
-  /// Whether an automatic transfer of meshes that aren't recognised keeps what the network makes of them where that is
-  /// distorted (for measuring). Else it is an Error.
-  bool keep_distorted = false;
   /// None: the file's (metadata normalisation); a file that doesn't say is taken for one of the authors' code, which
   /// centres.
   std::optional<Normalisation> normalisation{};

@@ -55,6 +55,7 @@ class BasicPersonEstimate final : public DomainEstimate {
   explicit BasicPersonEstimate(BodyEstimate estimate) : body(std::move(estimate)) {
     confidence = body.confidence();
     warnings = body.warnings();
+    figure = body.figure;
   }
   BodyEstimate body;
 };

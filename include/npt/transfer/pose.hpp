@@ -32,6 +32,8 @@ class BasicPose {
   const std::string& domain() const noexcept { return own_.domain_name; }
   /// Whether its confidence is high enough for body estimation.
   bool recognised() const noexcept { return own_.recognised; }
+  /// Errors    npt::Error (not_recognised) that says how low the confidence is, where it isn't recognised
+  void expect_recognised() const { own_.expect_recognised(); }
   /// That it is of the domain, and that its pose was estimated rightly: 0 to 1; none where no body was estimated.
   std::optional<double> confidence() const {
     return own_.estimate == nullptr ? std::nullopt : std::optional(own_.estimate->confidence);

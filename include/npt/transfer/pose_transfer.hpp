@@ -26,7 +26,6 @@
 #include <npt/io/tensor_values.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
-#include <npt/mesh/metrics.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/nets/network_list.hpp>
@@ -69,8 +68,9 @@ struct MotionResult;
 
 /// Networks with their weights, the body estimation that belongs to them, and all that stands between them and meshes.
 ///
-/// Methods   where a file holds a body estimator (people's does), meshes that it recognises are posed by body
-///           estimation; the pose transfer network takes the rest, and all of the meshes where it holds none
+/// Methods   where a file holds a body estimator (people's does), meshes are posed by body estimation, and those that it
+///           doesn't recognise are refused; the pose transfer network takes meshes without a surface, all meshes where
+///           the file holds no estimator, and whatever it is asked for
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Memory    the network allocates nothing for shapes that were seen before, where it writes into the caller's memory;
 ///           body estimation does
@@ -78,8 +78,7 @@ struct MotionResult;
 /// Errors    npt::Error, whose code says what kind: empty meshes, meshes in one point, triangles of vertices that
 ///           aren't there, results of another size, unequal vertex counts where the network pairs vertices and
 ///           NetworkOptions::resample is off, an extent that is no person's in any unit where the network is asked,
-///           things prepared by another transfer, and, in the automatic method, meshes that aren't recognised and that
-///           the network distorts
+///           things prepared by another transfer, and, in the automatic method, meshes that aren't recognised
 template <class Exec = DefaultExecutor>
 class BasicPoseTransfer {
  public:
@@ -262,6 +261,8 @@ class BasicPoseTransfer {
     domain.network.expect_chosen(own);
     if (follows) found.estimate = domain.body->follow(mesh, *last->own_.estimate);
     take(mesh, MeshRole::pose, std::move(found), prepared.own_);
+    // One frame in doubt, which a warning says, is no reason to refuse a clip.
+    prepared.own_.recognised = prepared.own_.recognised || (follows && last->own_.recognised);
     keep_or_encode(mesh, own, prepared);
   }
 
@@ -300,9 +301,8 @@ class BasicPoseTransfer {
     if (report.method == Method::body)
       character.own_.body->pose(*character.binding_, *pose.own_.estimate, result);
     else
-      by_network(character, pose, report, result, control);
+      by_network(character, pose, result, control);
     if (character.refinement_ != nullptr) character.refinement_->refine(result);
-    if (report.method == Method::network) expect_undistorted(character, pose, report, result);
     return report;
   }
   /// Gives the character the pose of a mesh.
@@ -313,11 +313,15 @@ class BasicPoseTransfer {
   }
 
   /// How apply() will make its result, and what a user should know of it.
-  /// Errors    npt::Error for what another transfer prepared, and for a pose of another domain than the character's
+  /// Errors    npt::Error for what another transfer prepared, for what isn't recognised, and for a pose of another domain
+  ///           than the character's
   TransferReport report(const Character& character, const Pose& pose) const {
     expect_own(character.own_, "identity");
     expect_own(pose.own_, "pose");
     const transfer::internal::Prepared &a = character.own_, &b = pose.own_;
+    // The network takes a recognised domain's meshes only where it is asked for: what it makes of meshes unlike those of
+    // its training is a wreck.
+    if (a.refused() || b.refused()) (a.confidence() <= b.confidence() && a.refused() ? a : b).expect_recognised();
     if (a.recognised && b.recognised && a.domain != b.domain)
       throw Error({.file = b.name,
                    .found = "a pose of the domain '" + b.domain_name + "'",
@@ -506,10 +510,11 @@ class BasicPoseTransfer {
       network.prepare_identity(mesh, character.network_);
       note_unit(character.network_.unit, MeshRole::identity, own);
     } catch (const Error& error) {
-      if (!own.recognised) throw with_recognition(error, own);
+      if (!own.recognised && !own.refused()) throw;
       character.network_refusal_ = error.parts();
       character.network_.unit = 1;
     }
+    if (own.recognised && !own.estimate->figure.empty()) character.network_.unit = unit_of_figure(mesh, own);
     character.refinement_ =
         options().refinement == nullptr
             ? nullptr
@@ -519,24 +524,21 @@ class BasicPoseTransfer {
   void finish_pose(const MeshView& mesh, Found found, std::size_t identity_vertices, Pose& pose,
                    const Control& control = {}) const {
     take(mesh, MeshRole::pose, std::move(found), pose.own_);
-    if (pose.own_.recognised || (identity_vertices == 0 && pairs_vertices())) return keep_for_network(mesh, pose);
+    if (!taken_by_network(pose) || (identity_vertices == 0 && pairs_vertices())) return keep_for_network(mesh, pose);
     const auto lease = pool_.lease();
     domains_[pose.own_.domain]->network.choose(mesh, identity_vertices, lease->choice);
     keep_or_encode(mesh, lease->choice, pose, control);
   }
   void keep_or_encode(const MeshView& mesh, const PoseChoice& choice, Pose& pose, const Control& control = {}) const {
     const NetworkTransfer<Exec>& network = domains_[pose.own_.domain]->network;
-    if (pose.own_.recognised) return keep_for_network(mesh, pose);
-    try {
-      network.encode(mesh, choice, pose.network_, control);
-      note_unit(network.unit_of(mesh), MeshRole::pose, pose.own_);
-    } catch (const Error& error) {
-      throw with_recognition(error, pose.own_);
-    }
+    if (!taken_by_network(pose)) return keep_for_network(mesh, pose);
+    network.encode(mesh, choice, pose.network_, control);
+    note_unit(network.unit_of(mesh), MeshRole::pose, pose.own_);
     if (domains_.size() > 1) return keep(mesh, pose, true);
     pose.xyz_.clear();
     pose.triangles_.clear();
   }
+  static bool taken_by_network(const Pose& pose) { return !pose.own_.recognised && !pose.own_.refused(); }
   /// As keep(), for a pose that isn't encoded. A unit that can't be inferred is an error when the network is asked.
   void keep_for_network(const MeshView& mesh, Pose& pose) const {
     try {
@@ -551,75 +553,35 @@ class BasicPoseTransfer {
     pose.xyz_.assign(mesh.xyz.begin(), mesh.xyz.end());
     pose.triangles_.assign(mesh.triangles.begin(), mesh.triangles.end());
   }
+  /// A floor is larger than who stands on it. 1 where no unit makes a person of the figure.
+  double unit_of_figure(const MeshView& mesh, const transfer::internal::Prepared& own) const {
+    std::vector<float> points;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      for (std::size_t k = 0; own.estimate->figure[t] && k < 3; ++k)
+        for (std::size_t i = 0; i < 3; ++i) points.push_back(mesh.xyz[3 * mesh.triangles[t][k] + i]);
+    try {
+      return domains_[own.domain]->network.unit_of({points, {}, mesh.name});
+    } catch (const Error&) {
+      return 1;
+    }
+  }
   void note_unit(double unit, MeshRole role, transfer::internal::Prepared& own) const {
     if (unit != 1 && !options().import.unit)
       own.by_network.push_back({WarningCode::unit_assumed, role, unit, Remedy::give_unit});
   }
 
-  void by_network(const Character& character, const Pose& pose, const TransferReport& report, std::span<float> result,
-                  const Control& control) const {
-    if (character.network_refusal_) throw with_recognition(Error(*character.network_refusal_), weaker(character, pose));
+  void by_network(const Character& character, const Pose& pose, std::span<float> result, const Control& control) const {
+    if (character.network_refusal_) throw Error(*character.network_refusal_);
     const NetworkTransfer<Exec>& network = domains_[character.own_.domain]->network;
     const bool encoded = pose.network_.codes.size() == network.run_count() && character.own_.domain == pose.own_.domain;
     if (encoded) return network.decode(character.network_, pose.network_, result, control);
     if (pose.xyz_.empty()) throw foreign("pose");
-    // Recognised so well that it wasn't encoded, but the character isn't, or encoded for no character yet.
+    // Recognised, so that it wasn't encoded, but the character has no surface; or encoded for no character yet.
     const auto lease = pool_.lease();
     const MeshView mesh{pose.xyz_, pose.triangles_, pose.own_.name};
-    try {
-      network.choose(mesh, character.vertex_count(), lease->choice);
-      network.encode(mesh, lease->choice, lease->late, control.part(0, 0.3));
-    } catch (const Error& error) {
-      throw report.confidence ? with_recognition(error, weaker(character, pose)) : error;
-    }
+    network.choose(mesh, character.vertex_count(), lease->choice);
+    network.encode(mesh, lease->choice, lease->late, control.part(0, 0.3));
     network.decode(character.network_, lease->late, result, control.part(0.3, 1));
-  }
-
-  static const transfer::internal::Prepared& weaker(const Character& character, const Pose& pose) {
-    const transfer::internal::Prepared &a = character.own_, &b = pose.own_;
-    const auto confidence = [](const transfer::internal::Prepared& own) {
-      return own.estimate == nullptr ? 0 : own.estimate->confidence;
-    };
-    return confidence(a) < confidence(b) ? a : b;
-  }
-
-  /// The network's refusal of a mesh that wasn't recognised: that is what a user can change.
-  static Error with_recognition(const Error& refusal, const transfer::internal::Prepared& own) {
-    if (own.estimate == nullptr || refusal.code() == ErrorCode::stopped) return refusal;
-    ErrorParts parts = refusal.parts();
-    parts.expected = "a person; the network, which takes other meshes, refuses it: found " + parts.found +
-                     (parts.expected.empty() ? "" : ", expected " + parts.expected);
-    parts.found =
-        "a mesh that is not recognised as a person (confidence " + percent_text(own.estimate->confidence) + ")";
-    parts.file = own.name;
-    parts.place.clear();
-    parts.code = ErrorCode::not_recognised;
-    if (parts.remedy == Remedy::none) parts.remedy = Remedy::choose_method;
-    return Error(parts);
-  }
-
-  /// Errors    npt::Error for what the network distorts, where meshes weren't recognised; NaN comes through
-  void expect_undistorted(const Character& character, const Pose& pose, const TransferReport& report,
-                          std::span<const float> result) const {
-    if (!has_body() || options().method != Method::automatic || options().network.keep_distorted) return;
-    if (character.triangles_.empty()) return;
-    // Transfers that came out well have 0.12 to 0.35, a robed figure, in three poses that can't be recognised, 0.6 to
-    // 1.8.
-    constexpr double distorted = 0.5;
-    const double change = edge_change(as_span(character.xyz_), result, as_span(character.triangles_));
-    if (!(change > distorted)) return;
-    const transfer::internal::Prepared& own = weaker(character, pose);
-    const std::string stretch = "the pose transfer network distorts the result (edges change by " +
-                                percent_text(change) + ", " + percent_text(distorted) + " allowed)";
-    const bool estimated = report.confidence.has_value();
-    throw Error({.file = estimated ? own.name : "result",
-                 .found = estimated ? "a mesh that is not recognised as a person (confidence " +
-                                          percent_text(own.estimate->confidence) + "); " + stretch
-                                    : "a mesh without a body; " + stretch,
-                 .expected = "meshes of people, of which confidence is at least " +
-                             percent_text(options().body.least_confidence),
-                 .code = estimated ? ErrorCode::not_recognised : ErrorCode::distorted,
-                 .remedy = Remedy::choose_method});
   }
 
   static Error foreign(const char* what) {

@@ -77,8 +77,7 @@ NPT_INLINE std::string text_of(const Warning& warning, std::string_view identity
   const std::string name(warning.mesh == MeshRole::identity ? identity : pose);
   switch (warning.code) {
     case not_recognised:
-      return name + " is not recognised as a person (confidence " + percent_text(warning.value) +
-             "): the pose transfer network was used, which was trained on people in few poses";
+      return name + " is not recognised as a person (confidence " + percent_text(warning.value) + ")";
     case low_confidence:
       return name + " is recognised as a person with a low confidence of " + percent_text(warning.value);
     case no_surface:

@@ -31,7 +31,6 @@
 #include <npt/transfer/pose_transfer.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -108,13 +107,8 @@ inline BodyShape shape_of(const Character& character, const MotionSkeleton& skel
 /// The character's skeleton without a clip: joints where the mesh has them, bound in the body's rest. A joint's node is
 /// its number in Character::skeleton(). unit: metres in one of the mesh
 inline Motion motion_of(const Character& character, JointNames names = JointNames::vrm, double unit = 1) {
+  character.expect_recognised();
   const std::optional<SkinnedSkeleton> skeleton = named_skeleton(character, names);
-  if (!skeleton)
-    throw Error({.file = "character",
-                 .found = "one that is not recognised as a person (confidence " +
-                          std::to_string(std::lround(100 * character.confidence().value_or(0))) + " %)",
-                 .expected = "a person, to be given a skeleton",
-                 .code = ErrorCode::not_recognised});
   std::vector<Affine> rest = character.rest_motions();
   const double ground = bounding_box(character.positions()).low.y;
   const double low = internal::lowest_moved(*skeleton, character.positions(), rest);
