@@ -74,7 +74,7 @@ void add(const npt::BodyEstimator& estimator, const npt::BodyModel& body, std::s
   std::vector<float> xyz(3 * body.vertex_count());
   body.posed(betas, pose, xyz);
   const npt::BodyEstimate reading = estimator.read({.xyz = xyz, .triangles = body.triangles(), .name = "body"});
-  if (reading.confidence() < high) return;
+  if (reading.confidence < high) return;
   const npt::BodyFit& fit = reading.fit.body;
   const auto fitted = estimator.body().bone_motions(fit.betas, fit.axis_angles), real = body.bone_motions(betas, pose);
   Sample sample;

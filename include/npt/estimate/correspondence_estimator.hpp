@@ -19,6 +19,7 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/canonical_frame.hpp>
+#include <npt/estimate/confidence.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/io/safetensors.hpp>
@@ -71,7 +72,7 @@ class BasicCorrespondenceEstimator {
                                               return p.inputs.are({{"points", 3}, {"normals", 3}});
                                             },
                                             "a correspondence network, of points and normals"),
-                                        file.find_metadata("negatives") != nullptr);
+                                        ConfidenceModel::of(file));
   }
   BasicCorrespondenceEstimator(const SafetensorsFile& file, Exec executor)
       : BasicCorrespondenceEstimator(open(file, std::move(executor))) {}
@@ -96,16 +97,15 @@ class BasicCorrespondenceEstimator {
   }
 
   const engine::Core<float, Exec>& engine() const noexcept { return engine_; }
-  /// Whether it was trained to tell people from other things (metadata "knows_negatives"), whose points it then reads to
-  /// belong far from any body (examples/npt/training).
-  bool knows_negatives() const noexcept { return knows_negatives_; }
+  /// What tells from an estimate that was made by these weights whether it is right.
+  const ConfidenceModel& confidence() const noexcept { return confidence_; }
 
  private:
   /// Metres; of places in bodies that no training had.
   static constexpr double usual_spread = 0.05;
 
-  BasicCorrespondenceEstimator(engine::Core<float, Exec> engine, bool knows_negatives)
-      : engine_(std::move(engine)), knows_negatives_(knows_negatives) {}
+  BasicCorrespondenceEstimator(engine::Core<float, Exec> engine, const ConfidenceModel& confidence)
+      : engine_(std::move(engine)), confidence_(confidence) {}
 
   /// [turns][n] in metres.
   std::vector<std::vector<Vec3f>> places_of(std::span<const FitSurface::Sample> samples,
@@ -168,7 +168,7 @@ class BasicCorrespondenceEstimator {
   }
 
   engine::Core<float, Exec> engine_;
-  bool knows_negatives_ = false;
+  ConfidenceModel confidence_{};
 };
 
 using CorrespondenceEstimator = BasicCorrespondenceEstimator<>;

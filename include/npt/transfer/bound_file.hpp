@@ -32,7 +32,7 @@ namespace transfer::internal {
 /// The numbers of an estimate, in the file's order.
 template <class Estimate, class F>
 void for_each_number(Estimate& e, const F& f) {
-  f(e.centre.x), f(e.centre.y), f(e.centre.z), f(e.metres), f(e.disagreement);
+  f(e.centre.x), f(e.centre.y), f(e.centre.z), f(e.metres), f(e.confidence);
   f(e.fit.relative_distance), f(e.fit.mesh_explained), f(e.fit.body_explained), f(e.fit.correspondence_residual);
   f(e.fit.facing), f(e.fit.body.translation.x), f(e.fit.body.translation.y), f(e.fit.body.translation.z);
   f(e.fit.body.distance);
@@ -105,8 +105,7 @@ NPT_INLINE void save_bound(const BoundCharacter& character, TensorList& out) {
   out.add("estimate.axis_angles", e.fit.body.axis_angles);
   out.add("estimate.betas", e.fit.body.betas);
   out.add("estimate.part_distances", std::span<const double>(e.fit.part_distances), {e.fit.part_distances.size()});
-  const std::array<std::uint32_t, 3> flags{e.told ? 1U : 0U, character.fingers[0] ? 1U : 0U,
-                                           character.fingers[1] ? 1U : 0U};
+  const std::array<std::uint32_t, 2> flags{character.fingers[0] ? 1U : 0U, character.fingers[1] ? 1U : 0U};
   out.add("flags", std::span<const std::uint32_t>(flags), {flags.size()});
   out.add("body.axis_angles", character.body.axis_angles);
   out.add("hands", bends);
@@ -133,9 +132,8 @@ NPT_INLINE BoundCharacter load_bound(const SafetensorsFile& file, std::size_t jo
   e.fit.body.betas = expect_values<float>(file, "estimate.betas", shapes);
   const auto distances = expect_values<double>(file, "estimate.part_distances", e.fit.part_distances.size());
   std::copy(distances.begin(), distances.end(), e.fit.part_distances.begin());
-  const auto flags = expect_values<std::int64_t>(file, "flags", 3);
-  e.told = flags[0] != 0;
-  character.fingers = {flags[1] != 0, flags[2] != 0};
+  const auto flags = expect_values<std::int64_t>(file, "flags", 2);
+  character.fingers = {flags[0] != 0, flags[1] != 0};
   const auto hands = expect_values<double>(file, "hands", 2 * bends);
   i = 0;
   for_each_bend(e.hands, [&](double& x) { x = hands[i++]; });

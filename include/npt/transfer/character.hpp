@@ -111,7 +111,7 @@ class BasicCharacter {
                    .expected = "a recognised one: of others there is nothing to keep",
                    .code = ErrorCode::needs_recognition});
     TensorList tensors;
-    tensors.add_text("format", "npt character 1");
+    tensors.add_text("format", "npt character 2");
     tensors.add_text("domain", own_.domain_name);
     tensors.add("positions", std::span<const float>(xyz_), {vertex_count(), 3});
     std::vector<std::uint32_t> corners;

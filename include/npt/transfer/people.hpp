@@ -53,7 +53,7 @@ template <class>
 class BasicPersonEstimate final : public DomainEstimate {
  public:
   explicit BasicPersonEstimate(BodyEstimate estimate) : body(std::move(estimate)) {
-    confidence = body.confidence();
+    confidence = body.confidence;
     warnings = body.warnings();
     figure = body.figure;
   }

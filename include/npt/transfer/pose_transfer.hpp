@@ -621,11 +621,11 @@ Character BasicPoseTransfer<Exec>::load_character(const std::filesystem::path& p
   const SafetensorsFile file = SafetensorsFile::read(path);
   const std::string* format = file.find_metadata("format");
   const std::string* domain = file.find_metadata("domain");
-  if (format == nullptr || *format != "npt character 1" || domain == nullptr)
+  if (format == nullptr || *format != "npt character 2" || domain == nullptr)
     throw Error({.file = file.name(),
                  .place = "metadata",
                  .found = format == nullptr ? "no format" : "the format '" + *format + "'",
-                 .expected = "'npt character 1', as Character::save writes it"});
+                 .expected = "'npt character 2', as Character::save writes it"});
   std::size_t d = 0;
   while (d < domains_.size() && (domains_[d]->body == nullptr || domains_[d]->name != *domain)) ++d;
   if (d == domains_.size())

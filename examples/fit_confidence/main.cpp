@@ -1,0 +1,238 @@
+// Measures how right estimates are, for meshes whose joints are known and for things that are no person: a row of a
+// table for each. fit_confidence.py learns from it how the features of an estimate tell whether it is right.
+//
+//   npt_measure_estimates --rig knight.glb=chibi --rig robot.glb=robots --body mannequin=bodies --thing chair.obj=furniture
+//     examples/weights/human.safetensors table.csv
+//
+// Each file is followed by its family: files of one artist, base mesh or kind, which count as one. A rig is measured as
+// it is bound and in frames of its clips, a body in natural poses, a thing as it is and in frames of its clips.
+// Columns   name, family, person (0 or 1), error and worst_error: mean and largest distance of the joints that a limb or the
+//           neck begins with, by the height of the figure; features of the estimate; confidence; seconds
+#include <formats/read.hpp>
+#include <progress.hpp>
+
+#include <npt/base/as_span.hpp>
+#include <npt/base/default_executor.hpp>
+#include <npt/base/random.hpp>
+#include <npt/body/body_file.hpp>
+#include <npt/body/mannequin/mannequin.hpp>
+#include <npt/body/pose_sampler.hpp>
+#include <npt/body/skeleton.hpp>
+#include <npt/estimate/body_estimator.hpp>
+#include <npt/estimate/correspondence_estimator.hpp>
+#include <npt/estimate/fitted_body.hpp>
+#include <npt/io/file.hpp>
+#include <npt/io/safetensors.hpp>
+#include <npt/lab/rig/humanoid_joints.hpp>
+#include <npt/lab/rig/rig.hpp>
+#include <npt/mesh/points.hpp>
+#include <npt/mesh/triangles.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+struct Arguments {
+  std::filesystem::path weights, table;
+  std::vector<std::string> rigs, bodies, things;
+  std::size_t frames = 6;  // of each rig, beside its bind pose; of each body
+  std::uint64_t seed = 1;
+  int threads = 0;
+};
+
+/// A mesh, and where its joints are.
+struct Case {
+  std::string name, family;
+  bool person = true;
+  std::vector<float> xyz{};
+  std::vector<npt::Triangle> triangles{};
+  std::array<std::optional<npt::Vec3d>, npt::smpl_joint_count> joints{};
+  double height = 0;  // in its unit
+};
+using CaseMaker = std::function<Case()>;
+
+std::pair<std::string, std::string> file_and_family(const std::string& argument) {
+  const std::size_t sign = argument.rfind('=');
+  if (sign == std::string::npos)
+    throw npt::Error({.file = argument, .found = "a file without a family", .expected = "FILE=FAMILY"});
+  return {argument.substr(0, sign), argument.substr(sign + 1)};
+}
+
+/// Joints that every person has, and rigs put into about the same places.
+constexpr std::array measured_joints = npt::joint_indices(
+    npt::SmplJoint::left_hip, npt::SmplJoint::right_hip, npt::SmplJoint::left_knee, npt::SmplJoint::right_knee,
+    npt::SmplJoint::left_ankle, npt::SmplJoint::right_ankle, npt::SmplJoint::neck, npt::SmplJoint::left_shoulder,
+    npt::SmplJoint::right_shoulder, npt::SmplJoint::left_elbow, npt::SmplJoint::right_elbow, npt::SmplJoint::left_wrist,
+    npt::SmplJoint::right_wrist);
+
+Case posed_rig(const npt::Rig& rig, const npt::Clip* clip, double time, const npt::HumanoidJoints* joints) {
+  Case made;
+  const std::vector<npt::Affine> motions = rig.motions(clip, time);
+  for (std::size_t v = 0; v < rig.positions.size(); ++v) {
+    npt::Vec3d at;
+    for (std::size_t i = rig.weights.start[v]; i < rig.weights.start[v + 1]; ++i)
+      at += motions[rig.weights.column[i]](rig.positions[v].as<double>()) * static_cast<double>(rig.weights.value[i]);
+    for (const double x : {at.x, at.y, at.z}) made.xyz.push_back(static_cast<float>(x));
+  }
+  made.triangles = rig.triangles;
+  // Of the figure as it is bound, in the scene's unit.
+  std::vector<float> bound;
+  for (const npt::Vec3f p : rig.positions) bound.insert(bound.end(), {p.x, p.y, p.z});
+  const double grown = std::cbrt(std::abs(motions.front().linear.determinant()));
+  made.height = grown * npt::bounding_box(bound).longest_side();
+  if (joints == nullptr) return made;
+  for (const std::size_t j : measured_joints)
+    if (const std::size_t own = (*joints)[j]; own != npt::no_item)
+      made.joints[j] = motions[own](rig.joint_place(own));
+  return made;
+}
+
+void add_rig(const std::string& argument, bool person, const Arguments& arguments, std::vector<CaseMaker>& cases) {
+  const auto [file, family] = file_and_family(argument);
+  const std::string name = std::filesystem::path(file).stem().string();
+  const auto rig = std::make_shared<const npt::Rig>(npt::make_rig(formats::read_scene(file), file));
+  std::shared_ptr<const npt::HumanoidJoints> joints;
+  if (person) joints = std::make_shared<const npt::HumanoidJoints>(npt::humanoid_joints(*rig));
+  npt::Random random(arguments.seed);
+  for (std::size_t f = 0; f <= arguments.frames; ++f) {
+    const auto& clips = rig->scene.clips;
+    if (f > 0 && clips.empty()) return;
+    const npt::Clip* clip = f == 0 ? nullptr : &clips[random.below(static_cast<std::uint32_t>(clips.size()))];
+    const double time = clip == nullptr ? 0 : random.uniform() * clip->length();
+    cases.emplace_back([=, family = family] {
+      Case made = posed_rig(*rig, clip, time, joints.get());
+      made.name = name + (clip == nullptr ? "" : " " + clip->name + " " + std::to_string(time));
+      made.family = family;
+      made.person = person;
+      return made;
+    });
+  }
+}
+
+void add_body(const std::string& argument, const Arguments& arguments, std::vector<CaseMaker>& cases) {
+  const auto [file, family] = file_and_family(argument);
+  const std::shared_ptr<const npt::BodyModel> body =
+      file == "mannequin" ? npt::borrowed(npt::mannequin())
+                          : std::make_shared<const npt::BodyModel>(npt::load_body(file));
+  npt::Random random(arguments.seed);
+  for (std::size_t f = 0; f < arguments.frames; ++f) {
+    const auto shape = npt::sample_shape(random, body->shape_count());
+    const auto pose = npt::sample_pose(random, f % 3 == 2 ? npt::PoseDistribution::wide : npt::PoseDistribution::natural);
+    cases.emplace_back([=, name = std::filesystem::path(file).stem().string() + " " + std::to_string(f), family = family] {
+      Case made{.name = name, .family = family};
+      made.xyz.resize(3 * body->vertex_count());
+      body->posed(shape, pose, made.xyz);
+      made.triangles.assign(body->triangles().begin(), body->triangles().end());
+      const std::vector<npt::Vec3d> rest = body->joints(shape);
+      const std::vector<npt::Rigid> motions = body->bone_motions(shape, pose);
+      for (const std::size_t j : measured_joints) made.joints[j] = motions[j](rest[j]);
+      made.height = 1.7;
+      return made;
+    });
+  }
+}
+
+void add_thing(const std::string& argument, const Arguments& arguments, std::vector<CaseMaker>& cases) {
+  const auto [file, family] = file_and_family(argument);
+  if (formats::is_scene(file)) try {
+      return add_rig(argument, false, arguments, cases);
+    } catch (const npt::Error&) {  // no rig
+    }
+  cases.emplace_back([file = file, family = family] {
+    const npt::Mesh mesh = formats::read_mesh(file);
+    Case made{.name = std::filesystem::path(file).stem().string(), .family = family, .person = false};
+    made.xyz.assign(mesh.coordinates().begin(), mesh.coordinates().end());
+    made.triangles = npt::triangulate(mesh);
+    return made;
+  });
+}
+
+std::string row_of(const Case& of, const npt::BodyEstimator& estimator) {
+  const auto start = std::chrono::steady_clock::now();
+  const npt::BodyEstimate estimate = estimator.read({of.xyz, of.triangles, of.name});
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  const bool has_body = !estimate.fit.body.axis_angles.empty();
+  double sum = 0, worst = 0, count = 0;
+  if (of.person && has_body) {
+    const std::vector<npt::Vec3d> fitted = npt::fitted_joints(estimator.body(), estimate.fit.body);
+    for (std::size_t j = 0; j < of.joints.size(); ++j)
+      if (of.joints[j]) {
+        const npt::Vec3d place = fitted[j] * (1 / estimate.metres) + estimate.centre;
+        const double off = length(place - *of.joints[j]) / of.height;
+        sum += off, worst = std::max(worst, off), ++count;
+      }
+  }
+  std::string name = of.name;
+  std::ranges::replace(name, ',', ';');
+  std::string row = name + "," + of.family + (of.person ? ",1" : ",0");
+  const auto add = [&row](double x) {
+    char text[32];
+    std::snprintf(text, sizeof text, ",%.6g", x);
+    row += text;
+  };
+  add(count > 0 ? sum / count : 1), add(count > 0 ? worst : 1);
+  for (const double feature : estimate.features()) add(feature);
+  add(has_body ? 1 : 0), add(estimate.confidence), add(seconds.count());
+  return row + '\n';
+}
+
+void run(const Arguments& arguments) {
+  std::vector<CaseMaker> cases;
+  for (const std::string& rig : arguments.rigs) add_rig(rig, true, arguments, cases);
+  for (const std::string& body : arguments.bodies) add_body(body, arguments, cases);
+  for (const std::string& thing : arguments.things) add_thing(thing, arguments, cases);
+  const npt::SafetensorsFile file = npt::SafetensorsFile::read(arguments.weights);
+  const npt::BodyEstimator estimator(
+      npt::CorrespondenceEstimator(npt::correspondence_part(file), npt::DefaultExecutor(1)));
+  std::vector<std::string> rows(cases.size());
+  program::Progress progress("meshes", cases.size());
+  std::mutex mutex;
+  npt::DefaultExecutor(arguments.threads).for_each(static_cast<int>(cases.size()), [&](int i, int) {
+    rows[static_cast<std::size_t>(i)] = row_of(cases[static_cast<std::size_t>(i)](), estimator);
+    const std::lock_guard lock(mutex);
+    progress.advance();
+  });
+  std::string table = "name,family,person,error,worst_error";
+  for (const char* name : npt::ConfidenceModel::names) table += std::string(",") + name;
+  table += ",has_body,confidence,seconds\n";
+  for (const std::string& row : rows) table += row;
+  npt::write_file(arguments.table, table);
+}
+
+}  // namespace
+
+int main(int count, char** values) try {
+  Arguments arguments;
+  CLI::App app("Measures how right estimates are, for fit_confidence.py");
+  app.add_option("WEIGHTS", arguments.weights, "Weights with a correspondence network (.safetensors)")->required();
+  app.add_option("TABLE", arguments.table, "A row for each mesh (.csv)")->required();
+  app.add_option("--rig", arguments.rigs, "Rigged person, FILE=FAMILY (repeated)");
+  app.add_option("--body", arguments.bodies, "Body model in SMPL's layout or mannequin, FILE=FAMILY (repeated)");
+  app.add_option("--thing", arguments.things, "What is no person: a mesh or a rig, FILE=FAMILY (repeated)");
+  app.add_option("--frames", arguments.frames, "Of each rig and body")->capture_default_str();
+  app.add_option("--seed", arguments.seed, "Of frames, poses and shapes")->capture_default_str();
+  app.add_option("--threads", arguments.threads, "0: all")->capture_default_str();
+  CLI11_PARSE(app, count, values);
+  run(arguments);
+  return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "npt_measure_estimates: error: %s\n", error.what());
+  return 1;
+}
