@@ -99,8 +99,7 @@ Case posed_rig(const npt::Rig& rig, const npt::Clip* clip, double time, const np
   made.height = grown * npt::bounding_box(bound).longest_side();
   if (joints == nullptr) return made;
   for (const std::size_t j : measured_joints)
-    if (const std::size_t own = (*joints)[j]; own != npt::no_item)
-      made.joints[j] = motions[own](rig.joint_place(own));
+    if (const std::size_t own = (*joints)[j]; own != npt::no_item) made.joints[j] = motions[own](rig.joint_place(own));
   return made;
 }
 
@@ -128,24 +127,26 @@ void add_rig(const std::string& argument, bool person, const Arguments& argument
 
 void add_body(const std::string& argument, const Arguments& arguments, std::vector<CaseMaker>& cases) {
   const auto [file, family] = file_and_family(argument);
-  const std::shared_ptr<const npt::BodyModel> body =
-      file == "mannequin" ? npt::borrowed(npt::mannequin())
-                          : std::make_shared<const npt::BodyModel>(npt::load_body(file));
+  const std::shared_ptr<const npt::BodyModel> body = file == "mannequin"
+                                                         ? npt::borrowed(npt::mannequin())
+                                                         : std::make_shared<const npt::BodyModel>(npt::load_body(file));
   npt::Random random(arguments.seed);
   for (std::size_t f = 0; f < arguments.frames; ++f) {
     const auto shape = npt::sample_shape(random, body->shape_count());
-    const auto pose = npt::sample_pose(random, f % 3 == 2 ? npt::PoseDistribution::wide : npt::PoseDistribution::natural);
-    cases.emplace_back([=, name = std::filesystem::path(file).stem().string() + " " + std::to_string(f), family = family] {
-      Case made{.name = name, .family = family};
-      made.xyz.resize(3 * body->vertex_count());
-      body->posed(shape, pose, made.xyz);
-      made.triangles.assign(body->triangles().begin(), body->triangles().end());
-      const std::vector<npt::Vec3d> rest = body->joints(shape);
-      const std::vector<npt::Rigid> motions = body->bone_motions(shape, pose);
-      for (const std::size_t j : measured_joints) made.joints[j] = motions[j](rest[j]);
-      made.height = 1.7;
-      return made;
-    });
+    const auto pose =
+        npt::sample_pose(random, f % 3 == 2 ? npt::PoseDistribution::wide : npt::PoseDistribution::natural);
+    cases.emplace_back(
+        [=, name = std::filesystem::path(file).stem().string() + " " + std::to_string(f), family = family] {
+          Case made{.name = name, .family = family};
+          made.xyz.resize(3 * body->vertex_count());
+          body->posed(shape, pose, made.xyz);
+          made.triangles.assign(body->triangles().begin(), body->triangles().end());
+          const std::vector<npt::Vec3d> rest = body->joints(shape);
+          const std::vector<npt::Rigid> motions = body->bone_motions(shape, pose);
+          for (const std::size_t j : measured_joints) made.joints[j] = motions[j](rest[j]);
+          made.height = 1.7;
+          return made;
+        });
   }
 }
 

@@ -1,57 +1,65 @@
 #include <doctest/doctest.h>
 
 #include <npt/estimate/body_estimate.hpp>
+#include <npt/estimate/confidence.hpp>
 
+#include <cstddef>
+#include <string>
 #include <vector>
 
-TEST_CASE("confidence: distance counts less where the reader tells people, shapes that nobody has count against") {
-  npt::BodyEstimate reading;
-  CHECK(reading.confidence() == 0);
-  reading.fit.body.axis_angles.assign(72, 0.0F);
-  reading.fit.body.betas.assign(26, 1.0F);
-  reading.fit.mesh_explained = reading.fit.body_explained = 0.9;
-  reading.fit.correspondence_residual = 0.08;
-  reading.fit.relative_distance = 0.005;
-  CHECK(reading.confidence() == doctest::Approx(0.9));
-  reading.fit.relative_distance = 0.0165;  // a robot
-  CHECK(reading.confidence() == doctest::Approx(0.9 * 0.35));
-  reading.told = true;
-  CHECK(reading.confidence() > 0.6);
-  CHECK(reading.confidence() < 0.85);
-  reading.fit.correspondence_residual = 0.18;  // and its parts don't agree
-  CHECK(reading.confidence() < 0.6);
-  reading.fit.correspondence_residual = 0.08;
-  reading.disagreement = 0.06;  // nor what is read from several sides
-  CHECK(reading.confidence() < 0.6);
-  reading.fit.mesh_explained = reading.fit.body_explained = 0.98;  // but the body lies in it
-  CHECK(reading.confidence() > 0.6);
-  reading.fit.mesh_explained = reading.fit.body_explained = 0.9;
-  reading.disagreement = 0;
-  reading.fit.relative_distance = 0.005;
-  CHECK(reading.warnings().empty());
-  reading.fit.body.betas.assign(26, 4.5F);
-  CHECK(reading.confidence() > 0.85);
-  CHECK(reading.warnings() == std::vector{npt::WarningCode::unusual_proportions});
-  reading.fit.body.betas.assign(26, 8.0F);
-  CHECK(reading.confidence() == 0);
+namespace {
+
+/// Of a person who was read well.
+npt::BodyEstimate usual_estimate() {
+  npt::BodyEstimate estimate;
+  estimate.fit.body.axis_angles.assign(72, 0.0F);
+  estimate.fit.body.betas.assign(26, 1.0F);
+  estimate.fit.mesh_explained = estimate.fit.body_explained = 0.98;
+  estimate.fit.correspondence_residual = 0.04;
+  estimate.fit.relative_distance = 0.005;
+  estimate.fit.part_distances.fill(0.005);
+  estimate.disagreement = 0.02;
+  estimate.contradiction = 0.03;
+  return estimate;
 }
 
-TEST_CASE("a body of usual shape that lies close is one, however it was read") {
-  npt::BodyEstimate reading;
-  reading.told = true;
-  reading.fit.body.axis_angles.assign(72, 0.0F);
-  reading.fit.body.betas.assign(26, 3.0F);
-  reading.fit.mesh_explained = reading.fit.body_explained = 0.945;
-  reading.fit.correspondence_residual = 0.17;
-  reading.disagreement = 0.12;
-  reading.fit.relative_distance = 0.011;  // a knight who rolls
-  CHECK(reading.confidence() > 0.6);
-  CHECK(reading.confidence() < 0.85);
-  reading.fit.body.betas.assign(26, 5.5F);  // a thing
-  CHECK(reading.confidence() < 0.6);
-  reading.fit.body.betas.assign(26, 3.0F);
-  reading.fit.relative_distance = 0.013;
-  CHECK(reading.confidence() == 0);
+}  // namespace
+
+TEST_CASE("each feature grows with what speaks against an estimate") {
+  const auto features = usual_estimate().features();
+  const auto only_grows = [&](const char* name, const auto& change) {
+    npt::BodyEstimate worse = usual_estimate();
+    change(worse);
+    const auto changed = worse.features();
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      INFO(name << " " << npt::ConfidenceModel::names[i]);
+      if (std::string(name) == npt::ConfidenceModel::names[i])
+        CHECK(changed[i] > features[i] + 0.1);
+      else
+        CHECK(changed[i] == features[i]);
+    }
+  };
+  only_grows("residual", [](auto& e) { e.fit.correspondence_residual *= 2; });
+  only_grows("disagreement", [](auto& e) { e.disagreement *= 2; });
+  only_grows("distance", [](auto& e) { e.fit.relative_distance *= 2; });
+  only_grows("uncovered", [](auto& e) { e.fit.mesh_explained = 0.8; });
+  only_grows("oddity", [](auto& e) { e.fit.body.betas.assign(26, 3.0F); });
+  only_grows("arms", [](auto& e) { e.fit.part_distances[npt::joint_index(npt::SmplJoint::left_elbow)] *= 3; });
+  only_grows("legs", [](auto& e) { e.fit.part_distances[npt::joint_index(npt::SmplJoint::right_knee)] *= 3; });
+  only_grows("contradiction", [](auto& e) { e.contradiction *= 2; });
+}
+
+TEST_CASE("limbs in doubt and odd proportions are told of where confidence isn't high") {
+  npt::BodyEstimate estimate = usual_estimate();
+  CHECK(estimate.likeness() > 0.9);
+  estimate.fit.part_distances[npt::joint_index(npt::SmplJoint::left_elbow)] = 0.02;
+  estimate.fit.body.betas.assign(26, 4.5F);
+  estimate.confidence = 0.9;
+  CHECK(estimate.warnings().empty());
+  estimate.confidence = 0.7;
+  CHECK(estimate.warnings() == std::vector{npt::WarningCode::arms_uncertain, npt::WarningCode::unusual_proportions});
+  estimate.fit.body.betas.assign(26, 8.0F);
+  CHECK(estimate.likeness() == 0);
 }
 
 TEST_CASE("vertices in the body's coordinates: about the centre, in metres; a mesh without a body is refused") {

@@ -25,17 +25,6 @@ TEST_CASE("a million small errors are summed without loss") {
   CHECK(npt::pmd(zero, small) == 3 * 0x1p-24);
 }
 
-TEST_CASE("the change of edges is weighed by their lengths, and none without triangles") {
-  const std::array<float, 9> before = {0, 0, 0, 3, 0, 0, 0, 4, 0}, after = {0, 0, 0, 6, 0, 0, 0, 8, 0};
-  const std::array<npt::Triangle, 1> triangles = {{{0, 1, 2}}};
-  CHECK(npt::edge_change(before, after, triangles) == 1);
-  CHECK(npt::edge_change(before, before, triangles) == 0);
-  CHECK(npt::edge_change(before, std::array<float, 9>{0, 0, 0, 3, 0, 0, 0, 4, 5}, triangles) ==
-        doctest::Approx((std::sqrt(41.0) - 4 + std::sqrt(50.0) - 5) / 12));
-  CHECK(npt::edge_change(before, after, {}) == 0);
-  CHECK(std::isnan(npt::edge_change(before, std::array<float, 9>{NAN, 0, 0, 3, 0, 0, 0, 4, 0}, triangles)));
-}
-
 TEST_CASE("different counts, half vertices and none are errors") {
   const std::vector<float> none, half(4);
   CHECK_THROWS_WITH(npt::pmd(points_here, std::array<float, 3>{}),

@@ -45,8 +45,8 @@ TEST_CASE("a person takes another's natural pose to 3 cm, whatever direction bot
   const Person a(1), b(2);  // 21, 19 of 88 mm remain; of the slower 4 and 5, 39, 47 of 91
   const npt::BoundCharacter character = transfer.bind(a.view());
   const npt::BodyEstimate reading = transfer.read(b.view());
-  CHECK(character.estimate.confidence() > 0.85);
-  CHECK(reading.confidence() > 0.85);
+  CHECK(character.estimate.confidence > 0.85);
+  CHECK(reading.confidence > 0.85);
   std::vector<float> result(a.mesh.coordinates().size());
   transfer.pose(character, reading, result);
   const npt::Mesh truth = npt::to_mesh(npt::mannequin(), a.betas, b.pose);
@@ -57,7 +57,7 @@ TEST_CASE("a person takes another's natural pose to 3 cm, whatever direction bot
   for (npt::Vec3f& p : far.positions) p = p * 100.0F + npt::Vec3f{512, 0, -256};
   const npt::BodyEstimate other = transfer.read({far.coordinates(), npt::mannequin().triangles(), "far"});
   CHECK(other.metres == doctest::Approx(reading.metres / 100).epsilon(1e-4));
-  CHECK(other.confidence() == doctest::Approx(reading.confidence()).epsilon(0.05));
+  CHECK(other.confidence == doctest::Approx(reading.confidence).epsilon(0.05));
 }
 
 TEST_CASE("a skeleton's motions, blended by all weights, are the pose; its joints lie in the mesh and have names") {

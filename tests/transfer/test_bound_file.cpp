@@ -18,7 +18,7 @@ constexpr std::size_t joints = 24, shapes = 3;
 /// Two vertices, the first on two joints; each number another one.
 npt::BoundCharacter small_character() {
   npt::BoundCharacter c;
-  c.estimate.centre = {1, 2, 3}, c.estimate.metres = 0.01, c.estimate.told = true;
+  c.estimate.centre = {1, 2, 3}, c.estimate.metres = 0.01, c.estimate.confidence = 0.9;
   c.estimate.fit.relative_distance = 1.0 / 3, c.estimate.fit.facing = -1;
   c.estimate.fit.body.betas = {0.1F, -0.2F, 0.3F};
   for (int i = 0; i < 72; ++i) c.estimate.fit.body.axis_angles.push_back(0.01F * static_cast<float>(i));
@@ -51,7 +51,7 @@ TEST_CASE("a bound character comes back with every bit") {
   const npt::BoundCharacter c = small_character(), back = npt::load_bound(file_of(folder / "c.npt", c), joints, shapes);
   CHECK(back.estimate.centre == c.estimate.centre);
   CHECK(back.estimate.metres == c.estimate.metres);
-  CHECK(back.estimate.told);
+  CHECK(back.estimate.confidence == 0.9);
   CHECK(back.estimate.fit.relative_distance == c.estimate.fit.relative_distance);
   CHECK(back.estimate.fit.facing == c.estimate.fit.facing);
   CHECK(back.estimate.fit.body.betas == c.estimate.fit.body.betas);

@@ -92,7 +92,7 @@ TEST_CASE("a truncated or damaged file is an error that names it") {
   write(file, damaged);
   CHECK(load().file.find("hero.npt") != std::string::npos);
   damaged = bytes;
-  damaged.replace(damaged.find("npt character 1"), 15, "npt character 9");
+  damaged.replace(damaged.find("npt character 2"), 15, "npt character 9");
   write(file, damaged);
   CHECK(load().found == "the format 'npt character 9'");
   CHECK(shipped::error_of([&] { (void)shipped::human().load_character(folder / "none.npt"); }).file.find("none.npt") !=

@@ -52,7 +52,8 @@ TEST_CASE("people are posed by body estimation, and the report says so") {
   CHECK(worst < 0.05);
 }
 
-TEST_CASE("a mesh that isn't recognised is refused, whichever it is and whatever its size, unless a method is asked for") {
+TEST_CASE(
+    "a mesh that isn't recognised is refused, whichever it is and whatever its size, unless a method is asked for") {
   npt::Mesh ball = support::bumpy_sphere(20, 30, 0.2, true);
   const npt::Mesh person = posed_person(1.0F);
   const npt::PoseTransfer transfer = open_with(npt::Method::automatic);
@@ -63,7 +64,8 @@ TEST_CASE("a mesh that isn't recognised is refused, whichever it is and whatever
     } catch (const npt::Error& error) {
       CHECK(error.code() == npt::ErrorCode::not_recognised);
       CHECK(error.remedy() == npt::Remedy::choose_method);
-      CHECK(std::string(error.what()).find(name + ": found a mesh that is not recognised as a person (confidence") == 0);
+      CHECK(std::string(error.what()).find(name + ": found a mesh that is not recognised as a person (confidence") ==
+            0);
       CHECK(std::string(error.what()).find("--") == std::string::npos);
     }
   };

@@ -19,9 +19,8 @@ TEST_CASE("every warning names its mesh, and no text names an option of a progra
       CHECK(text.size() > 20);
       CHECK(text.find("--") == std::string::npos);
     }
-  CHECK(
-      npt::text_of({WarningCode::not_recognised, MeshRole::pose, 0.25}, "a.ply", "b.ply") ==
-      "b.ply is not recognised as a person (confidence 25 %)");
+  CHECK(npt::text_of({WarningCode::not_recognised, MeshRole::pose, 0.25}, "a.ply", "b.ply") ==
+        "b.ply is not recognised as a person (confidence 25 %)");
   CHECK(npt::text_of({WarningCode::unit_assumed, MeshRole::identity, 0.01}, "a.ply", "b.ply") ==
         "a.ply is taken to be in centimetres, by its size");
 }

@@ -259,8 +259,8 @@ void fit_panels(Scene& scene, std::span<const Panel> panels, const std::vector<s
       grow(width, shrink * picture->width);
       grow(height, shrink * picture->height);
     } else if (panels[i].mesh != nullptr) {
-      grow(width, scale * double{groups[i / group].across[i % group].size()} + border);
-      grow(height, scale * double{rows[grid.row_of(i)].size()} + border);
+      grow(width, scale * static_cast<double>(groups[i / group].across[i % group].size()) + border);
+      grow(height, scale * static_cast<double>(rows[grid.row_of(i)].size()) + border);
     }
   }
   for (std::size_t i = 0; i < panels.size(); ++i)

@@ -34,9 +34,7 @@ std::vector<std::uint32_t> drawn_vertices(const npt::Mesh& mesh, const std::vect
 }
 
 /// Turned so that y is up; in double, because a mesh may stand far from its origin.
-Vec3d upright(Vec3f p, UpAxis up) {
-  return up == UpAxis::y ? p.as<double>() : Vec3d{p.x, p.z, -static_cast<double>(p.y)};
-}
+Vec3d upright(Vec3f p, UpAxis up) { return up == UpAxis::y ? p.as<double>() : Vec3f{p.x, p.z, -p.y}.as<double>(); }
 
 struct Extent {
   Vec3d origin;       ///< comes to stand at the world's origin

@@ -27,7 +27,7 @@ const stbtt_fontinfo& font() {
   return loaded;
 }
 
-double scale_of(double size) { return double{stbtt_ScaleForMappingEmToPixels(&font(), 1)} * em * size; }
+double scale_of(double size) { return static_cast<double>(stbtt_ScaleForMappingEmToPixels(&font(), 1)) * em * size; }
 
 /// The text as ASCII; a character of UTF-8 beyond it is one '?'.
 std::string printable(std::string_view text) {

@@ -164,8 +164,8 @@ class CorrespondenceSampler final : public SampleSource {
     std::vector<Vec3f> points, normals;
   };
   /// piece: no more than what lies about one of the person's points.
-  void draw_person(Random& choice, Random& shape, Random& angles, Random& order, Random& more, std::size_t n, bool piece,
-                   Scratch& scratch) const {
+  void draw_person(Random& choice, Random& shape, Random& angles, Random& order, Random& more, std::size_t n,
+                   bool piece, Scratch& scratch) const {
     const std::size_t first = pick_body(choice);
     const bool plain = choice.uniform() < options_.plain;
     std::array<std::size_t, limb_count> limbs;

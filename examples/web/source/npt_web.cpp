@@ -474,9 +474,10 @@ NPT_WEB int web_write_animation(const Animation* animation, const Mesh* mesh, co
                                 const double* times) {
   return guarded(0, [&] {
     const npt::Animation& frames = animation->finished;
-    const double metres = fs::path(path).extension() == ".glb"
-                              ? npt::output_unit(animation->character.owner.transfer, animation->character.character, mesh->in_metres)
-                              : 1;
+    const double metres =
+        fs::path(path).extension() == ".glb"
+            ? npt::output_unit(animation->character.owner.transfer, animation->character.character, mesh->in_metres)
+            : 1;
     npt::write_scene(path, npt::animation_scene(mesh->mesh, fs::path(mesh->name).stem().string(), frames, clip,
                                                 {times, frames.positions.size()}, metres));
     return 1;

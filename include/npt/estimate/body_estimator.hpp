@@ -168,8 +168,8 @@ class BasicBodyEstimator {
 
   /// Of characters whose limbs are thick or short, surfaces alone choose wrongly: what the network says of the mesh as it
   /// stands now is fitted, too, and the fit that contradicts it least is kept. first: before limbs were searched
-  void look_from_front(const FitSurface& surface, std::span<const FitSurface::Sample> samples, const BodyEstimate& first,
-                       BodyEstimate& reading) const {
+  void look_from_front(const FitSurface& surface, std::span<const FitSurface::Sample> samples,
+                       const BodyEstimate& first, BodyEstimate& reading) const {
     const auto take = [&](BodyEstimate other) {
       if (other.fit.body.axis_angles.empty()) return;
       other.contradiction = contradiction_of(samples, other);

@@ -26,8 +26,8 @@ struct ConfidenceModel {
   static constexpr std::size_t feature_count = 8;
   using Features = std::array<double, feature_count>;
   /// Of the features, in their order.
-  static constexpr std::array<const char*, feature_count> names{"residual", "disagreement", "distance", "uncovered",
-                                                                "oddity",   "arms",         "legs",     "contradiction"};
+  static constexpr std::array<const char*, feature_count> names{
+      "residual", "disagreement", "distance", "uncovered", "oddity", "arms", "legs", "contradiction"};
 
   /// Of the features, and the constant: those of the shipped network, for weights that say nothing.
   std::array<double, feature_count + 1> weights{-1, -1, -1, -1, -1, 0, 0, -2, -15};

@@ -9,11 +9,9 @@
 #include <npt/base/error.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/points.hpp>
-#include <npt/mesh/triangles.hpp>
 
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -55,23 +53,5 @@ NPT_INLINE double pmd_per_coordinate(std::span<const float> a, std::span<const f
 
 /// The root of a PMD in square metres, in millimetres.
 NPT_INLINE double root_pmd_mm(double pmd_in_square_metres) { return 1000 * std::sqrt(pmd_in_square_metres); }
-
-/// How torn or crushed a mesh is by what moved its vertices: |change of length| summed over the triangles' edges, by
-/// the sum of lengths before. A person who takes another pose has 0.02 to 0.05, one that the network moves 0.12 to
-/// 0.35. 0 without triangles; NaN where an edge has one.
-/// Requires  triangles of numbers below V
-NPT_INLINE double edge_change(std::span<const float> before, std::span<const float> after,
-                              std::span<const Triangle> triangles) {
-  expect_comparable(after, before);
-  double change = 0, all = 0;
-  for (const Triangle& t : triangles)
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-      const double was = length(point_at(before, a) - point_at(before, b));
-      change += std::abs(length(point_at(after, a) - point_at(after, b)) - was);
-      all += was;
-    }
-  return all > 0 ? change / all : 0;
-}
 
 }  // namespace npt::inline NPT_ABI
