@@ -77,33 +77,19 @@ struct BasicBodyEstimate {
   /// What tells whether the estimate is right, in the order of ConfidenceModel::names: logarithms, so that a factor
   /// counts the same everywhere, from where differences don't matter on.
   ConfidenceModel::Features features() const {
-    return {std::log(fit.correspondence_residual + 0.01),
-            std::log(disagreement + 0.005),
-            std::log(fit.relative_distance + 0.001),
-            std::log(1.01 - fit.confidence()),
-            std::log(1 + shape_oddity() / 100),
-            std::log(std::max(1.0, relative_distance_of(LimbPair::arms))),
-            std::log(std::max(1.0, relative_distance_of(LimbPair::legs))),
-            std::log(contradiction + 0.01)};
-  }
-  /// Of the part of a pair that is farthest from the surface, by the median of all parts.
-  double relative_distance_of(LimbPair pair) const {
-    std::array<double, smpl_joint_count> all = fit.part_distances;
-    return farthest_of(pair) / std::max(1e-3, median(std::span<double>(all)));
-  }
-  double farthest_of(LimbPair pair) const {
-    using enum SmplJoint;
-    const auto worst = [&](auto... joints) { return std::max({fit.part_distances[joint_index(joints)]...}); };
-    return pair == LimbPair::legs
-               ? worst(left_hip, right_hip, left_knee, right_knee, left_ankle, right_ankle)
-               : worst(left_shoulder, right_shoulder, left_elbow, right_elbow, left_wrist, right_wrist);
+    return {std::log(disagreement + 0.005), std::log(1 + shape_oddity() / 100), std::log(contradiction + 0.01)};
   }
   /// Whether an arm or a leg is that much farther from the surface than the other parts that it may be in the wrong
   /// place. Of 300 mannequins read right 18 are in doubt; of 60 people of another model's shapes 4, one of them
   /// rightly.
   bool doubtful(LimbPair pair) const {
+    using enum SmplJoint;
     std::array<double, smpl_joint_count> all = fit.part_distances;
-    return farthest_of(pair) > std::max(0.003, 1.7 * median(std::span<double>(all)));
+    const auto worst = [&all](auto... joints) { return std::max({all[joint_index(joints)]...}); };
+    const double off = pair == LimbPair::legs
+                           ? worst(left_hip, right_hip, left_knee, right_knee, left_ankle, right_ankle)
+                           : worst(left_shoulder, right_shoulder, left_elbow, right_elbow, left_wrist, right_wrist);
+    return off > std::max(0.003, 1.7 * median(std::span<double>(all)));
   }
   /// The body's own vertical axis, from pelvis to chest, in the mesh's coordinates; unit.
   Vec3d up() const { return fit.body.axis_angles.empty() ? Vec3d{0, 1, 0} : joint_rotation(0) * Vec3d{0, 1, 0}; }

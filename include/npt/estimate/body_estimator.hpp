@@ -160,30 +160,30 @@ class BasicBodyEstimator {
     return reading;
   }
 
-  /// Below it nothing is looked at again: of 60 people in clothes and without 0.02 to 0.06, of wrong fits 0.07 and more.
+  /// Below it nothing is looked at again: people in clothes and without have 0.02 to 0.06, wrong fits 0.07 and more.
   static constexpr double clear_contradiction = 0.06;
-  /// By how much less another fit has to contradict what is read: of 78 characters in poses this lets the one wrong one
-  /// of two through that 0.95 does.
-  static constexpr double clearly = 0.9;
 
   /// Of characters whose limbs are thick or short, surfaces alone choose wrongly: what the network says of the mesh as it
-  /// stands now is fitted, too, and the fit that contradicts it least is kept. first: before limbs were searched
+  /// stands now is fitted, too, and the fit stays whose contradiction times distance is clearly the least. By
+  /// contradiction alone one of 84 people in the accuracy tests loses a leg. first: before limbs were searched
+  /// Measured with one network: joints within 5 % of the height in 45 of 75 moments of odd characters before, 55 after.
   void look_from_front(const FitSurface& surface, std::span<const FitSurface::Sample> samples,
                        const BodyEstimate& first, BodyEstimate& reading) const {
+    constexpr double clearly = 0.9;
+    const auto off = [](const BodyEstimate& e) { return e.contradiction * e.fit.relative_distance; };
     const auto take = [&](BodyEstimate other) {
-      if (other.fit.body.axis_angles.empty()) return;
+      if (other.fit.body.axis_angles.empty()) return false;
       other.contradiction = contradiction_of(samples, other);
-      if (other.contradiction < clearly * reading.contradiction) reading = std::move(other);
+      if (off(other) > clearly * off(reading)) return false;
+      reading = std::move(other);
+      return true;
     };
     take(first);
     for (int round = 0; round < 2; ++round) {
-      const double before = reading.contradiction;
       BodyEstimate other = reading;
       const Matrix3 upright = reading.joint_rotation(0).transposed();
-      const auto seen = reader_.read(samples, {.turns = 1, .upright = upright});
-      fit(surface, seen, other);
-      take(std::move(other));
-      if (reading.contradiction == before) return;
+      fit(surface, reader_.read(samples, {.turns = 1, .upright = upright}), other);
+      if (!take(std::move(other))) return;
     }
   }
 
