@@ -18,7 +18,6 @@ npt::BodyEstimate usual_estimate() {
   estimate.fit.correspondence_residual = 0.04;
   estimate.fit.relative_distance = 0.005;
   estimate.fit.part_distances.fill(0.005);
-  estimate.disagreement = 0.02;
   estimate.contradiction = 0.03;
   return estimate;
 }
@@ -39,7 +38,6 @@ TEST_CASE("each feature grows with what speaks against an estimate") {
         CHECK(changed[i] == features[i]);
     }
   };
-  only_grows("disagreement", [](auto& e) { e.disagreement *= 2; });
   only_grows("oddity", [](auto& e) { e.fit.body.betas.assign(26, 3.0F); });
   only_grows("contradiction", [](auto& e) { e.contradiction *= 2; });
 }

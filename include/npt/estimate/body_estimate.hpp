@@ -45,9 +45,6 @@ struct BasicBodyEstimate {
   std::vector<bool> figure{};                 ///< [T] the triangles that are the body's; empty: all
   std::size_t followed = 0;                   ///< how many frames ago a mesh of the sequence was read for itself
   double confidence = 0;                      ///< ConfidenceModel of features()
-  /// Metres between what was read of a point in several turns about the vertical axis: the median distance from the
-  /// reading in the middle, and of these the points' median.
-  double disagreement = 0;
   /// Metres between where a point is read to belong, once the mesh is turned to stand upright and to face +z as the fitted
   /// body says, and where the fitted body has it: the mean, each counted up to `most_contradiction`.
   double contradiction = 0;
@@ -77,7 +74,7 @@ struct BasicBodyEstimate {
   /// What tells whether the estimate is right, in the order of ConfidenceModel::names: logarithms, so that a factor
   /// counts the same everywhere, from where differences don't matter on.
   ConfidenceModel::Features features() const {
-    return {std::log(disagreement + 0.005), std::log(1 + shape_oddity() / 100), std::log(contradiction + 0.01)};
+    return {std::log(1 + shape_oddity() / 100), std::log(contradiction + 0.01)};
   }
   /// Whether an arm or a leg is that much farther from the surface than the other parts that it may be in the wrong
   /// place. Of 300 mannequins read right 18 are in doubt; of 60 people of another model's shapes 4, one of them

@@ -108,7 +108,6 @@ class BasicBodyEstimator {
     }
     BodyEstimate reading;
     reading.followed = frame;
-    reading.disagreement = last.disagreement;
     reading.contradiction = last.contradiction;
     reading.confidence = last.confidence;
     reading.metres = last.metres;
@@ -405,31 +404,11 @@ class BasicBodyEstimator {
 
   /// Fits the body; a mesh of quite another size than any body's keeps none.
   void fit(const FitSurface& surface, std::span<const Correspondences> readings, BodyEstimate& reading) const {
-    if (readings.size() > 1) reading.disagreement = disagreement_of(readings);
     try {
       reading.fit = fitter_->fit(surface, readings, executor());
     } catch (const Error&) {
       reading.fit = {};
     }
-  }
-
-  /// Of readings in several turns, as read_turns() gives them: each half of the turns behind its own median.
-  double disagreement_of(std::span<const Correspondences> readings) const {
-    const auto half = static_cast<std::size_t>((options_.turns + 1) / 2);
-    if (half < 2 || readings.size() <= half) return 0;
-    std::vector<double> of_points, distances;
-    for (std::size_t i = 0; i < readings.front().size(); ++i) {
-      double least = std::numeric_limits<double>::infinity();
-      for (std::size_t a = 0; a < readings.size(); ++a) {
-        if (a % (half + 1) == 0) continue;
-        distances.clear();
-        for (std::size_t b = 0; b < readings.size(); ++b)
-          if (b % (half + 1) != 0) distances.push_back(length(readings[a][i].place - readings[b][i].place));
-        least = std::min(least, median(std::span(distances)));
-      }
-      of_points.push_back(least);
-    }
-    return median(std::span(of_points));
   }
 
   /// The surface at about a body's size, about its own centre.

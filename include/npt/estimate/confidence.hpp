@@ -23,13 +23,13 @@ namespace npt::inline NPT_ABI {
 inline constexpr double least_confidence = 0.6, high_confidence = 0.85;
 
 struct ConfidenceModel {
-  static constexpr std::size_t feature_count = 3;
+  static constexpr std::size_t feature_count = 2;
   using Features = std::array<double, feature_count>;
   /// Of the features, in their order.
-  static constexpr std::array<const char*, feature_count> names{"disagreement", "oddity", "contradiction"};
+  static constexpr std::array<const char*, feature_count> names{"oddity", "contradiction"};
 
   /// Of the features, and the constant: those of the shipped network, for weights that say nothing.
-  std::array<double, feature_count + 1> weights{-0.706, -0.695, -3.272, -7.877};
+  std::array<double, feature_count + 1> weights{-1.5835, -5.8496, -10.2828};
 
   double operator()(const Features& x) const {
     double sum = weights[feature_count];
