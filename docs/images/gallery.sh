@@ -20,8 +20,8 @@ npt=$(realpath "${3:-$here/../../build/release/bin/npt}")
 run=heavy-run.ply seat=slim-sit.ply
 needed=("$run" heavy-sit.ply slim-run.ply "$seat" heavy-six.ply slim-six.ply rbox_male_06.fbx rbox_female_12.fbx
   qmen_king.glb qmen_swat.glb sf_base_male.glb sf_base_female.glb proxy741_m_heavy_tpose.obj parts_f_slim_tpose.ply
-  qposed_male_sitting.fbx qposed_female_pickingup.fbx qmon_orc.glb qskeleton2018.glb q2019_woman_dress.fbx
-  quac_wizard.glb quac_viking_male.glb person_on_floor.obj person_on_pedestal.obj not_a_body_cube.obj
+  qposed_male_sitting.fbx qposed_female_pickingup.fbx qskeleton2018.glb q2019_woman_dress.fbx
+  quac_wizard.glb quac_viking_male.glb person_on_floor.obj person_on_pedestal.obj not_a_body_cube.obj qmon_orc.glb
   kk_skeleton_warrior.glb qmon_yeti.glb qspace_mech_finn.glb fair_dab.bvh cmu_02_01.bvh
   male1591_m_athletic_tpose.obj kenney_char_largemale.fbx qwomen_medieval.glb)
 for name in "${needed[@]}"; do
@@ -68,9 +68,12 @@ beside modular --runner qmen_king.glb qmen_swat.glb
 beside base --runner sf_base_male.glb sf_base_female.glb
 beside few --runner proxy741_m_heavy_tpose.obj parts_f_slim_tpose.ply
 beside posed qposed_male_sitting.fbx qposed_female_pickingup.fbx
-beside stylised qmon_orc.glb qskeleton2018.glb
+beside stylised kk_skeleton_warrior.glb qskeleton2018.glb
 beside beard quac_viking_male.glb
-beside objects not_a_body_cube.obj kk_skeleton_warrior.glb
+beside wizard quac_wizard.glb
+pose cube not_a_body_cube.obj "$run" --method network
+pose orc qmon_orc.glb "$run" --method network
+draw objects blue,blue,blue,blue not_a_body_cube.obj "$work/cube.obj" qmon_orc.glb "$work/orc.glb"
 
 pose sit heavy-six.ply "$seat"
 pose run slim-six.ply "$run"
@@ -80,11 +83,8 @@ pose run slim-six.ply "$run"
 pose dress-run q2019_woman_dress.fbx "$run"
 pose dress-sit q2019_woman_dress.fbx heavy-sit.ply
 draw skirt blue,blue,blue q2019_woman_dress.fbx "$work/dress-run.glb" "$work/dress-sit.glb"
-pose wizard-network quac_wizard.glb "$run" --method network
-pose wizard-body quac_wizard.glb "$run" --method body
-draw wizard blue,blue,blue quac_wizard.glb "$work/wizard-network.glb" "$work/wizard-body.glb"
-pose floor person_on_floor.obj "$run" --method network
-pose pedestal person_on_pedestal.obj "$run" --method network
+pose floor person_on_floor.obj "$run"
+pose pedestal person_on_pedestal.obj "$run"
 draw floor blue,blue,blue,blue person_on_floor.obj "$work/floor.obj" person_on_pedestal.obj "$work/pedestal.obj"
 
 # Characters of four sources above their results in the runner's pose. Of the first two the file knows the ground truth:

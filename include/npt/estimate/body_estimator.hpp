@@ -89,7 +89,8 @@ class BasicBodyEstimator {
     std::vector<Triangle> kept;
     for (std::vector<bool>& guess : figure_pieces(mesh)) {
       BodyEstimate part = read_whole({mesh.xyz, figure_triangles(mesh, guess, kept), mesh.name}, stoppable);
-      if (part.confidence < std::max(least_confidence, best.confidence)) continue;
+      // Else a club is taken for scenery and left behind where its bearer is hardly recognised.
+      if (part.confidence < std::max(high_confidence, best.confidence)) continue;
       part.figure = std::move(guess);
       best = std::move(part);
     }
