@@ -289,7 +289,9 @@ test_explain() {
 test_transfer() {
   make_meshes
   cp a.obj before.obj
-  expect 0 --out "c.obj in" -- transfer --identity a.obj --pose b.ply --out c.obj --render c.png --seed 3
+  expect 1 --err "a.obj: found a mesh that is not recognised as a person (confidence 0 %)" -- transfer --identity a.obj --pose b.ply --out c.obj
+  missing c.obj
+  expect 0 --out "c.obj in" -- transfer --method network --identity a.obj --pose b.ply --out c.obj --render c.png --seed 3
   exists c.png
   # The identity's faces, texture coordinates, groups and materials, in their order.
   diff <(grep -E '^(f|g|vt|usemtl) ' a.obj) <(grep -E '^(f|g|vt|usemtl) ' c.obj) > out.txt || fail "c.obj lost something"
