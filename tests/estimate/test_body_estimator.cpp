@@ -20,8 +20,8 @@ const npt::BodyEstimator& shipped_estimator() {
   return reader;
 }
 
-/// A table as it is read: a body can be flattened to lie in it.
-npt::BodyEstimate read_new_table() {
+/// A table: a body can be flattened to lie in it.
+npt::BodyEstimate read_table() {
   std::vector<float> xyz;
   std::vector<npt::Triangle> faces;
   const auto add_box = [&](npt::Vec3f centre, npt::Vec3f half) {
@@ -40,11 +40,6 @@ npt::BodyEstimate read_new_table() {
   for (const float x : {-0.5F, 0.5F})
     for (const float z : {-0.3F, 0.3F}) add_box({x, 0.35F, z}, {0.04F, 0.35F, 0.04F});
   return shipped_estimator().read({xyz, faces, "table"});
-}
-
-const npt::BodyEstimate& read_table() {
-  static const npt::BodyEstimate reading = read_new_table();
-  return reading;
 }
 
 }  // namespace
@@ -72,12 +67,7 @@ TEST_CASE("what is no person has low confidence") {
   CHECK_THROWS_WITH_AS(npt::expect_body(few, "pyramid"), doctest::Contains("no body can lie"), npt::Error);
 }
 
-TEST_CASE("a table that is taken for a person is said to have no person's proportions") {
-  const auto warnings = read_table().warnings();
-  CHECK(std::ranges::find(warnings, npt::WarningCode::unusual_proportions) != warnings.end());
-}
-
-TEST_CASE("a table has low confidence") { CHECK(read_table().confidence < 0.6); }
+TEST_CASE("a table has low confidence") { CHECK(read_table().confidence < 0.1); }
 
 TEST_CASE("the next frame goes on from the last one, and a jump is read anew") {
   const npt::BodyEstimator& reader = shipped_estimator();
