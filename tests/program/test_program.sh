@@ -504,6 +504,8 @@ test_motion() {
   expect 0 --out "  Stroll  " --out "in place" -- info named.glb
   # Onto those of its body.
   expect 0 --out "body.glb: 3 frames of walk on a skeleton of 40 joints" -- transfer rest.ply walk.bvh -o body.glb --names mixamo
+  expect 1 --err "found one whose results are refined" -- transfer rest.ply walk.bvh -o refined.glb --refine
+  missing refined.glb
   expect 0 --out "mixamorig:Hips" --out "  walk  " -- info body.glb
   expect 0 --out "on a skeleton of 40 joints" -- transfer walker.glb walk.bvh -o npt.glb --skeleton npt
   # The moved mesh: shapes, a folder of frames, a pose.

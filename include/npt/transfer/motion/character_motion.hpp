@@ -109,6 +109,11 @@ inline BodyShape shape_of(const Character& character, const MotionSkeleton& skel
 inline Motion motion_of(const Character& character, JointNames names = JointNames::vrm, double unit = 1) {
   character.expect_recognised();
   const std::optional<SkinnedSkeleton> skeleton = named_skeleton(character, names);
+  if (!skeleton)
+    throw Error({.file = "character",
+                 .found = "one whose results are refined",
+                 .expected = "no refinement: a skeleton can't give it",
+                 .code = ErrorCode::needs_recognition});
   std::vector<Affine> rest = character.rest_motions();
   const double ground = bounding_box(character.positions()).low.y;
   const double low = internal::lowest_moved(*skeleton, character.positions(), rest);
