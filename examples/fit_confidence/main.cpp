@@ -1,13 +1,13 @@
 // Measures how right estimates are, for meshes whose joints are known and for things that are no person: a row of a
 // table for each. fit_confidence.py learns from it how the features of an estimate tell whether it is right.
 //
-//   npt_measure_estimates --rig knight.glb=chibi --rig robot.glb=robots --body mannequin=bodies --thing chair.obj=furniture
-//     examples/weights/human.safetensors table.csv
+//   npt_measure_estimates --rig knight.glb=chibi --rig robot.glb=robots --body mannequin=bodies
+//     --thing chair.obj=furniture examples/weights/human.safetensors table.csv
 //
 // Each file is followed by its family: files of one artist, base mesh or kind, which count as one. A rig is measured as
 // it is bound and in frames of its clips, a body in natural poses, a thing as it is and in frames of its clips.
-// Columns   name, family, person (0 or 1), error and worst_error: mean and largest distance of the joints that a limb or the
-//           neck begins with, by the height of the figure; features of the estimate; confidence; seconds
+// Columns   name, family, person (0 or 1), error and worst_error: mean and largest distance of the joints that a limb or
+//           the neck begins with, by the height of the figure; features of the estimate; confidence; seconds
 #include <formats/read.hpp>
 #include <progress.hpp>
 

@@ -2,8 +2,8 @@
 /// resting template where it belongs (its canonical coordinates).
 /// A sample is a body of random shape and proportions in a random pose, turned anywhere about the vertical axis (some
 /// lie or stand on their hands), dressed, shod, with hair, pieces missing, noise; its points are drawn by area. A part
-/// of the samples may be of surfaces that are no person's, or of no more than a piece of one (a bust, a hand): all their
-/// points belong to one place far from any body.
+/// of the samples may be of surfaces that are no person's, or of no more than a piece of one (a bust, a hand): all
+/// their points belong to one place far from any body.
 /// Shapes    Sample::pose: points [n, 3], centred on their mean, with a root mean square distance of reading_radius;
 ///           Sample::identity: normals [n, 3], unit or zero; Sample::truth: half the canonical coordinates, [n, 3], so
 ///           that they fit into tanh; Sample::scale: 0.5, network units in a metre of canonical coordinates

@@ -45,8 +45,8 @@ struct BasicBodyEstimate {
   std::vector<bool> figure{};                 ///< [T] the triangles that are the body's; empty: all
   std::size_t followed = 0;                   ///< how many frames ago a mesh of the sequence was read for itself
   double confidence = 0;                      ///< ConfidenceModel of features()
-  /// Metres between where a point is read to belong, once the mesh is turned to stand upright and to face +z as the fitted
-  /// body says, and where the fitted body has it: the mean, each counted up to `most_contradiction`.
+  /// Metres between where a point is read to belong, once the mesh is turned to stand upright and to face +z as the
+  /// fitted body says, and where the fitted body has it: the mean, each counted up to `most_contradiction`.
   double contradiction = 0;
   static constexpr double most_contradiction = 0.5;
 

@@ -163,8 +163,8 @@ class BasicBodyEstimator {
   /// Below it nothing is looked at again: people in clothes and without have 0.02 to 0.06, wrong fits 0.07 and more.
   static constexpr double clear_contradiction = 0.06;
 
-  /// Of characters whose limbs are thick or short, surfaces alone choose wrongly: what the network says of the mesh as it
-  /// stands now is fitted, too, and the fit stays whose contradiction times distance is clearly the least. By
+  /// Of characters whose limbs are thick or short, surfaces alone choose wrongly: what the network says of the mesh as
+  /// it stands now is fitted, too, and the fit stays whose contradiction times distance is clearly the least. By
   /// contradiction alone one of 84 people in the accuracy tests loses a leg. first: before limbs were searched
   /// Measured with one network: joints within 5 % of the height in 45 of 75 moments of odd characters before, 55 after.
   void look_from_front(const FitSurface& surface, std::span<const FitSurface::Sample> samples,

@@ -1,8 +1,8 @@
-/// Confidence of an estimated body: the probability that a mesh is a person and that its pose was estimated rightly, which
-/// is that its joints lie within 5 % of the figure's height in the mean.
+/// Confidence of an estimated body: the probability that a mesh is a person and that its pose was estimated rightly,
+/// which is that its joints lie within 5 % of the figure's height in the mean.
 /// Model     logistic: p = 1 / (1 + exp(-(w x + c))), x: features of an estimate (BodyEstimate::features)
-/// Learned   by examples/fit_confidence, from estimates whose truth is known; kept in the metadata of the correspondence
-///           network ("confidence")
+/// Learned   by examples/fit_confidence, from estimates whose truth is known; kept in the metadata of the
+///           correspondence network ("confidence")
 /// Errors    npt::Error that names the file, for metadata that aren't that many finite numbers
 #pragma once
 

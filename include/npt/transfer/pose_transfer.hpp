@@ -68,9 +68,9 @@ struct MotionResult;
 
 /// Networks with their weights, the body estimation that belongs to them, and all that stands between them and meshes.
 ///
-/// Methods   where a file holds a body estimator (people's does), meshes are posed by body estimation, and those that it
-///           doesn't recognise are refused; the pose transfer network takes meshes without a surface, all meshes where
-///           the file holds no estimator, and whatever it is asked for
+/// Methods   where a file holds a body estimator (people's does), meshes are posed by body estimation, and those that
+///           it doesn't recognise are refused; the pose transfer network takes meshes without a surface, all meshes
+///           where the file holds no estimator, and whatever it is asked for
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Memory    the network allocates nothing for shapes that were seen before, where it writes into the caller's memory;
 ///           body estimation does
@@ -313,14 +313,14 @@ class BasicPoseTransfer {
   }
 
   /// How apply() will make its result, and what a user should know of it.
-  /// Errors    npt::Error for what another transfer prepared, for what isn't recognised, and for a pose of another domain
-  ///           than the character's
+  /// Errors    npt::Error for what another transfer prepared, for what isn't recognised, and for a pose of another
+  ///           domain than the character's
   TransferReport report(const Character& character, const Pose& pose) const {
     expect_own(character.own_, "identity");
     expect_own(pose.own_, "pose");
     const transfer::internal::Prepared &a = character.own_, &b = pose.own_;
-    // The network takes a recognised domain's meshes only where it is asked for: what it makes of meshes unlike those of
-    // its training is a wreck.
+    // The network takes a domain's meshes only where it is asked for: what it makes of meshes unlike those of its
+    // training is a wreck.
     if (a.refused() || b.refused()) (a.confidence() <= b.confidence() && a.refused() ? a : b).expect_recognised();
     if (a.recognised && b.recognised && a.domain != b.domain)
       throw Error({.file = b.name,
