@@ -5,7 +5,7 @@
 
 table    rows of npt_measure_estimates
 weights  with a correspondence network, which the table was measured with
-result   the same with "confidence" in the metadata of that network (npt/estimate/confidence.hpp)
+result   the same with "confidence_weights" in the metadata of that network (npt/estimate/confidence.hpp)
 
 An estimate is right where the mesh is a person and its joints lie within 5 % of its height in the mean. The model is
 logistic regression. All families of people count the same, and so do all kinds of things; both halves count the same,
@@ -28,7 +28,7 @@ except ImportError:
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "convert"))
 from convert_common import ConvertError, read_safetensors, run, write_safetensors  # noqa: E402
 
-FEATURES = ("oddity", "contradiction")
+FEATURES = ("correspondences", "surface", "pose", "shape")
 RIGHT = 0.05  # of the height
 RIDGE = 0.001  # holds the weights of standardised features at 0; of 0.001 to 0.01 the best out of family
 BINS = ((0.9, 1.01), (0.6, 0.9), (0.5, 0.6), (0.1, 0.5), (0, 0.1))
@@ -142,7 +142,7 @@ def main():
         print(f"{name:12s} {value:8.3f}")
     metadata, tensors = read_safetensors(arguments.weights)
     inside = any(name.startswith("correspondence/") for name in tensors)
-    metadata[("correspondence/" if inside else "") + "confidence"] = " ".join(f"{value:.4f}" for value in w)
+    metadata[("correspondence/" if inside else "") + "confidence_weights"] = " ".join(f"{value:.4f}" for value in w)
     write_safetensors(arguments.result, tensors, metadata)
 
 

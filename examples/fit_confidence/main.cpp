@@ -21,6 +21,7 @@
 #include <npt/estimate/body_estimator.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/estimate/fitted_body.hpp>
+#include <npt/estimate/residuals.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/lab/rig/humanoid_joints.hpp>
@@ -189,7 +190,7 @@ std::string row_of(const Case& of, const npt::BodyEstimator& estimator) {
     row += text;
   };
   add(count > 0 ? sum / count : 1), add(count > 0 ? worst : 1);
-  for (const double feature : estimate.features()) add(feature);
+  for (const double feature : estimate.residuals.features()) add(feature);
   add(has_body ? 1 : 0), add(estimate.confidence), add(seconds.count());
   return row + '\n';
 }
@@ -211,7 +212,7 @@ void run(const Arguments& arguments) {
     progress.advance();
   });
   std::string table = "name,family,person,error,worst_error";
-  for (const char* name : npt::ConfidenceModel::names) table += std::string(",") + name;
+  for (const char* name : npt::EstimateResiduals::names) table += std::string(",") + name;
   table += ",has_body,confidence,seconds\n";
   for (const std::string& row : rows) table += row;
   npt::write_file(arguments.table, table);

@@ -238,10 +238,11 @@ void use_readings(TrainingCourse& course, const TrainingArguments& a, const std:
         clouds, pose,
         npt::CorrespondenceSampleOptions{.seed = seed,
                                          .points = points,
+                                         .folded = 0.12,
                                          .patched = with_rigs ? 0.4 : 0.0,
                                          .mirror = with_rigs,
                                          .strangers = strangers,
-                                         .pieces = 0.25},
+                                         .pieces = 0.12},
         purpose, stranger);
   };
   for (const StageArguments& stage : parse_stages(a)) {

@@ -15,7 +15,7 @@ namespace {
 
 npt::ConfidenceModel model_of(const std::filesystem::path& file, const std::string& text) {
   npt::TensorList tensors;
-  tensors.add_text("confidence", text);
+  tensors.add_text("confidence_weights", text);
   tensors.write(file);
   return npt::ConfidenceModel::of(npt::SafetensorsFile::read(file));
 }

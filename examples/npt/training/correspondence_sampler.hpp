@@ -59,7 +59,8 @@ struct CorrespondenceSampleOptions {
   std::uint64_t seed = 0;
   std::size_t points = 512;
   double natural = 0.7;   ///< share of poses that `natural_pose` draws; the others are uniform in wide ranges
-  double fallen = 0.2;    ///< share that points anywhere
+  double folded = 0;      ///< share of poses with legs and back bent as far as they go: crouching, kneeling, lotus
+  double fallen = 0.2;    ///< share that points anywhere; half of those that are folded
   double dressed = 0.45;  ///< share with clothes
   double plain = 0.15;    ///< share of bare bodies of human proportions without any of the below
   double patched = 0;     ///< share whose trunk, head, arms and legs come from bodies drawn for each
@@ -110,11 +111,12 @@ class CorrespondenceSampler final : public SampleSource {
     thread_local Scratch scratch;
     const bool strange = options_.strangers > 0 && choice.uniform() < options_.strangers;
     const bool piece = strange && choice.uniform() < options_.pieces;
+    scratch.folded = false;
     if (strange && !piece)
       draw_stranger(choice, n, scratch);
     else
       draw_person(choice, shape, angles, order, more, n, piece, scratch);
-    const Matrix3 turn = turn_of(more);
+    const Matrix3 turn = turn_of(more, scratch.folded);
     const double sigma = more.uniform() < 0.5 ? 0 : 0.012 * more.uniform();
     const bool blind = more.uniform() < 0.08;                 // no normals
     const float side = more.uniform() < 0.03 ? -1.0F : 1.0F;  // inside out
@@ -158,6 +160,7 @@ class CorrespondenceSampler final : public SampleSource {
     Vec3f at, normal, canonical;
   };
   struct Scratch {
+    bool folded = false;
     std::vector<Posed> posed;
     std::vector<Posed> chosen;
     std::vector<Drawn> drawn;
@@ -173,7 +176,8 @@ class CorrespondenceSampler final : public SampleSource {
     if (options_.patched > 0 && choice.uniform() < options_.patched) patch(choice, limbs);
     const bool mirrored = options_.mirror && choice.uniform() < 0.5;
     thread_local Skin skin;
-    make_skin(limbs, shape, angles, plain, skin);
+    scratch.folded = options_.folded > 0 && choice.uniform() < options_.folded;
+    make_skin(limbs, shape, angles, plain, scratch.folded, skin);
     data::Dress dress = plain ? data::Dress{} : data::draw_dress(more, options_.dressed);
     if (piece) {
       const auto& points = skin.clouds.front().cloud->points();
@@ -230,7 +234,7 @@ class CorrespondenceSampler final : public SampleSource {
 
   /// A limb's skeleton is that of its body; where it hangs, the body says that has the part above.
   void make_skin(const std::array<std::size_t, limb_count>& limbs, Random& shape, Random& angles, bool plain,
-                 Skin& skin) const {
+                 bool folded, Skin& skin) const {
     std::array<std::size_t, limb_count> number{};
     std::size_t count = 0;
     for (std::size_t l = 0; l < limb_count; ++l) {
@@ -255,6 +259,7 @@ class CorrespondenceSampler final : public SampleSource {
     Proportions proportions = sample_proportions(shape);
     if (plain) proportions.fill(0);
     std::array<float, 3 * smpl_joint_count> pose = pose_of(angles);
+    if (folded) fold(angles, pose);
     std::array<Vec3d, smpl_joint_count> grown;
     std::array<Rigid, smpl_joint_count> motion;
     const auto stretch = [&](std::size_t c, std::size_t j) {
@@ -294,10 +299,32 @@ class CorrespondenceSampler final : public SampleSource {
     return pose;
   }
 
+  /// Legs and back bent anew, in degrees: both legs alike in half of the poses, one by one in the others.
+  static void fold(Random& random, std::array<float, 3 * smpl_joint_count>& pose) {
+    using enum SmplJoint;
+    const auto set = [&pose](SmplJoint joint, double x, double y, double z) {
+      const std::size_t at = 3 * joint_index(joint);
+      for (const auto& [k, degrees] : {std::pair(0, x), std::pair(1, y), std::pair(2, z)})
+        pose[at + static_cast<std::size_t>(k)] = static_cast<float>(degrees * std::numbers::pi / 180);
+    };
+    const bool alike = random.uniform() < 0.5;
+    std::array<double, 4> leg{};
+    for (const double side : {1.0, -1.0}) {
+      const std::array<double, 4> drawn{random.uniform(-150, 40), random.uniform(-25, 60), random.uniform(-10, 60),
+                                        random.uniform(0, 155)};
+      if (side > 0 || !alike) leg = drawn;
+      set(side > 0 ? left_hip : right_hip, leg[0], side * leg[1], side * leg[2]);
+      set(side > 0 ? left_knee : right_knee, leg[3], 0, 0);
+    }
+    const double bend = random.uniform(-25, 35);
+    for (const SmplJoint joint : {spine1, spine2, spine3})
+      set(joint, bend + random.uniform(-8, 8), random.uniform(-8, 8), random.uniform(-8, 8));
+  }
+
   /// Most stand upright, some lean, some point anywhere.
-  Matrix3 turn_of(Random& r) const {
+  Matrix3 turn_of(Random& r, bool folded) const {
     const Matrix3 yaw = rotation_matrix({0, r.uniform(-std::numbers::pi, std::numbers::pi), 0});
-    if (r.uniform() >= options_.fallen) return rotation_matrix({0.12 * r.normal(), 0, 0.12 * r.normal()}) * yaw;
+    if (r.uniform() >= (folded ? 0.5 : options_.fallen)) return rotation_matrix({0.12 * r.normal(), 0, 0.12 * r.normal()}) * yaw;
     Vec3d axis{r.normal(), r.normal(), r.normal()};
     return rotation_matrix(normalised(axis) * r.uniform(0, std::numbers::pi)) * yaw;
   }

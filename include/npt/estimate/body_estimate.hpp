@@ -15,6 +15,7 @@
 #include <npt/estimate/finger_fit.hpp>
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/limb_search.hpp>
+#include <npt/estimate/residuals.hpp>
 #include <npt/estimate/surface_track.hpp>
 #include <npt/estimate/warning_code.hpp>
 #include <npt/mesh/mesh_view.hpp>
@@ -44,38 +45,9 @@ struct BasicBodyEstimate {
   std::shared_ptr<const SurfaceTrack> track;  ///< that it was followed by; none: read for itself
   std::vector<bool> figure{};                 ///< [T] the triangles that are the body's; empty: all
   std::size_t followed = 0;                   ///< how many frames ago a mesh of the sequence was read for itself
-  double confidence = 0;                      ///< ConfidenceModel of features()
-  /// Metres between where a point is read to belong, once the mesh is turned to stand upright and to face +z as the
-  /// fitted body says, and where the fitted body has it: the mean, each counted up to `most_contradiction`.
-  double contradiction = 0;
-  static constexpr double most_contradiction = 0.5;
+  EstimateResiduals residuals;                ///< what speaks against it
+  double confidence = 0;                      ///< ConfidenceModel of the residuals
 
-  /// How much the mesh is like a body, from 0 to 1: the share of both surfaces that have the other within 3 cm, less
-  /// where the reading contradicts itself, where the body keeps a distance, and where its shape is nobody's.
-  /// Measured with the defaults: people 0.98, dressed ones 0.97, stylised ones 0.88 and more; animals, a cube and an
-  /// egg below 0.45.
-  double likeness() const {
-    if (fit.body.axis_angles.empty()) return 0;
-    // Where all limbs lie as near as the trunk, the fit has put right what the reading contradicts.
-    const double more = doubtful(LimbPair::arms) || doubtful(LimbPair::legs) ? 0 : 0.06;
-    return fit.confidence() * falling(fit.correspondence_residual, 0.08 + more, 0.2 + more) *
-           falling(fit.relative_distance, 0.010, 0.020) * falling(shape_oddity(), 800, 1200);
-  }
-  /// 1 up to `from`, 0 from `to` on.
-  static double falling(double x, double from, double to) { return std::clamp((to - x) / (to - from), 0.0, 1.0); }
-  /// The shape's sum of squared deviations: people up to 60, bodies with random proportions 270, a cartoon knight 290,
-  /// a frog with a head of a third of his height 850; a tree 2800, a lamp 1900, a table, to which a body can be
-  /// flattened, 700 to 1300.
-  double shape_oddity() const {
-    double sum = 0;
-    for (const float beta : fit.body.betas) sum += static_cast<double>(beta) * static_cast<double>(beta);
-    return sum;
-  }
-  /// What tells whether the estimate is right, in the order of ConfidenceModel::names: logarithms, so that a factor
-  /// counts the same everywhere, from where differences don't matter on.
-  ConfidenceModel::Features features() const {
-    return {std::log(1 + shape_oddity() / 100), std::log(contradiction + 0.01)};
-  }
   /// Whether an arm or a leg is that much farther from the surface than the other parts that it may be in the wrong
   /// place. Of 300 mannequins read right 18 are in doubt; of 60 people of another model's shapes 4, one of them
   /// rightly.
@@ -97,7 +69,7 @@ struct BasicBodyEstimate {
     const Vec3d front = joint_rotation(0) * Vec3d{0, 0, 1};
     return rotation_matrix({0, -std::atan2(front.x, front.z), 0});
   }
-  static constexpr double odd_shape = 450;  ///< shape_oddity() from which on a user is told
+  static constexpr double odd_shape = 450;  ///< CorrespondenceFit::shape_deviation from which on a user is told
   /// What a user should know of the mesh, or nothing.
   std::vector<WarningCode> warnings() const {
     using enum WarningCode;
@@ -111,7 +83,7 @@ struct BasicBodyEstimate {
     if (confidence < high_confidence) {
       if (doubtful(LimbPair::arms)) codes.push_back(arms_uncertain);
       if (doubtful(LimbPair::legs)) codes.push_back(legs_uncertain);
-      if (shape_oddity() > odd_shape) codes.push_back(unusual_proportions);
+      if (fit.shape_deviation() > odd_shape) codes.push_back(unusual_proportions);
     }
     if (fit.facing < 0) codes.push_back(faces_inward);
     if (!figure.empty()) codes.push_back(part_of_mesh);

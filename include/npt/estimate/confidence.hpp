@@ -1,14 +1,15 @@
 /// Confidence of an estimated body: the probability that a mesh is a person and that its pose was estimated rightly,
 /// which is that its joints lie within 5 % of the figure's height in the mean.
-/// Model     logistic: p = 1 / (1 + exp(-(w x + c))), x: features of an estimate (BodyEstimate::features)
+/// Model     logistic: p = 1 / (1 + exp(-(w x + c))), x: features of an estimate (estimate/residuals.hpp)
 /// Learned   by examples/fit_confidence, from estimates whose truth is known; kept in the metadata of the
-///           correspondence network ("confidence")
+///           correspondence network ("confidence_weights")
 /// Errors    npt::Error that names the file, for metadata that aren't that many finite numbers
 #pragma once
 
 #include <npt/base/error.hpp>
 #include <npt/base/number_text.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/residuals.hpp>
 #include <npt/io/safetensors.hpp>
 
 #include <array>
@@ -23,13 +24,11 @@ namespace npt::inline NPT_ABI {
 inline constexpr double least_confidence = 0.6, high_confidence = 0.85;
 
 struct ConfidenceModel {
-  static constexpr std::size_t feature_count = 2;
-  using Features = std::array<double, feature_count>;
-  /// Of the features, in their order.
-  static constexpr std::array<const char*, feature_count> names{"oddity", "contradiction"};
+  static constexpr std::size_t feature_count = EstimateResiduals::feature_count;
+  using Features = EstimateResiduals::Features;
 
   /// Of the features, and the constant: those of the shipped network, for weights that say nothing.
-  std::array<double, feature_count + 1> weights{-1.5835, -5.8496, -10.2828};
+  std::array<double, feature_count + 1> weights{-2.0533, -2.9398, -6.0902, -2.4131, -10.1788};
 
   double operator()(const Features& x) const {
     double sum = weights[feature_count];
@@ -40,7 +39,7 @@ struct ConfidenceModel {
   /// As the file of a correspondence network says: numbers with a space between them.
   static ConfidenceModel of(const SafetensorsFile& file) {
     ConfidenceModel model;
-    const std::string* text = file.find_metadata("confidence");
+    const std::string* text = file.find_metadata("confidence_weights");
     if (text == nullptr) return model;
     const char *at = text->data(), *const end = at + text->size();
     for (double& weight : model.weights) {
@@ -56,7 +55,7 @@ struct ConfidenceModel {
  private:
   [[noreturn]] static void fail(const SafetensorsFile& file, const std::string& text) {
     throw Error({.file = file.name(),
-                 .place = "metadata confidence",
+                 .place = "metadata confidence_weights",
                  .found = "'" + text + "'",
                  .expected = std::to_string(feature_count + 1) + " numbers, as examples/fit_confidence writes them"});
   }

@@ -25,6 +25,7 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
+#include <npt/estimate/build.hpp>
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_values.hpp>
@@ -54,14 +55,10 @@ class BasicFitBias {
   explicit BasicFitBias(const SafetensorsFile& file) : BasicFitBias(read(file)) {}
   explicit BasicFitBias(std::vector<float> b) : b_(std::move(b)) { NPT_ASSERT(b_.size() == rows * columns); }
 
-  /// How much it counts for a pair, from 0 to 1: where both meshes keep a distance from the body as people of other
-  /// models do. The mannequin's is 0.001, other models' bodies' and dressed people's 0.006 to 0.008; a stylised man's,
-  /// whose joints are his own, 0.011: with it he would have 24e-4 instead of 19e-4.
+  /// How much it counts for a pair, from 0 to 1: where both meshes are people's, and not the mannequin's. A stylised
+  /// man, whose joints are his own, would have 24e-4 with it instead of 19e-4.
   static double share(const BodyEstimate& identity, const BodyEstimate& pose) {
-    const auto of_one = [](const BodyEstimate& reading) {
-      const double distance = reading.fit.relative_distance;
-      return BodyEstimate::falling(distance, 0.0085, 0.0105) * (1 - BodyEstimate::falling(distance, 0.002, 0.005));
-    };
+    const auto of_one = [](const BodyEstimate& e) { return unlike_mannequin(e) * (1 - unlike_people(e)); };
     return std::min(of_one(identity), of_one(pose));
   }
 

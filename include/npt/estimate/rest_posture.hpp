@@ -17,6 +17,7 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
+#include <npt/estimate/build.hpp>
 
 #include <algorithm>
 #include <array>
@@ -54,8 +55,7 @@ NPT_INLINE std::array<Vec3d, smpl_joint_count> bend_beyond_rest(const BodyEstima
 
 /// How far the mesh stands as a character of its own at rest, from 0 to 1: w above.
 NPT_INLINE double own_rest(const BodyEstimate& reading) {
-  // People's distance is 0.006 to 0.008, dressed or not; a stylised man's 0.011.
-  const double strange = 1 - BodyEstimate::falling(reading.fit.relative_distance, 0.0085, 0.0105);
+  const double strange = unlike_people(reading);
   if (reading.fit.body.axis_angles.empty() || !(strange > 0)) return 0;
   // A stylised man in a T pose is bent by up to 14 degrees, people who stand with their arms down by 60.
   double most = 0;
@@ -63,7 +63,7 @@ NPT_INLINE double own_rest(const BodyEstimate& reading) {
   for (std::size_t j = 0; j < smpl_joint_count; ++j)
     if (j != joint_index(SmplJoint::left_hand) && j != joint_index(SmplJoint::right_hand))
       most = std::max(most, length(bend[j]));
-  return strange * BodyEstimate::falling(most, 0.35, 0.5);
+  return strange * (1 - rising(most, 0.35, 0.5));
 }
 
 /// A pose's angles for an identity: the same, or from its own rest.

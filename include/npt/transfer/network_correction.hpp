@@ -28,6 +28,7 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
+#include <npt/estimate/build.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/nets/network_list.hpp>
@@ -63,16 +64,14 @@ class BasicNetworkCorrection {
 
   /// How much the network counts beside the body, from 0 to most_share, before it was asked.
   static double share(const BodyEstimate& identity, const BodyEstimate& pose) {
-    const double distance = std::max(identity.fit.relative_distance, pose.fit.relative_distance);
     double difference = 0;
     for (std::size_t i = 0; i < identity.fit.body.betas.size(); ++i) {
       const double d = static_cast<double>(identity.fit.body.betas[i]) - static_cast<double>(pose.fit.body.betas[i]);
       difference += d * d;
     }
-    // The mannequin's distance is 0.001, other models' bodies' and dressed people's 0.006 to 0.008, a stylised man's
-    // 0.011. Shapes of one person in several poses differ by 0.2 to 0.5, two people's by 2 to 40.
-    return most_share * rising(distance, 0.002, 0.005) * (1 - rising(distance, 0.0085, 0.0105)) *
-           rising(difference, 1, 4);
+    // Shapes of one person in several poses differ by 0.2 to 0.5, two people's by 2 to 40.
+    return most_share * std::max(unlike_mannequin(identity), unlike_mannequin(pose)) *
+           (1 - std::max(unlike_people(identity), unlike_people(pose))) * rising(difference, 1, 4);
   }
 
   /// [40, 3] the joint angles for the identity in the pose, from what the body says; as they are where the network
@@ -106,8 +105,6 @@ class BasicNetworkCorrection {
   static constexpr double stiffness = 0.03 * 0.03 * 0.05;
 
   using Points = std::vector<std::size_t>;  ///< vertices
-
-  static double rising(double x, double from, double to) { return std::clamp((x - from) / (to - from), 0.0, 1.0); }
 
   /// The same for every frame of a sequence.
   static Points choose(const BoundCharacter& identity) {

@@ -1,0 +1,102 @@
+/// The directions in which a mesh is looked at: the correspondence network knows bodies that stand and face anywhere,
+/// so points are turned about the vertical axis before they go through it, and another axis is turned upwards first
+/// where that shows more of a body.
+/// Threads   all members are const and may be called by any number of threads at a time
+/// Numerics  the same bits for any number of threads
+#pragma once
+
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
+#include <npt/config.hpp>
+#include <npt/estimate/correspondence_estimator.hpp>
+#include <npt/estimate/correspondence_fit.hpp>
+#include <npt/estimate/fit_surface.hpp>
+#include <npt/estimate/part_motion.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+struct ViewOptions {
+  int count = 8;     ///< about the vertical axis; half of them where one of these shows a body well
+  bool all = false;  ///< all of them in any case
+};
+
+/// A direction that points up, and how well a body explains what is seen then.
+struct UprightView {
+  Matrix3 upright = Matrix3::identity();
+  double residual = std::numeric_limits<double>::infinity();
+};
+
+template <class Exec>
+class CorrespondenceViews {
+ public:
+  using Samples = std::span<const FitSurface::Sample>;
+
+  /// Both must outlive it.
+  CorrespondenceViews(const BasicCorrespondenceEstimator<Exec>& estimator, const CorrespondenceTemplate& rest,
+                      ViewOptions options)
+      : estimator_(estimator), rest_(rest), options_(options) {}
+
+  /// Of the mesh turned upright: the median of the views, and each of them.
+  std::vector<Correspondences> about_vertical(Samples samples, const Matrix3& upright) const {
+    const int half = (options_.count + 1) / 2;
+    std::vector<Correspondences> views = estimator_.read(samples, {.turns = half, .upright = upright});
+    if (!options_.all && least_residual(views) < good_residual) return views;
+    const Matrix3 between = rotation_matrix({0, std::numbers::pi / half, 0});
+    for (Correspondences& view : estimator_.read(samples, {.turns = half, .upright = between * upright}))
+      views.push_back(std::move(view));
+    return views;
+  }
+
+  /// The mesh turned as it is said, and not looked at from elsewhere.
+  Correspondences one(Samples samples, const Matrix3& turned) const {
+    return std::move(estimator_.read(samples, {.turns = 1, .upright = turned}).front());
+  }
+
+  /// Of the other axes that may point up the one that shows most of a body, by few points.
+  UprightView best_axis(Samples samples) const {
+    constexpr double right = std::numbers::pi / 2;
+    UprightView best;
+    for (const Vec3d turn :
+         {Vec3d{2 * right, 0, 0}, Vec3d{right, 0, 0}, Vec3d{-right, 0, 0}, Vec3d{0, 0, right}, Vec3d{0, 0, -right}}) {
+      const Matrix3 upright = rotation_matrix(turn);
+      const double residual = least_residual(estimator_.read(few(samples), {.turns = 4, .upright = upright}));
+      if (residual < best.residual) best = {upright, residual};
+    }
+    return best;
+  }
+
+  /// PartMotion::residual of the best view.
+  double least_residual(std::span<const Correspondences> views) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Correspondences& view : views) least = std::min(least, motion_of(view).residual);
+    return least;
+  }
+
+  /// How the parts of a body move, from few points of a view.
+  PartMotion motion_of(const Correspondences& view) const {
+    return part_motion(rest_, std::span(view).first(std::min(view.size(), few_points)));
+  }
+
+  /// Points that tell whether a view shows a body.
+  static Samples few(Samples samples) { return samples.first(std::min(samples.size(), few_points)); }
+
+ private:
+  static constexpr std::size_t few_points = 500;
+  /// Metres; below it half of the views are enough.
+  static constexpr double good_residual = 0.05;
+
+  const BasicCorrespondenceEstimator<Exec>& estimator_;
+  const CorrespondenceTemplate& rest_;
+  ViewOptions options_;
+};
+
+}  // namespace npt::inline NPT_ABI

@@ -1,0 +1,225 @@
+/// The search for the estimate of a mesh with the least energy (residuals.hpp). Generators propose fits, each from what
+/// it knows: views, other poses of limbs, another axis up, limbs that were taken for each other. One rule accepts: a
+/// fit stays whose energy is clearly the least.
+/// Measured with all generators asked, on 138 moments of 50 rigged characters, by families: the first fit is right in
+/// 0.77 of them, and 0.83 with the view from the front; further views and searches of limbs there add nothing. Limbs
+/// are searched for people: without it they end at 33.9 mm instead of 21.5 in clothes, at 26.6 instead of 17.9 in
+/// natural poses.
+/// Threads   one search belongs to one thread
+#pragma once
+
+#include <npt/base/as_span.hpp>
+#include <npt/base/error.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/vec3.hpp>
+#include <npt/body/body_model.hpp>
+#include <npt/body/kinematics.hpp>
+#include <npt/body/skeleton.hpp>
+#include <npt/config.hpp>
+#include <npt/estimate/body_estimate.hpp>
+#include <npt/estimate/body_look_up.hpp>
+#include <npt/estimate/correspondence_fit.hpp>
+#include <npt/estimate/correspondence_views.hpp>
+#include <npt/estimate/fit_surface.hpp>
+#include <npt/estimate/fitted_body.hpp>
+#include <npt/estimate/limb_search.hpp>
+#include <npt/estimate/limb_swap.hpp>
+#include <npt/estimate/part_motion.hpp>
+#include <npt/estimate/residuals.hpp>
+#include <npt/mesh/mesh_view.hpp>
+#include <npt/mesh/triangles.hpp>
+#include <npt/mesh/weld.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+template <class Exec>
+class EstimateSearch {
+ public:
+  /// nothing: with the mesh's surface and place, and no fit. All others must outlive it.
+  EstimateSearch(const CorrespondenceViews<Exec>& views, const CorrespondenceFitter& fitter, const LimbSearch& limbs,
+                 const Exec& executor, const MeshView& mesh, std::span<const FitSurface::Sample> samples,
+                 BodyEstimate nothing)
+      : views_(views),
+        fitter_(fitter),
+        limbs_(limbs),
+        executor_(executor),
+        mesh_(mesh),
+        samples_(samples),
+        nothing_(nothing),
+        best_(std::move(nothing)) {}
+
+  const BodyEstimate& best() const noexcept { return best_; }
+  bool found() const { return !best_.fit.body.axis_angles.empty(); }
+
+  /// Whether it is worth its time to look on.
+  bool unsure() const { return found() && best_.residuals.energy() > sure_energy; }
+
+  /// About the vertical axis, or another one where that shows nothing like a body.
+  void first_views() {
+    std::vector<Correspondences> views = views_.about_vertical(samples_, Matrix3::identity());
+    if (views_.least_residual(views) > hopeless_residual) {
+      const UprightView other = views_.best_axis(samples_);
+      if (other.residual > hopeless_residual) return;
+      views = views_.about_vertical(samples_, other.upright);
+    }
+    propose(views);
+    search_limbs(views);
+  }
+
+  /// Upright and facing +z, as the best estimate says; once more where that has changed it.
+  void front_view() {
+    constexpr int rounds = 2;
+    for (int round = 0; round < rounds; ++round) {
+      const std::array view{views_.one(samples_, best_.joint_rotation(0).transposed())};
+      if (!propose(view)) return;
+      search_limbs(view);
+    }
+  }
+
+  /// Another axis up: for meshes that lie, stand on their hands, or whose vertical axis isn't y.
+  void other_axis() {
+    const std::vector<Correspondences> views = views_.about_vertical(samples_, views_.best_axis(samples_).upright);
+    if (!propose(views)) return;
+    search_limbs(views);
+    if (unsure()) front_view();
+  }
+
+  /// Limbs that touch or cross and were taken for each other, by correspondences that were repaired along the surface.
+  void repair_swaps() {
+    if (!found() || !limbs_touch(fitter_.model(), best_.fit.body)) return;
+    const Welding welding = weld(mesh_.xyz);
+    const std::vector<Triangle> triangles = welding.welded(mesh_.triangles);
+    const std::vector<Vec3d> all = best_.points_of(mesh_);
+    std::vector<Vec3d> points;
+    points.reserve(welding.point_count());
+    for (const std::uint32_t v : welding.vertex_of) points.push_back(all[v]);
+    const auto swap_of = [&](const CorrespondenceFit& fit) {
+      return LimbSwap(BodyLookUp(fitter_.model(), fit.body, fit.facing), points, triangles);
+    };
+    const LimbSwap now = swap_of(best_.fit);
+    best_.residuals.torn = now.torn();
+    const std::optional<Correspondences> repaired = now.mended();
+    if (!repaired) return;
+    BodyEstimate other = fitted(std::span(&*repaired, 1));
+    if (other.fit.body.axis_angles.empty()) return;
+    other.residuals.torn = swap_of(other.fit).torn();
+    accept(std::move(other));
+  }
+
+ private:
+  /// Beyond it views are no person's, in metres: people have 0.02 to 0.12 and some 0.17 before limbs are swapped, a
+  /// tetrahedron or a cube 0.2 and more; without it a tetrahedron takes 3 s.
+  static constexpr double hopeless_residual = 0.19;
+  /// People in clothes and without have less, all but one of 60 at once; of chibi characters and monsters one in ten.
+  static constexpr double sure_energy = -16;
+  /// By less energies differ where nothing but the draw of points does.
+  static constexpr double margin = 0.1;
+
+  BodyEstimate fitted(std::span<const Correspondences> views) const {
+    BodyEstimate other = nothing_;
+    try {
+      other.fit = fitter_.fit(*other.surface, views, executor_);
+    } catch (const Error&) {  // no body has the mesh's size
+    }
+    return other;
+  }
+
+  bool propose(std::span<const Correspondences> views) {
+    BodyEstimate other = fitted(views);
+    return !other.fit.body.axis_angles.empty() && accept(std::move(other));
+  }
+
+  bool accept(BodyEstimate other) {
+    other.residuals.correspondences = correspondence_residual(other);
+    other.residuals.surface = other.fit.relative_distance;
+    other.residuals.pose = other.fit.pose_deviation;
+    other.residuals.shape = other.fit.shape_deviation();
+    if (found() && other.residuals.energy() > best_.residuals.energy() - margin) return false;
+    best_ = std::move(other);
+    return true;
+  }
+
+  /// EstimateResiduals::correspondences, by a view that the fit had no part in choosing.
+  double correspondence_residual(const BodyEstimate& estimate) const {
+    const auto few = views_.few(samples_);
+    const Correspondences seen = views_.one(few, estimate.joint_rotation(0).transposed());
+    const BodyLookUp body(fitter_.model(), estimate.fit.body, estimate.fit.facing);
+    double sum = 0;
+    std::uint32_t hint = no_index;
+    for (std::size_t i = 0; i < few.size(); ++i) {
+      const Vec3d place = body.place(body(few[i].point, few[i].normal, hint)).rest;
+      sum += std::min(length(place - seen[i].place), EstimateResiduals::most_correspondence);
+    }
+    return sum / static_cast<double>(few.size());
+  }
+
+  /// Other poses of arms or legs that lie far from the surface.
+  void search_limbs(std::span<const Correspondences> views) {
+    constexpr int rounds = 2;
+    constexpr std::size_t starts = 8;
+    std::vector<LimbSearch::Angles> seen;
+    for (int round = 0; found() && round < rounds; ++round) {
+      bool better = false;
+      for (const LimbPair pair : {LimbPair::legs, LimbPair::arms}) {
+        if (!best_.doubtful(pair) || !is_new(pair)) continue;
+        if (seen.empty()) seen = angles_of(views);
+        BodyEstimate other = nothing_;
+        other.fit = fitter_.nearest(
+            *other.surface, best_.fit,
+            limbs_(*other.surface, best_.fit.body, pair, best_.fit.facing, seen, starts, executor_), executor_);
+        if (other.fit.relative_distance < best_.fit.relative_distance) better |= accept(std::move(other));
+      }
+      if (!better) return;
+    }
+  }
+
+  /// Of each view the angles of the parts' motion, limbs attached to the trunk as it is fitted.
+  std::vector<LimbSearch::Angles> angles_of(std::span<const Correspondences> views) const {
+    constexpr std::array limb_roots =
+        joint_indices(SmplJoint::left_hip, SmplJoint::right_hip, SmplJoint::left_collar, SmplJoint::right_collar);
+    std::vector<LimbSearch::Angles> all;
+    const BodyFit& body = best_.fit.body;
+    const std::vector<Rigid> fitted = fitter_.model().bone_motions(as_span(body.betas), as_span(body.axis_angles));
+    for (const Correspondences& view : views) {
+      const PartMotion motion = views_.motion_of(view);
+      LimbSearch::Angles& angles = all.emplace_back(motion.axis_angles.begin(), motion.axis_angles.end());
+      for (const std::size_t j : limb_roots) {
+        const auto parent = static_cast<std::size_t>(smpl_parents[j]);
+        set_joint_rotation(as_span(angles), j, fitted[parent].rotation.transposed() * motion.parts[j].rotation);
+      }
+    }
+    return all;
+  }
+
+  /// Whether limbs of this pair weren't searched from where the joints are: another view mostly ends where the first
+  /// one did, and a search from there finds the same again.
+  bool is_new(LimbPair pair) {
+    constexpr double apart = 0.01;  // metres
+    std::vector<Vec3d> joints = fitted_joints(fitter_.model(), best_.fit.body);
+    for (const auto& [known, from] : searched_)
+      if (known == pair &&
+          std::ranges::equal(from, joints, [](Vec3d p, Vec3d q) { return length(p - q) < apart; }))
+        return false;
+    searched_.emplace_back(pair, std::move(joints));
+    return true;
+  }
+
+  const CorrespondenceViews<Exec>& views_;
+  const CorrespondenceFitter& fitter_;
+  const LimbSearch& limbs_;
+  const Exec& executor_;
+  const MeshView& mesh_;
+  std::span<const FitSurface::Sample> samples_;
+  BodyEstimate nothing_, best_;
+  std::vector<std::pair<LimbPair, std::vector<Vec3d>>> searched_;
+};
+
+}  // namespace npt::inline NPT_ABI

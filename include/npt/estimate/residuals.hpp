@@ -1,0 +1,49 @@
+/// What speaks against an estimated body, and its energy: one number by which the estimates of a mesh are ranked.
+///   E = log c + 2 log s + log p + log t
+/// Each residual is a mean over many numbers of unknown deviation, which differs from character to character. With
+/// Jeffreys' prior of that deviation, -log p of n such numbers is n log of their mean, whatever its unit: no residual
+/// needs a weight for people and another one for monsters. The surface counts twice, since far more numbers stand
+/// behind it: with once, people whose limbs were found by a search ended at 28 mm in clothes instead of 21.
+/// Measured on 138 moments of 50 rigged characters, with all fits that any generator made: that of the least energy is
+/// right in 0.83 of them, by families, as is the best of all fits. By surface alone it is in 0.67, without the pose in
+/// 0.79; the first fit is in 0.77.
+/// Units     metres; pose: squared deviations of natural poses
+#pragma once
+
+#include <npt/config.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace npt::inline NPT_ABI {
+
+struct EstimateResiduals {
+  /// Between where the points are seen to belong, once the mesh is turned to stand upright and to face +z as the fitted
+  /// body says, and where the fitted body has them: the mean, each counted up to `most_correspondence`.
+  double correspondences = 0;
+  static constexpr double most_correspondence = 0.5;
+  double surface = 0;  ///< CorrespondenceFit::relative_distance
+  double pose = 0;     ///< CorrespondenceFit::pose_deviation
+  double shape = 0;    ///< CorrespondenceFit::shape_deviation
+  double torn = 0;     ///< PlacePatches::torn, where limbs touch; else 0
+
+  /// Below these residuals nothing is told apart: people have 0.03 and 0.006, the mannequin's own meshes 0.03 and 0.001.
+  static constexpr double least_correspondence = 0.01, least_surface = 0.001, least_pose = 0.1, least_torn = 0.01;
+
+  double energy() const {
+    const auto [c, s, p, shape_only] = features();
+    return c + 2 * s + p + std::log(torn + least_torn);
+  }
+
+  static constexpr std::size_t feature_count = 4;
+  using Features = std::array<double, feature_count>;
+  static constexpr std::array<const char*, feature_count> names{"correspondences", "surface", "pose", "shape"};
+  /// The logarithms by which ConfidenceModel says how probable it is that the estimate is right.
+  Features features() const {
+    return {std::log(correspondences + least_correspondence), std::log(surface + least_surface),
+            std::log(pose + least_pose), std::log(1 + shape / 100)};
+  }
+};
+
+}  // namespace npt::inline NPT_ABI
