@@ -5,8 +5,8 @@
 //     examples/weights/human.safetensors result.safetensors
 //
 // Half of the poses are natural ones, three in ten the paper's, the others wide; each is fitted in two random shapes,
-// and counts once more as its mirror image. Least squares, with a mean of its own that is thrown away: what is the
-// same in all poses and shapes is no fault of a transfer between them. Shapes have a ridge of their own, which holds
+// and counts once more as its mirror image. Least squares, with a constant: what is the same in all poses and shapes is
+// no fault of a transfer between them, but tells how people at rest are fitted. Shapes have a ridge of their own, which holds
 // at 0 what these bodies hardly vary in: with that of angles, two people whom no body model made had a PMD of 8.6e-4
 // in each other's poses, with this one 5.9e-4.
 #include <npt/base/sort.hpp>
@@ -155,7 +155,7 @@ void run(const Arguments& arguments) {
   const auto b = learn(samples, arguments);
   std::vector<float> values;
   for (const auto& row : b)
-    for (std::size_t i = 0; i < columns; ++i) values.push_back(static_cast<float>(row[i]));
+    for (const double x : row) values.push_back(static_cast<float>(x));
   const std::string name = std::string("fit_bias/") + npt::FitBias::tensor;
   std::vector<npt::FileTensor> tensors;
   for (const npt::FileTensor& tensor : file.tensors())

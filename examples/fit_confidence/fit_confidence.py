@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
 """Learns from measured estimates how their features tell whether they are right, and puts it into a weights file.
 
-    fit_confidence.py table.csv weights.safetensors result.safetensors [--judge-only FAMILY ...]
+    fit_confidence.py table.csv weights.safetensors result.safetensors [--joints joints.csv] [--judge-only FAMILY ...]
 
 table    rows of npt_measure_estimates
+joints   its rows of joints: without them, confidences of joints stay as they are
 weights  with a correspondence network, which the table was measured with
-result   the same with "confidence_weights" in the metadata of that network (npt/estimate/confidence.hpp)
+result   the same with "confidence_weights" and "joint_confidence_weights" in the metadata of that network
+         (npt/estimate/confidence.hpp)
 
 An estimate is right where the mesh is a person and its joints lie within 5 % of its height in the mean. The model is
 logistic regression. All families of people count the same, and so do all kinds of things; both halves count the same,
-with the meshes in which no body was found at all. Printed are predictions for each family by a model that was learned
+with the meshes in which no body was found at all. A joint is right where it lies within 5 % of the height; its
+features are the correspondences about it and the odds of the whole estimate. Printed are predictions for each family by a model that was learned
 without it: how many are right of those with a high, a middling and a low confidence, with 90 % intervals of a
 bootstrap over families.
 """
@@ -67,21 +70,47 @@ def weights_of(table, used):
 
 
 def learn(table, used):
-    """[features + 1] of the features as they are, by Newton's method."""
-    weights = weights_of(table, used)
-    x = table["x"]
+    """[features + 1] of the features as they are."""
+    return logistic(table["x"], table["right"], weights_of(table, used))
+
+
+def logistic(x, right, weights):
+    """By Newton's method."""
     mean = weights @ x
     deviation = np.sqrt(weights @ (x - mean) ** 2) + 1e-9
     z = np.hstack([(x - mean) / deviation, np.ones((len(x), 1))])
-    ridge = np.diag([RIDGE] * len(FEATURES) + [0])
-    w = np.zeros(len(FEATURES) + 1)
+    ridge = np.diag([RIDGE] * x.shape[1] + [0])
+    w = np.zeros(x.shape[1] + 1)
     for _ in range(50):
         p = 1 / (1 + np.exp(-np.clip(z @ w, -30, 30)))
-        gradient = z.T @ (weights * (p - table["right"])) + ridge @ w
+        gradient = z.T @ (weights * (p - right)) + ridge @ w
         hessian = (z * (weights * p * (1 - p))[:, None]).T @ z + ridge + 1e-9 * np.eye(len(w))
         w = w - np.linalg.solve(hessian, gradient)
     own = w[:-1] / deviation
     return np.append(own, w[-1] - own @ mean)
+
+
+def learn_joints(path, table, w, judge_only):
+    """[3] of the correspondences about a joint, of the odds of the whole, and the constant; families count the same."""
+    odds = dict(zip(table["name"], table["x"] @ w[:-1] + w[-1]))
+    with open(path, newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["name"] in odds and row["family"] not in judge_only]
+    if not rows:
+        raise ConvertError(f"{path}: found no joint of the table's meshes, expected rows of npt_measure_estimates")
+    x = np.array([[float(row["correspondences"]), odds[row["name"]]] for row in rows])
+    right = np.array([float(row["error"]) < RIGHT for row in rows], float)
+    families = np.array([row["family"] for row in rows])
+    weights = np.zeros(len(rows))
+    for family in set(families):
+        weights[families == family] = 1 / (families == family).sum()
+    result = logistic(x, right, weights / weights.sum())
+    p = 1 / (1 + np.exp(-(x @ result[:-1] + result[-1])))
+    print("confidence of a joint  joints  right")
+    for low, high in BINS:
+        inside = (p >= low) & (p < high)
+        if inside.any():
+            print(f"{low:.2f} to {min(high, 1):.2f} {inside.sum():16d} {right[inside].mean():6.2f}")
+    return result
 
 
 def predict(table, w):
@@ -115,6 +144,7 @@ def main():
     parser.add_argument("tables", nargs="+", metavar="table.csv")
     parser.add_argument("weights")
     parser.add_argument("result")
+    parser.add_argument("--joints", metavar="joints.csv")
     parser.add_argument("--judge-only", nargs="*", default=[], metavar="FAMILY")
     arguments = parser.parse_args()
     table = read_table(arguments.tables)
@@ -142,7 +172,12 @@ def main():
         print(f"{name:12s} {value:8.3f}")
     metadata, tensors = read_safetensors(arguments.weights)
     inside = any(name.startswith("correspondence/") for name in tensors)
-    metadata[("correspondence/" if inside else "") + "confidence_weights"] = " ".join(f"{value:.4f}" for value in w)
+    part = "correspondence/" if inside else ""
+    metadata[part + "confidence_weights"] = " ".join(f"{value:.4f}" for value in w)
+    if arguments.joints:
+        joints = learn_joints(arguments.joints, table, w, arguments.judge_only)
+        metadata[part + "joint_confidence_weights"] = " ".join(f"{value:.4f}" for value in joints)
+    metadata.pop(part + "confidence", None)
     write_safetensors(arguments.result, tensors, metadata)
 
 

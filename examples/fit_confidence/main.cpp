@@ -8,6 +8,8 @@
 // it is bound and in frames of its clips, a body in natural poses, a thing as it is and in frames of its clips.
 // Columns   name, family, person (0 or 1), error and worst_error: mean and largest distance of the joints that a limb or
 //           the neck begins with, by the height of the figure; features of the estimate; confidence; seconds
+// With --joints FILE, a row for each of these joints, too: its error, what the correspondences about it say against it,
+// and its own confidence.
 #include <formats/read.hpp>
 #include <progress.hpp>
 
@@ -51,7 +53,7 @@
 namespace {
 
 struct Arguments {
-  std::filesystem::path weights, table;
+  std::filesystem::path weights, table, joints;
   std::vector<std::string> rigs, bodies, things;
   std::size_t frames = 6;  // of each rig, beside its bind pose; of each body
   std::uint64_t seed = 1;
@@ -166,12 +168,22 @@ void add_thing(const std::string& argument, const Arguments& arguments, std::vec
   });
 }
 
-std::string row_of(const Case& of, const npt::BodyEstimator& estimator) {
+/// A row of the table, and those of its joints.
+std::pair<std::string, std::string> rows_of(const Case& of, const npt::BodyEstimator& estimator) {
+  std::string name = of.name;
+  std::ranges::replace(name, ',', ';');
+  const std::string begin = name + "," + of.family;
+  const auto add = [](std::string& row, double x) {
+    char text[32];
+    std::snprintf(text, sizeof text, ",%.6g", x);
+    row += text;
+  };
   const auto start = std::chrono::steady_clock::now();
   const npt::BodyEstimate estimate = estimator.read({of.xyz, of.triangles, of.name});
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   const bool has_body = !estimate.fit.body.axis_angles.empty();
   double sum = 0, worst = 0, count = 0;
+  std::string joints;
   if (of.person && has_body) {
     const std::vector<npt::Vec3d> fitted = npt::fitted_joints(estimator.body(), estimate.fit.body);
     for (std::size_t j = 0; j < of.joints.size(); ++j)
@@ -179,20 +191,16 @@ std::string row_of(const Case& of, const npt::BodyEstimator& estimator) {
         const npt::Vec3d place = fitted[j] * (1 / estimate.metres) + estimate.centre;
         const double off = length(place - *of.joints[j]) / of.height;
         sum += off, worst = std::max(worst, off), ++count;
+        joints += begin + "," + std::to_string(j);
+        add(joints, off), add(joints, estimate.residuals.joint_feature(j)), add(joints, estimate.joint_confidence[j]);
+        joints += '\n';
       }
   }
-  std::string name = of.name;
-  std::ranges::replace(name, ',', ';');
-  std::string row = name + "," + of.family + (of.person ? ",1" : ",0");
-  const auto add = [&row](double x) {
-    char text[32];
-    std::snprintf(text, sizeof text, ",%.6g", x);
-    row += text;
-  };
-  add(count > 0 ? sum / count : 1), add(count > 0 ? worst : 1);
-  for (const double feature : estimate.residuals.features()) add(feature);
-  add(has_body ? 1 : 0), add(estimate.confidence), add(seconds.count());
-  return row + '\n';
+  std::string row = begin + (of.person ? ",1" : ",0");
+  add(row, count > 0 ? sum / count : 1), add(row, count > 0 ? worst : 1);
+  for (const double feature : estimate.residuals.features()) add(row, feature);
+  add(row, has_body ? 1 : 0), add(row, estimate.confidence), add(row, seconds.count());
+  return {row + '\n', joints};
 }
 
 void run(const Arguments& arguments) {
@@ -203,19 +211,21 @@ void run(const Arguments& arguments) {
   const npt::SafetensorsFile file = npt::SafetensorsFile::read(arguments.weights);
   const npt::BodyEstimator estimator(
       npt::CorrespondenceEstimator(npt::correspondence_part(file), npt::DefaultExecutor(1)));
-  std::vector<std::string> rows(cases.size());
+  std::vector<std::pair<std::string, std::string>> rows(cases.size());
   program::Progress progress("meshes", cases.size());
   std::mutex mutex;
   npt::DefaultExecutor(arguments.threads).for_each(static_cast<int>(cases.size()), [&](int i, int) {
-    rows[static_cast<std::size_t>(i)] = row_of(cases[static_cast<std::size_t>(i)](), estimator);
+    rows[static_cast<std::size_t>(i)] = rows_of(cases[static_cast<std::size_t>(i)](), estimator);
     const std::lock_guard lock(mutex);
     progress.advance();
   });
   std::string table = "name,family,person,error,worst_error";
   for (const char* name : npt::EstimateResiduals::names) table += std::string(",") + name;
   table += ",has_body,confidence,seconds\n";
-  for (const std::string& row : rows) table += row;
+  std::string joints = "name,family,joint,error,correspondences,confidence\n";
+  for (const auto& [row, of_joints] : rows) table += row, joints += of_joints;
   npt::write_file(arguments.table, table);
+  if (!arguments.joints.empty()) npt::write_file(arguments.joints, joints);
 }
 
 }  // namespace
@@ -228,6 +238,7 @@ int main(int count, char** values) try {
   app.add_option("--rig", arguments.rigs, "Rigged person, FILE=FAMILY (repeated)");
   app.add_option("--body", arguments.bodies, "Body model in SMPL's layout or mannequin, FILE=FAMILY (repeated)");
   app.add_option("--thing", arguments.things, "What is no person: a mesh or a rig, FILE=FAMILY (repeated)");
+  app.add_option("--joints", arguments.joints, "A row for each joint of the persons, too (.csv)");
   app.add_option("--frames", arguments.frames, "Of each rig and body")->capture_default_str();
   app.add_option("--seed", arguments.seed, "Of frames, poses and shapes")->capture_default_str();
   app.add_option("--threads", arguments.threads, "0: all")->capture_default_str();

@@ -1,10 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/estimate/body_estimate.hpp>
-#include <npt/estimate/confidence.hpp>
 
-#include <cstddef>
-#include <string>
 #include <vector>
 
 namespace {
@@ -18,41 +15,29 @@ npt::BodyEstimate usual_estimate() {
   estimate.fit.correspondence_residual = 0.04;
   estimate.fit.relative_distance = 0.005;
   estimate.fit.part_distances.fill(0.005);
-  estimate.contradiction = 0.03;
+  estimate.joint_confidence.fill(0.9);
   return estimate;
 }
 
 }  // namespace
 
-TEST_CASE("each feature grows with what speaks against an estimate") {
-  const auto features = usual_estimate().features();
-  const auto only_grows = [&](const char* name, const auto& change) {
-    npt::BodyEstimate worse = usual_estimate();
-    change(worse);
-    const auto changed = worse.features();
-    for (std::size_t i = 0; i < features.size(); ++i) {
-      INFO(name << " " << npt::ConfidenceModel::names[i]);
-      if (std::string(name) == npt::ConfidenceModel::names[i])
-        CHECK(changed[i] > features[i] + 0.1);
-      else
-        CHECK(changed[i] == features[i]);
-    }
-  };
-  only_grows("oddity", [](auto& e) { e.fit.body.betas.assign(26, 3.0F); });
-  only_grows("contradiction", [](auto& e) { e.contradiction *= 2; });
-}
-
-TEST_CASE("limbs in doubt and odd proportions are told of where confidence isn't high") {
+TEST_CASE("limbs whose joints are more likely wrong than right are told of, and odd proportions below high confidence") {
   npt::BodyEstimate estimate = usual_estimate();
-  CHECK(estimate.likeness() > 0.9);
-  estimate.fit.part_distances[npt::joint_index(npt::SmplJoint::left_elbow)] = 0.02;
   estimate.fit.body.betas.assign(26, 4.5F);
   estimate.confidence = 0.9;
   CHECK(estimate.warnings().empty());
+  estimate.joint_confidence[npt::joint_index(npt::SmplJoint::left_elbow)] = 0.45;
+  CHECK(estimate.warnings() == std::vector{npt::WarningCode::arms_uncertain});
   estimate.confidence = 0.7;
   CHECK(estimate.warnings() == std::vector{npt::WarningCode::arms_uncertain, npt::WarningCode::unusual_proportions});
-  estimate.fit.body.betas.assign(26, 8.0F);
-  CHECK(estimate.likeness() == 0);
+}
+
+TEST_CASE("a limb that keeps a greater distance than the others is in doubt") {
+  npt::BodyEstimate estimate = usual_estimate();
+  CHECK_FALSE(estimate.doubtful(npt::LimbPair::arms));
+  estimate.fit.part_distances[npt::joint_index(npt::SmplJoint::left_elbow)] = 0.02;
+  CHECK(estimate.doubtful(npt::LimbPair::arms));
+  CHECK_FALSE(estimate.doubtful(npt::LimbPair::legs));
 }
 
 TEST_CASE("vertices in the body's coordinates: about the centre, in metres; a mesh without a body is refused") {

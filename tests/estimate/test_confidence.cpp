@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/estimate/confidence.hpp>
+#include <npt/estimate/residuals.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_list.hpp>
 
@@ -23,8 +24,7 @@ npt::ConfidenceModel model_of(const std::filesystem::path& file, const std::stri
 }  // namespace
 
 TEST_CASE("a probability of features, which falls as any of them grows") {
-  npt::ConfidenceModel model;
-  model.weights = {-1, -2, 3};
+  const npt::LogisticModel<2> model{{-1, -2, 3}};
   CHECK(model({3, 0}) == doctest::Approx(0.5));
   CHECK(model({2, 0}) == doctest::Approx(1 / (1 + std::exp(-1.0))));
   CHECK(model({2, 0.5}) == doctest::Approx(0.5));
@@ -32,27 +32,43 @@ TEST_CASE("a probability of features, which falls as any of them grows") {
   CHECK(model({1e3, 0}) == doctest::Approx(0));
 }
 
+TEST_CASE("a joint's confidence falls with what the correspondences about it say against it") {
+  npt::EstimateResiduals residuals{.correspondences = 0.03, .surface = 0.006, .pose = 0.8, .shape = 20};
+  residuals.joints.fill(0.03);
+  residuals.joints[4] = 0.3;
+  const npt::ConfidenceModel model;
+  const double before = model(residuals);
+  const auto all = model.of_joints(residuals);
+  CHECK(all[4] < all[5]);
+  residuals.correspondences = 0.2, residuals.surface = 0.02;
+  CHECK(model.of_joints(residuals)[5] < all[5]);
+  CHECK(model(residuals) < before);
+}
+
 TEST_CASE("a network's file says the weights, in words or not at all") {
   const scratch::Folder folder;
-  const npt::ConfidenceModel model = model_of(folder / "a.safetensors", "1 2 -9.5");
-  CHECK(model.weights.front() == 1);
-  CHECK(model.weights.back() == -9.5);
-  for (const char* text : {"1 2", "1 2 three", "1 2 3 4", "1 2 inf", ""}) {
+  const npt::ConfidenceModel model = model_of(folder / "a.safetensors", "1 2 3 4 -9.5");
+  CHECK(model.estimate.weights.front() == 1);
+  CHECK(model.estimate.weights.back() == -9.5);
+  for (const char* text : {"1 2 3 4", "1 2 3 4 five", "1 2 3 4 5 6", "1 2 3 4 inf", ""}) {
     INFO(text);
     CHECK_THROWS_WITH_AS(model_of(folder / "b.safetensors", text),
-                         doctest::Contains("b.safetensors: metadata confidence"), npt::Error);
+                         doctest::Contains("b.safetensors: metadata confidence_weights"), npt::Error);
   }
   npt::TensorList tensors;
   tensors.write(folder / "c.safetensors");
-  CHECK(npt::ConfidenceModel::of(npt::SafetensorsFile::read(folder / "c.safetensors")).weights ==
-        npt::ConfidenceModel().weights);
+  CHECK(npt::ConfidenceModel::of(npt::SafetensorsFile::read(folder / "c.safetensors")).estimate.weights ==
+        npt::ConfidenceModel().estimate.weights);
 }
 
 TEST_CASE("weights that say nothing are judged as the shipped ones") {
   const npt::SafetensorsFile shipped =
       npt::SafetensorsFile::read(std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/human.safetensors");
-  const npt::ConfidenceModel said = npt::ConfidenceModel::of(shipped.part("correspondence/"));
-  for (std::size_t i = 0; i < said.weights.size(); ++i)
-    CHECK(said.weights[i] == doctest::Approx(npt::ConfidenceModel().weights[i]).epsilon(1e-3));
-  REQUIRE(shipped.find_metadata("correspondence/confidence") != nullptr);
+  const npt::ConfidenceModel said = npt::ConfidenceModel::of(shipped.part("correspondence/")), own;
+  for (std::size_t i = 0; i < said.estimate.weights.size(); ++i)
+    CHECK(said.estimate.weights[i] == doctest::Approx(own.estimate.weights[i]).epsilon(1e-3));
+  for (std::size_t i = 0; i < said.joint.weights.size(); ++i)
+    CHECK(said.joint.weights[i] == doctest::Approx(own.joint.weights[i]).epsilon(1e-3));
+  for (const char* key : {"correspondence/confidence_weights", "correspondence/joint_confidence_weights"})
+    REQUIRE(shipped.find_metadata(key) != nullptr);
 }

@@ -48,7 +48,7 @@ TEST_CASE("bodies that the model makes come back from noisy readings") {
     const double error = simulated::error(npt::mannequin(), fit.body, c.posed.points);
     CHECK(error < 0.015);
     CHECK(fit.body.distance < 0.003);
-    CHECK(fit.confidence() > 0.98);
+    CHECK(std::min(fit.mesh_explained, fit.body_explained) > 0.98);
     CHECK(fit.facing == 1);
     sum += error / 6;
   }
@@ -85,7 +85,7 @@ TEST_CASE("what isn't a body is trusted less") {
   for (Vec3d& p : points) p = {1.6 * p.x, 0.7 * p.y, 0.4 * p.z};
   for (npt::PointCorrespondence& p : c.reading) p.point = {1.6 * p.point.x, 0.7 * p.point.y, 0.4 * p.point.z};
   const npt::CorrespondenceFit fit = fitter().fit(npt::FitSurface(points, npt::mannequin().triangles()), c.reading);
-  CHECK(fit.confidence() < 0.97);
+  CHECK(std::min(fit.mesh_explained, fit.body_explained) < 0.97);
   CHECK(fit.relative_distance > 0.005);
 }
 
@@ -100,7 +100,7 @@ TEST_CASE("half and one and a half times the size fit as well, with proportions"
         wide.fit(npt::FitSurface(c.posed.points, npt::mannequin().triangles()), c.reading);
     CAPTURE(scale);
     CHECK(simulated::error(model, fit.body, c.posed.points) < 0.015 * scale);
-    CHECK(fit.confidence() > 0.98);
+    CHECK(std::min(fit.mesh_explained, fit.body_explained) > 0.98);
   }
 }
 

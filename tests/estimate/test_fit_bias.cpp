@@ -56,8 +56,8 @@ double difference(const npt::Matrix3& a, const npt::Matrix3& b) { return std::sq
 
 /// The pelvis turns about its own y axis by `factor` times an input.
 npt::FitBias pelvis_with(std::size_t input, float factor) {
-  std::vector<float> b(rows * columns);
-  b[(3 * joint_index(SmplJoint::pelvis) + 1) * columns + input] = factor;
+  std::vector<float> b(rows * (columns + 1));
+  b[(3 * joint_index(SmplJoint::pelvis) + 1) * (columns + 1) + input] = factor;
   return npt::FitBias(b);
 }
 /// The same with the left hip's angle about x.
@@ -112,6 +112,21 @@ TEST_CASE("it counts where both keep a distance from the body as people of other
   }
 }
 
+TEST_CASE("people at rest are fitted so that bias and constant take them to no turn at all") {
+  CHECK(npt::length(pelvis_with_hip(0.2F).people_at_rest()[0]) == 0);
+  std::vector<float> b(rows * (columns + 1));
+  const auto row = [&b](SmplJoint joint, std::size_t axis) {
+    return std::span(b).subspan((3 * joint_index(joint) + axis) * (columns + 1), columns + 1);
+  };
+  row(SmplJoint::left_hip, 0)[columns] = 0.1F;
+  row(SmplJoint::left_knee, 0)[columns] = -0.05F;
+  row(SmplJoint::left_knee, 0)[3 * (joint_index(SmplJoint::left_hip) - 1)] = 0.5F;
+  const auto rest = npt::FitBias(b).people_at_rest();
+  const double hip = rest[joint_index(SmplJoint::left_hip)].x, knee = rest[joint_index(SmplJoint::left_knee)].x;
+  CHECK(hip == doctest::Approx(-0.1));
+  CHECK(hip + knee + 0.5 * hip - 0.05 == doctest::Approx(0).epsilon(1e-6));
+}
+
 TEST_CASE("a file without the numbers, with others or with broken ones is refused") {
   const auto opened = [](const npt::FileTensor& tensor) {
     const std::filesystem::path path = std::filesystem::temp_directory_path() / "npt_test_fit_bias.safetensors";
@@ -120,10 +135,10 @@ TEST_CASE("a file without the numbers, with others or with broken ones is refuse
     std::filesystem::remove(path);
     return npt::FitBias(file);
   };
-  std::vector<float> values(rows * columns, 0.01F);
+  std::vector<float> values(rows * (columns + 1), 0.01F);
   CHECK_NOTHROW(opened(tensor_of(values, npt::FitBias::shape())));
-  CHECK_THROWS_WITH_AS(opened(tensor_of(values, {24, 3, 5, 19})),
-                       doctest::Contains("found [24, 3, 5, 19], expected [24, 3, 95]"), npt::Error);
+  CHECK_THROWS_WITH_AS(opened(tensor_of(values, {24, 3, 6, 16})),
+                       doctest::Contains("found [24, 3, 6, 16], expected [24, 3, 96]"), npt::Error);
   npt::FileTensor other = tensor_of(values, npt::FitBias::shape());
   other.name = "another";
   CHECK_THROWS_WITH_AS(opened(other), doctest::Contains("no tensor 'joints'"), npt::Error);

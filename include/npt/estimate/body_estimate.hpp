@@ -47,18 +47,28 @@ struct BasicBodyEstimate {
   std::size_t followed = 0;                   ///< how many frames ago a mesh of the sequence was read for itself
   EstimateResiduals residuals;                ///< what speaks against it
   double confidence = 0;                      ///< ConfidenceModel of the residuals
+  std::array<double, smpl_joint_count> joint_confidence{};  ///< the same of each joint alone
 
   /// Whether an arm or a leg is that much farther from the surface than the other parts that it may be in the wrong
-  /// place. Of 300 mannequins read right 18 are in doubt; of 60 people of another model's shapes 4, one of them
+  /// place. Of 300 mannequins estimated right 18 are in doubt; of 60 people of another model's shapes 4, one of them
   /// rightly.
   bool doubtful(LimbPair pair) const {
-    using enum SmplJoint;
     std::array<double, smpl_joint_count> all = fit.part_distances;
-    const auto worst = [&all](auto... joints) { return std::max({all[joint_index(joints)]...}); };
-    const double off = pair == LimbPair::legs
-                           ? worst(left_hip, right_hip, left_knee, right_knee, left_ankle, right_ankle)
-                           : worst(left_shoulder, right_shoulder, left_elbow, right_elbow, left_wrist, right_wrist);
+    double off = 0;
+    for (const std::size_t j : joints_of(pair)) off = std::max(off, all[j]);
     return off > std::max(0.003, 1.7 * median(std::span<double>(all)));
+  }
+  /// Of the joints of both limbs.
+  double least_joint_confidence(LimbPair pair) const {
+    double least = 1;
+    for (const std::size_t j : joints_of(pair)) least = std::min(least, joint_confidence[j]);
+    return least;
+  }
+  static constexpr std::array<std::size_t, 6> joints_of(LimbPair pair) {
+    using enum SmplJoint;
+    return pair == LimbPair::legs
+               ? joint_indices(left_hip, right_hip, left_knee, right_knee, left_ankle, right_ankle)
+               : joint_indices(left_shoulder, right_shoulder, left_elbow, right_elbow, left_wrist, right_wrist);
   }
   /// The body's own vertical axis, from pelvis to chest, in the mesh's coordinates; unit.
   Vec3d up() const { return fit.body.axis_angles.empty() ? Vec3d{0, 1, 0} : joint_rotation(0) * Vec3d{0, 1, 0}; }
@@ -79,12 +89,10 @@ struct BasicBodyEstimate {
       codes.push_back(upside_down);
     else if (axis.y < 0.5)
       codes.push_back(std::abs(axis.z) > 0.85 ? lying_or_z_up : lying);
-    // Of estimates with a high confidence nearly all limbs are right, however far from the surface they lie.
-    if (confidence < high_confidence) {
-      if (doubtful(LimbPair::arms)) codes.push_back(arms_uncertain);
-      if (doubtful(LimbPair::legs)) codes.push_back(legs_uncertain);
-      if (fit.shape_deviation() > odd_shape) codes.push_back(unusual_proportions);
-    }
+    // Where more of these than not are wrong.
+    if (least_joint_confidence(LimbPair::arms) < 0.5) codes.push_back(arms_uncertain);
+    if (least_joint_confidence(LimbPair::legs) < 0.5) codes.push_back(legs_uncertain);
+    if (confidence < high_confidence && fit.shape_deviation() > odd_shape) codes.push_back(unusual_proportions);
     if (fit.facing < 0) codes.push_back(faces_inward);
     if (!figure.empty()) codes.push_back(part_of_mesh);
     return codes;

@@ -99,6 +99,7 @@ class BasicBodyEstimator {
     reading.followed = frame;
     reading.residuals = last.residuals;
     reading.confidence = last.confidence;
+    reading.joint_confidence = last.joint_confidence;
     reading.metres = last.metres;
     reading.centre = last.centre;
     reading.figure = last.figure;
@@ -134,7 +135,8 @@ class BasicBodyEstimator {
     control.step(0.9);
     BodyEstimate best = search.best();
     if (!search.found()) return best;
-    best.confidence = reader_.confidence()(best.residuals.features());
+    best.confidence = reader_.confidence()(best.residuals);
+    best.joint_confidence = reader_.confidence().of_joints(best.residuals);
     best.hands = fingers_(*best.surface, best.fit);
     return best;
   }

@@ -1,8 +1,8 @@
 /// Confidence of an estimated body: the probability that a mesh is a person and that its pose was estimated rightly,
-/// which is that its joints lie within 5 % of the figure's height in the mean.
-/// Model     logistic: p = 1 / (1 + exp(-(w x + c))), x: features of an estimate (estimate/residuals.hpp)
+/// which is that its joints lie within 5 % of the figure's height in the mean; and of each joint, that it does.
+/// Model     logistic: p = 1 / (1 + exp(-(w x + c))), x: features (estimate/residuals.hpp)
 /// Learned   by examples/fit_confidence, from estimates whose truth is known; kept in the metadata of the
-///           correspondence network ("confidence_weights")
+///           correspondence network ("confidence_weights", "joint_confidence_weights")
 /// Errors    npt::Error that names the file, for metadata that aren't that many finite numbers
 #pragma once
 
@@ -23,41 +23,58 @@ namespace npt::inline NPT_ABI {
 /// From `least_confidence` on an estimate is used; from `high_confidence` on nothing needs to be said of it.
 inline constexpr double least_confidence = 0.6, high_confidence = 0.85;
 
-struct ConfidenceModel {
-  static constexpr std::size_t feature_count = EstimateResiduals::feature_count;
-  using Features = EstimateResiduals::Features;
+template <std::size_t Features>
+struct LogisticModel {
+  std::array<double, Features + 1> weights{};  ///< of the features, and the constant
 
-  /// Of the features, and the constant: those of the shipped network, for weights that say nothing.
-  std::array<double, feature_count + 1> weights{-2.0533, -2.9398, -6.0902, -2.4131, -10.1788};
-
-  double operator()(const Features& x) const {
-    double sum = weights[feature_count];
-    for (std::size_t i = 0; i < feature_count; ++i) sum += weights[i] * x[i];
-    return 1 / (1 + std::exp(-sum));
+  /// The logarithm of the odds.
+  double odds(const std::array<double, Features>& x) const {
+    double sum = weights[Features];
+    for (std::size_t i = 0; i < Features; ++i) sum += weights[i] * x[i];
+    return sum;
   }
+  double operator()(const std::array<double, Features>& x) const { return 1 / (1 + std::exp(-odds(x))); }
 
-  /// As the file of a correspondence network says: numbers with a space between them.
+  /// Takes what a file says under `key`: numbers with a space between them. Nothing changes where it says nothing.
+  void read(const SafetensorsFile& file, const char* key) {
+    const std::string* text = file.find_metadata(key);
+    if (text == nullptr) return;
+    const auto fail = [&] {
+      throw Error({.file = file.name(),
+                   .place = std::string("metadata ") + key,
+                   .found = "'" + *text + "'",
+                   .expected = std::to_string(Features + 1) + " numbers, as examples/fit_confidence writes them"});
+    };
+    const char *at = text->data(), *const end = at + text->size();
+    for (double& weight : weights) {
+      while (at != end && *at == ' ') ++at;
+      const auto number = number_from_chars(at, end, weight);
+      if (number.ec != std::errc() || !std::isfinite(weight)) fail();
+      at = number.ptr;
+    }
+    if (at != end) fail();
+  }
+};
+
+struct ConfidenceModel {
+  /// Those of the shipped network, for weights that say nothing.
+  LogisticModel<EstimateResiduals::feature_count> estimate{{-2.0533, -2.9398, -6.0902, -2.4131, -10.1788}};
+  LogisticModel<2> joint{{-1, 0.5, 0}};
+
   static ConfidenceModel of(const SafetensorsFile& file) {
     ConfidenceModel model;
-    const std::string* text = file.find_metadata("confidence_weights");
-    if (text == nullptr) return model;
-    const char *at = text->data(), *const end = at + text->size();
-    for (double& weight : model.weights) {
-      while (at != end && *at == ' ') ++at;
-      const auto read = number_from_chars(at, end, weight);
-      if (read.ec != std::errc() || !std::isfinite(weight)) fail(file, *text);
-      at = read.ptr;
-    }
-    if (at != end) fail(file, *text);
+    model.estimate.read(file, "confidence_weights");
+    model.joint.read(file, "joint_confidence_weights");
     return model;
   }
 
- private:
-  [[noreturn]] static void fail(const SafetensorsFile& file, const std::string& text) {
-    throw Error({.file = file.name(),
-                 .place = "metadata confidence_weights",
-                 .found = "'" + text + "'",
-                 .expected = std::to_string(feature_count + 1) + " numbers, as examples/fit_confidence writes them"});
+  double operator()(const EstimateResiduals& residuals) const { return estimate(residuals.features()); }
+  /// That of a joint: by the correspondences about it, and by the odds of the whole.
+  std::array<double, smpl_joint_count> of_joints(const EstimateResiduals& residuals) const {
+    std::array<double, smpl_joint_count> all{};
+    const double odds = estimate.odds(residuals.features());
+    for (std::size_t j = 0; j < all.size(); ++j) all[j] = joint({residuals.joint_feature(j), odds});
+    return all;
   }
 };
 

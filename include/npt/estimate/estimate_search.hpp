@@ -33,6 +33,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <utility>
@@ -138,7 +139,7 @@ class EstimateSearch {
   }
 
   bool accept(BodyEstimate other) {
-    other.residuals.correspondences = correspondence_residual(other);
+    measure_correspondences(other);
     other.residuals.surface = other.fit.relative_distance;
     other.residuals.pose = other.fit.pose_deviation;
     other.residuals.shape = other.fit.shape_deviation();
@@ -147,19 +148,33 @@ class EstimateSearch {
     return true;
   }
 
-  /// EstimateResiduals::correspondences, by a view that the fit had no part in choosing.
-  double correspondence_residual(const BodyEstimate& estimate) const {
+  /// EstimateResiduals::correspondences and joints, by a view that the fit had no part in choosing.
+  void measure_correspondences(BodyEstimate& estimate) const {
     const auto few = views_.few(samples_);
     const Correspondences seen = views_.one(few, estimate.joint_rotation(0).transposed());
     const BodyLookUp body(fitter_.model(), estimate.fit.body, estimate.fit.facing);
-    double sum = 0;
+    Mean all;
+    std::array<Mean, smpl_joint_count> parts{};
     std::uint32_t hint = no_index;
     for (std::size_t i = 0; i < few.size(); ++i) {
-      const Vec3d place = body.place(body(few[i].point, few[i].normal, hint)).rest;
-      sum += std::min(length(place - seen[i].place), EstimateResiduals::most_correspondence);
+      const BodyPlace place = body.place(body(few[i].point, few[i].normal, hint));
+      const double off = std::min(length(place.rest - seen[i].place), EstimateResiduals::most_correspondence);
+      all.add(off);
+      parts[place.part].add(off);
     }
-    return sum / static_cast<double>(few.size());
+    estimate.residuals.correspondences = all.value();
+    for (std::size_t j = 0; j < parts.size(); ++j) {
+      Mean both = parts[j];
+      if (smpl_parents[j] >= 0) both.add(parts[static_cast<std::size_t>(smpl_parents[j])]);
+      estimate.residuals.joints[j] = both.count > 0 ? both.value() : all.value();
+    }
   }
+  struct Mean {
+    double sum = 0, count = 0;
+    void add(double x) { sum += x, ++count; }
+    void add(const Mean& other) { sum += other.sum, count += other.count; }
+    double value() const { return sum / count; }
+  };
 
   /// Other poses of arms or legs that lie far from the surface.
   void search_limbs(std::span<const Correspondences> views) {

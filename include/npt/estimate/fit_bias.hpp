@@ -6,12 +6,13 @@
 /// B was learned by least squares from bodies whose joints are known (examples/fit_bias). A transfer takes it from
 /// both meshes:
 ///   R = R_pose exp(B x_pose) exp(B x_identity)^-1
-/// so that between equal poses of one build nothing changes. It counts where both keep a distance from the body as
+/// so that between equal poses of one build nothing changes. What is the same in all poses, c, is left out of that, but
+/// tells how the body fits people at rest, by R_true = R_fit exp(B x + c). It counts where both keep a distance from the body as
 /// people of other models do, and not for the mannequin.
 /// Measured, PMD x 1e-4 from angles alone and from the build, too: two people that no body model made, every pose in
 /// every other, 7.3 and 5.8; human_6890 in natural poses 4.9 and 4.4, on the paper's protocol, seen poses, 3.5 and 2.6.
 /// Angles alone had taken 9.2 to 8.3 for the two people.
-/// Shapes    B: [24, 3, 95], radians by radians (23 x 3) and by units of shape (26); rotations by joint, in space
+/// Shapes    B and c: [24, 3, 95 + 1], radians by radians (23 x 3) and by units of shape (26); rotations by joint, in space
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Errors    npt::Error for a file without B, for another shape, and for numbers that aren't finite
 /// Source    ours
@@ -50,10 +51,10 @@ class BasicFitBias {
   using Rotations = std::array<Matrix3, smpl_joint_count>;
 
   static constexpr const char* tensor = "joints";
-  static TensorShape shape() { return {smpl_joint_count, 3, columns}; }
+  static TensorShape shape() { return {smpl_joint_count, 3, columns + 1}; }
 
   explicit BasicFitBias(const SafetensorsFile& file) : BasicFitBias(read(file)) {}
-  explicit BasicFitBias(std::vector<float> b) : b_(std::move(b)) { NPT_ASSERT(b_.size() == rows * columns); }
+  explicit BasicFitBias(std::vector<float> b) : b_(std::move(b)) { NPT_ASSERT(b_.size() == rows * (columns + 1)); }
 
   /// How much it counts for a pair, from 0 to 1: where both meshes are people's, and not the mannequin's. A stylised
   /// man, whose joints are his own, would have 24e-4 with it instead of 19e-4.
@@ -72,18 +73,25 @@ class BasicFitBias {
 
   /// [24] exp(share B x) of a mesh's fit, in the joints' own frames.
   Rotations correction(const BodyEstimate& reading, double share = 1) const {
-    const std::array<double, columns> x = inputs(reading.fit.body);
-    Rotations result;
-    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
-      std::array<double, 3> turn{};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::span<const float> row = std::span(b_).subspan((3 * j + k) * columns, columns);
-        for (std::size_t i = 0; i < columns; ++i) turn[k] += static_cast<double>(row[i]) * x[i];
+    return rotations(inputs(reading.fit.body), share, 0);
+  }
+
+  /// [24] Axis angles of the mannequin as it fits people at rest: those that B and c take to none.
+  std::array<Vec3d, smpl_joint_count> people_at_rest() const {
+    constexpr int rounds = 5;  // each takes a tenth of what is left
+    std::array<Vec3d, smpl_joint_count> rest{};
+    std::array<double, columns> x{};
+    for (int round = 0; round < rounds; ++round) {
+      const Rotations off = rotations(x, 1, 1);
+      for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+        const int parent = smpl_parents[j];
+        const Matrix3 fitted = off[j].transposed();
+        rest[j] = axis_angle(parent < 0 ? fitted : off[static_cast<std::size_t>(parent)] * fitted);
+        if (j == 0) continue;
+        x[3 * j - 3] = rest[j].x, x[3 * j - 2] = rest[j].y, x[3 * j - 1] = rest[j].z;
       }
-      const Vec3d v = Vec3d{turn[0], turn[1], turn[2]} * share;
-      result[j] = rotation_matrix(v * (most / std::max(most, length(v))));
     }
-    return result;
+    return rest;
   }
 
   /// [24, 3] the joint angles for the identity in the pose.
@@ -108,13 +116,29 @@ class BasicFitBias {
   /// Radians: poses that the learning never saw take no joint farther.
   static constexpr double most = 0.35;
 
+  /// [24] exp(share B x + constant c)
+  Rotations rotations(const std::array<double, columns>& x, double share, double constant) const {
+    Rotations result;
+    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+      std::array<double, 3> turn{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::span<const float> row = std::span(b_).subspan((3 * j + k) * (columns + 1), columns + 1);
+        for (std::size_t i = 0; i < columns; ++i) turn[k] += share * static_cast<double>(row[i]) * x[i];
+        turn[k] += constant * static_cast<double>(row[columns]);
+      }
+      const Vec3d v{turn[0], turn[1], turn[2]};
+      result[j] = rotation_matrix(v * (most / std::max(most, length(v))));
+    }
+    return result;
+  }
+
   static std::vector<float> read(const SafetensorsFile& file) {
     const FileTensor& found = file.at(tensor);
     if (found.shape != shape()) invalid_tensor(file.name(), tensor, to_string(found.shape), to_string(shape()));
     return to_float(found);
   }
 
-  std::vector<float> b_;  ///< [rows, columns]
+  std::vector<float> b_;  ///< [rows, columns + 1]
 };
 
 }  // namespace npt::inline NPT_ABI

@@ -10,6 +10,7 @@
 /// Units     metres; pose: squared deviations of natural poses
 #pragma once
 
+#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 
 #include <array>
@@ -23,12 +24,14 @@ struct EstimateResiduals {
   /// body says, and where the fitted body has them: the mean, each counted up to `most_correspondence`.
   double correspondences = 0;
   static constexpr double most_correspondence = 0.5;
+  /// The same of the points of the two parts that meet at a joint.
+  std::array<double, smpl_joint_count> joints{};
   double surface = 0;  ///< CorrespondenceFit::relative_distance
   double pose = 0;     ///< CorrespondenceFit::pose_deviation
   double shape = 0;    ///< CorrespondenceFit::shape_deviation
   double torn = 0;     ///< PlacePatches::torn, where limbs touch; else 0
 
-  /// Below these residuals nothing is told apart: people have 0.03 and 0.006, the mannequin's own meshes 0.03 and 0.001.
+  /// Below these residuals differences don't matter: people have 0.03 and 0.006, the mannequin's own meshes 0.03 and 0.001.
   static constexpr double least_correspondence = 0.01, least_surface = 0.001, least_pose = 0.1, least_torn = 0.01;
 
   double energy() const {
@@ -44,6 +47,7 @@ struct EstimateResiduals {
     return {std::log(correspondences + least_correspondence), std::log(surface + least_surface),
             std::log(pose + least_pose), std::log(1 + shape / 100)};
   }
+  double joint_feature(std::size_t joint) const { return std::log(joints[joint] + least_correspondence); }
 };
 
 }  // namespace npt::inline NPT_ABI

@@ -1,6 +1,6 @@
 /// A bound character as tensors of a file, and back with the same bits.
-///   estimate.numbers [n] F64, estimate.axis_angles, estimate.betas, estimate.part_distances, body.axis_angles,
-///   joints [40, 3] F64, hands F64, points [V, 3] F64, weights.start [V + 1] U32, weights.column U32, weights.value
+///   estimate.numbers [n] F64, estimate.axis_angles, estimate.betas, estimate.part_distances, estimate.joint_confidence [24] F64,
+///   body.axis_angles, joints [40, 3] F64, hands F64, points [V, 3] F64, weights.start [V + 1] U32, weights.column U32, weights.value
 /// The surface of the estimate isn't kept: poses need it, identities don't.
 #pragma once
 
@@ -105,6 +105,7 @@ NPT_INLINE void save_bound(const BoundCharacter& character, TensorList& out) {
   out.add("estimate.axis_angles", e.fit.body.axis_angles);
   out.add("estimate.betas", e.fit.body.betas);
   out.add("estimate.part_distances", std::span<const double>(e.fit.part_distances), {e.fit.part_distances.size()});
+  out.add("estimate.joint_confidence", std::span<const double>(e.joint_confidence), {e.joint_confidence.size()});
   const std::array<std::uint32_t, 2> flags{character.fingers[0] ? 1U : 0U, character.fingers[1] ? 1U : 0U};
   out.add("flags", std::span<const std::uint32_t>(flags), {flags.size()});
   out.add("body.axis_angles", character.body.axis_angles);
@@ -132,6 +133,10 @@ NPT_INLINE BoundCharacter load_bound(const SafetensorsFile& file, std::size_t jo
   e.fit.body.betas = expect_values<float>(file, "estimate.betas", shapes);
   const auto distances = expect_values<double>(file, "estimate.part_distances", e.fit.part_distances.size());
   std::copy(distances.begin(), distances.end(), e.fit.part_distances.begin());
+  e.joint_confidence.fill(e.confidence);
+  if (file.find("estimate.joint_confidence") != nullptr)  // files that were made before have none
+    std::ranges::copy(expect_values<double>(file, "estimate.joint_confidence", e.joint_confidence.size()),
+                      e.joint_confidence.begin());
   const auto flags = expect_values<std::int64_t>(file, "flags", 2);
   character.fingers = {flags[0] != 0, flags[1] != 0};
   const auto hands = expect_values<double>(file, "hands", 2 * bends);

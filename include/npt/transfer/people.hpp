@@ -36,6 +36,7 @@
 #include <npt/transfer/network_correction.hpp>
 #include <npt/transfer/options.hpp>
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -85,7 +86,10 @@ class PeopleDomain final : public BodyDomain {
   PeopleDomain(const SafetensorsFile& file, const BodyOptions& options, int threads)
       : estimator_(BasicCorrespondenceEstimator<Exec>(file.part("correspondence/"), Exec(threads)),
                    transfer::internal::estimator_options(options.quality)) {
-    if (const SafetensorsFile bias = file.part("fit_bias/"); !bias.tensors().empty()) bias_.emplace(bias);
+    if (const SafetensorsFile bias = file.part("fit_bias/"); !bias.tensors().empty()) {
+      bias_.emplace(bias);
+      people_at_rest_ = bias_->people_at_rest();
+    }
     if (const SafetensorsFile network = file.part("network_correction/"); !network.tensors().empty())
       correction_ = std::make_unique<const BasicNetworkCorrection<Exec>>(network, Exec(1));
   }
@@ -112,7 +116,7 @@ class PeopleDomain final : public BodyDomain {
   std::vector<Affine> rest_motions(const DomainBinding& identity) const override {
     const BoundCharacter& character = character_of(identity);
     const std::vector<float> straight(3 * fingered().joint_count(), 0.0F);
-    return character.motions_in_place(fingered(), from_own_rest(character.estimate, as_span(straight)));
+    return character.motions_in_place(fingered(), from_own_rest(people_at_rest_, character.estimate, as_span(straight)));
   }
 
   JointPose joints(const DomainEstimate& estimate) const override {
@@ -159,11 +163,12 @@ class PeopleDomain final : public BodyDomain {
     std::vector<float> result = bias_ ? bias_->angles(character.estimate, estimate) : estimate.fit.body.axis_angles;
     result = character.angles(as_span(result), estimate);
     if (correction_ != nullptr) result = correction_->angles(fingered(), character, estimate, std::move(result));
-    return from_own_rest(character.estimate, as_span(result));
+    return from_own_rest(people_at_rest_, character.estimate, as_span(result));
   }
 
   BasicBodyEstimator<Exec> estimator_;
-  std::optional<FitBias> bias_;  ///< these two where the file holds them
+  std::optional<FitBias> bias_;  ///< these where the file holds them
+  std::array<Vec3d, smpl_joint_count> people_at_rest_{};
   std::unique_ptr<const BasicNetworkCorrection<Exec>> correction_;
 };
 
