@@ -125,7 +125,7 @@ class BasicBodyEstimator {
     const auto samples = all.first(std::min(options_.read_points, all.size()));
     const CorrespondenceViews<Exec> views(reader_, fitter_->correspondence_template(), options_.views);
     EstimateSearch<Exec> search(views, *fitter_, limbs_, executor(), mesh, samples, std::move(nothing));
-    search.first_views();
+    if (!search.first_views()) return search.best();
     control.step(0.4);
     if (search.unsure()) search.front_view();
     control.step(0.6);

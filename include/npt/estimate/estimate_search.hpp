@@ -61,24 +61,25 @@ class EstimateSearch {
   bool found() const { return !best_.fit.body.axis_angles.empty(); }
 
   /// Whether it is worth its time to look on.
-  bool unsure() const { return found() && best_.residuals.energy() > sure_energy; }
+  bool unsure() const { return !found() || best_.residuals.energy() > sure_energy; }
 
-  /// About the vertical axis, or another one where that shows nothing like a body.
-  void first_views() {
+  /// About the vertical axis, or another one where that shows nothing like a body. False: no view does.
+  bool first_views() {
     std::vector<Correspondences> views = views_.about_vertical(samples_, Matrix3::identity());
     if (views_.least_residual(views) > hopeless_residual) {
       const UprightView other = views_.best_axis(samples_);
-      if (other.residual > hopeless_residual) return;
+      if (other.residual > hopeless_residual) return false;
       views = views_.about_vertical(samples_, other.upright);
     }
     propose(views);
     search_limbs(views);
+    return true;
   }
 
   /// Upright and facing +z, as the best estimate says; once more where that has changed it.
   void front_view() {
     constexpr int rounds = 2;
-    for (int round = 0; round < rounds; ++round) {
+    for (int round = 0; found() && round < rounds; ++round) {
       const std::array view{views_.one(samples_, best_.joint_rotation(0).transposed())};
       if (!propose(view)) return;
       search_limbs(view);
