@@ -320,7 +320,7 @@ class BasicCorrespondenceFitter {
     problem.x() = c.x;
     problem.set_facing(c.facing);
     std::vector<BodyPoint> read_places;
-    for (std::size_t i = 0; i < std::min(reading.size(), Stages::finest.places); ++i) {
+    for (std::size_t i = 0; i < std::min(reading.size(), fit::internal::stage_places); ++i) {
       const ClosestPoint at = full_tree_.closest(c.motion.places[i].rest);
       read_places.push_back({full_.triangles()[at.triangle], at.weights, at.point});
     }

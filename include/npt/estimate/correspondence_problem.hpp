@@ -94,7 +94,7 @@ class BasicCorrespondenceProblem {
       value_ = evaluate(x_, matches_, state_);
     }
     double damping = 1e-3;
-    for (int i = 0; i < stage.iterations; ++i) {
+    for (int i = 0; i < stage_steps; ++i) {
       linearise();
       bool better = false;
       for (int attempt = 0; attempt < 3 && !better; ++attempt) {
@@ -130,7 +130,7 @@ class BasicCorrespondenceProblem {
     return data_value_;
   }
   std::span<const Match> matches() const noexcept { return matches_; }
-  std::size_t probe_matches() const noexcept { return std::min(stage_->probes, level_->probes().size()); }
+  std::size_t probe_matches() const noexcept { return std::min(stage_->points, level_->probes().size()); }
   const DifferentiableBody::State& state() const noexcept { return state_; }
   std::span<const Vec3d> body_points() const noexcept { return as_span(points_of_body_); }
 
@@ -160,7 +160,7 @@ class BasicCorrespondenceProblem {
     body.forward(x, state, as_span(points_of_body_));
     matches.clear();
     data_value_ = 0;
-    if (stage_->surface_weight > 0) {
+    if (stage_->points > 0) {
       from_body(state, matches);
       from_mesh(matches);
       for (const Match& m : matches) data_value_ += m.weight * m.robust();
@@ -175,7 +175,7 @@ class BasicCorrespondenceProblem {
 
   void from_body(const DifferentiableBody::State& state, std::vector<Match>& matches) {
     const std::span<const BodyLevel::Probe> probes = level_->probes();
-    const std::size_t count = std::min(stage_->probes, probes.size());
+    const std::size_t count = std::min(stage_->points, probes.size());
     double area = 0;
     for (std::size_t i = 0; i < count; ++i) area += probes[i].area;
     const double limit = 9 * stage_->scale * stage_->scale, spacing = 0.7 * surface_.spacing();
@@ -187,7 +187,7 @@ class BasicCorrespondenceProblem {
           point, [&](std::uint32_t k) { return faces(normal, surface_.samples()[k].normal); }, mesh_hint_[i], limit);
       mesh_hint_[i] = c.triangle;
       Match& m = matches.emplace_back();
-      m.weight = stage_->surface_weight * per_square_metre * probe.area / area;
+      m.weight = per_square_metre * probe.area / area;
       m.scale = stage_->scale;
       if (c.triangle == no_index) continue;
       m.at = {{probe.vertex, probe.vertex, probe.vertex}, {1, 0, 0}, {}};
@@ -220,7 +220,7 @@ class BasicCorrespondenceProblem {
   void from_mesh(std::vector<Match>& matches) {
     const std::span<const Triangle> triangles = level_->triangles();
     tree_.move(as_span(points_of_body_), triangles);
-    const std::size_t count = std::min(stage_->samples, surface_.samples().size());
+    const std::size_t count = std::min(stage_->points, surface_.samples().size());
     const double limit = 9 * stage_->scale * stage_->scale;
     for (std::size_t k = 0; k < count; ++k) {
       const FitSurface::Sample& s = surface_.samples()[k];
@@ -235,7 +235,7 @@ class BasicCorrespondenceProblem {
           body_hint_[k], limit);
       body_hint_[k] = c.triangle;
       Match& m = matches.emplace_back();
-      m.weight = stage_->surface_weight * per_square_metre / static_cast<double>(count);
+      m.weight = per_square_metre / static_cast<double>(count);
       m.scale = stage_->scale;
       if (c.triangle == no_index) continue;
       m.at = {triangles[c.triangle], c.weights, {}};
@@ -245,7 +245,7 @@ class BasicCorrespondenceProblem {
   }
 
   void from_places(std::vector<Match>& matches) {
-    const std::size_t count = std::min(stage_->places, points_.size());
+    const std::size_t count = std::min(stage_places, points_.size());
     double total = 0;
     for (std::size_t k = 0; k < count; ++k) total += motion_->certainty[k];
     for (std::size_t k = 0; k < count; ++k) {
@@ -265,11 +265,11 @@ class BasicCorrespondenceProblem {
   double prior_value(std::span<const double> x) {
     const std::size_t angles = 3 * model_.joint_count();
     std::fill(row_.begin(), row_.end(), 0.0);
-    double value = prior_(x.subspan(3, angles), prior_share_ * stage_->pose_prior, prior_share_ * stage_->bend_prior,
+    double value = prior_(x.subspan(3, angles), prior_share_ * stage_->prior, prior_share_ * stage_->prior,
                           std::span(row_).subspan(3, angles));
     for (std::size_t b = 0; b < model_.shape_count(); ++b) {
       const double off = x[3 + angles + b] / deviation(b);
-      value += prior_share_ * stage_->shape_prior * robust_squared(off * off, unusual_shape);
+      value += prior_share_ * stage_->prior * stage_->shape_prior * robust_squared(off * off, unusual_shape);
     }
     return value;
   }
@@ -279,7 +279,7 @@ class BasicCorrespondenceProblem {
     body.derivatives(as_span(x_), state_, derivatives_);
     equations_.clear();
     const std::size_t from_places =
-        matches_.size() - (place_weight() > 0 ? std::min(stage_->places, points_.size()) : 0);
+        matches_.size() - (place_weight() > 0 ? std::min(stage_places, points_.size()) : 0);
     for (std::size_t i = 0; i < matches_.size(); ++i) {
       const Match& m = matches_[i];
       if (m.squared < 0) continue;
@@ -297,15 +297,15 @@ class BasicCorrespondenceProblem {
     const std::size_t angles = 3 * model_.joint_count();
     std::fill(row_.begin(), row_.end(), 0.0);
     const std::span<const double> theta = std::span<const double>(x_).subspan(3, angles);
-    prior_(theta, prior_share_ * stage_->pose_prior, prior_share_ * stage_->bend_prior,
+    prior_(theta, prior_share_ * stage_->prior, prior_share_ * stage_->prior,
            std::span(row_).subspan(3, angles));
     for (std::size_t i = 3; i < 3 + angles; ++i) equations_.add_to_right(i, 0.5 * row_[i]);
-    prior_.add_curvature(theta, prior_share_ * stage_->pose_prior, prior_share_ * stage_->bend_prior, 3, equations_);
+    prior_.add_curvature(theta, prior_share_ * stage_->prior, prior_share_ * stage_->prior, 3, equations_);
     for (std::size_t b = 0; b < model_.shape_count(); ++b) {
       const std::size_t i = 3 + angles + b;
       const double off = x_[i] / deviation(b), limit = unusual_shape * unusual_shape;
       const double share = limit / (off * off + limit) / deviation(b);
-      const double weight = prior_share_ * stage_->shape_prior * share * share;
+      const double weight = prior_share_ * stage_->prior * stage_->shape_prior * share * share;
       equations_.add_to_matrix(i, i, weight);
       equations_.add_to_right(i, weight * x_[i]);
     }

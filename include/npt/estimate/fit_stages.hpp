@@ -11,100 +11,57 @@ namespace npt::inline NPT_ABI {
 
 namespace fit::internal {
 
+/// Steps of a stage at most; mostly it ends after three.
+inline constexpr int stage_steps = 5;
+/// Points with correspondences that a stage takes.
+inline constexpr std::size_t stage_places = 300;
+
 /// The weights and sizes of a stage.
 struct FitStage {
-  int iterations = 0;
-  double enough = 1e-2;  ///< a step that makes E less by a smaller share of it is the last one
+  double scale = 0.1;       ///< of the robust kernel, in metres
+  double place_weight = 0;  ///< of the places
+  double prior = 0;         ///< of a squared deviation of the pose
+  double shape_prior = 5;   ///< times that: of one of the shape
+  std::size_t points = 0;   ///< of both surfaces
+  double facing = 0.2;      ///< least cosine between normals
+  double slack = 0;         ///< E may grow by this share of it in a step: closest points jump
+  double enough = 1e-2;     ///< a step that makes E less by a smaller share of it is the last one
   /// E without priors at which they count as given, and places not at all; above, both grow along with it: the farther
   /// the body stays from the surface, as under clothes, the less the surface alone says.
   double usual_distance = 0;
-  double slack = 0;           ///< E may grow by this share of it in a step: closest points jump
-  double scale = 0.1;         ///< of the robust kernel, in metres
-  double place_weight = 0;    ///< of the places
-  double surface_weight = 1;  ///< of the distances
-  double facing = 0;          ///< least cosine between normals
-  double pose_prior = 0, bend_prior = 0, shape_prior = 0;
-  std::size_t probes = 0, samples = 0, places = 0;
 };
 
-/// In the order in which a fit takes them.
+/// In the order in which a fit takes them: the kernel narrows, and with the surface nearer priors and places count less.
 struct FitStages {
-  /// To the read places alone.
-  static constexpr FitStage places{.iterations = 4,
-                                   .scale = 0.15,
-                                   .place_weight = 1,
-                                   .surface_weight = 0,
-                                   .pose_prior = 0.1,
-                                   .bend_prior = 0.05,
-                                   .shape_prior = 0.5,
-                                   .places = 300};
+  /// To the places alone.
+  static constexpr FitStage places{.scale = 0.15, .place_weight = 1, .prior = 0.1};
   /// To places and, where the body comes near, the surface.
-  static constexpr FitStage wide{.iterations = 4,
-                                 .scale = 0.12,
-                                 .place_weight = 0.2,
-                                 .surface_weight = 1,
-                                 .facing = 0.2,
-                                 .pose_prior = 0.03,
-                                 .bend_prior = 0.03,
-                                 .shape_prior = 0.15,
-                                 .probes = 300,
-                                 .samples = 400,
-                                 .places = 200};
+  static constexpr FitStage wide{.scale = 0.12, .place_weight = 0.2, .prior = 0.03, .points = 400};
   /// Nearer.
-  static constexpr FitStage middle{.iterations = 4,
-                                   .scale = 0.08,
-                                   .place_weight = 0.02,
-                                   .surface_weight = 1,
-                                   .facing = 0.2,
-                                   .pose_prior = 0.005,
-                                   .bend_prior = 0.005,
-                                   .shape_prior = 0.025,
-                                   .probes = 500,
-                                   .samples = 600,
-                                   .places = 200};
-  /// From a start that was not read: limbs elsewhere.
-  static constexpr FitStage astray{.iterations = 6,
-                                   .scale = 0.08,
-                                   .surface_weight = 1,
-                                   .facing = 0.2,
-                                   .pose_prior = 0.003,
-                                   .bend_prior = 0.003,
-                                   .shape_prior = 0.025,
-                                   .probes = 400,
-                                   .samples = 500};
+  static constexpr FitStage middle{.scale = 0.08, .place_weight = 0.02, .prior = 0.005, .points = 600};
+  /// From a start that no network saw: limbs elsewhere.
+  static constexpr FitStage astray{.scale = 0.08, .prior = 0.005, .points = 400};
   /// By what candidates are compared.
-  static constexpr FitStage judged{.scale = 0.1, .surface_weight = 1, .facing = 0.2, .probes = 300, .samples = 400};
+  static constexpr FitStage judged{.points = 400};
   /// All vertices.
-  static constexpr FitStage fine{.iterations = 4,
-                                 .usual_distance = 0.1,
-                                 .slack = 0.02,
-                                 .scale = 0.05,
+  static constexpr FitStage fine{.scale = 0.05,
                                  .place_weight = 0.07,
-                                 .surface_weight = 1,
-                                 .facing = 0.2,
-                                 .pose_prior = 0.0005,
-                                 .bend_prior = 0.0005,
-                                 .shape_prior = 0.005,
-                                 .probes = 800,
-                                 .samples = 1000,
-                                 .places = 300};
-  /// The last one.
-  static constexpr FitStage finest{.iterations = 5,
-                                   .enough = -1,
-                                   .usual_distance = 0.05,
-                                   .slack = 0.05,
-                                   .scale = 0.03,
+                                 .prior = 0.0005,
+                                 .points = 1000,
+                                 .slack = 0.05,
+                                 .usual_distance = 0.1};
+  /// The last one, which doesn't stop early. With a prior of 0.0003, and 5 times that for the shape, other models'
+  /// people end at 21.7 mm instead of 18.0 in natural poses, at 25.4 instead of 21.4 in clothes.
+  static constexpr FitStage finest{.scale = 0.03,
                                    .place_weight = 0.04,
-                                   .surface_weight = 1,
-                                   .facing = 0.3,
-                                   .pose_prior = 0.00005,
-                                   .bend_prior = 0.00005,
-                                   .shape_prior = 0.0015,
-                                   .probes = 1000,
-                                   .samples = 1100,
-                                   .places = 300};
+                                   .prior = 0.00005,
+                                   .shape_prior = 30,
+                                   .points = 1000,
+                                   .slack = 0.05,
+                                   .enough = -1,
+                                   .usual_distance = 0.05};
   /// How near the body is in the end.
-  static constexpr FitStage measured{.scale = 0.05, .surface_weight = 1, .facing = 0, .probes = 1000, .samples = 1500};
+  static constexpr FitStage measured{.scale = 0.05, .points = 1000, .facing = 0};
 };
 
 }  // namespace fit::internal
