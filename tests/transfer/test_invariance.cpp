@@ -122,3 +122,11 @@ TEST_CASE("a suit's are but for some directions" *
       other_topology("quaternius_man_suit_table6_0.obj"), MeshRole::pose,
       {"turned by 90 degrees about z", "turned by 180 degrees about x", "turned by 180 degrees about z", "mirrored"});
 }
+
+// In the mean 26 mm, of the mirrored one 7.4 mm; the others up to 0.9 mm.
+TEST_CASE("a character's are but for some directions" *
+          support::needs_shared("data/characters/humanoids/qmen_king.glb")) {
+  check_changes(npt::read_mesh(NPT_SHARED "/data/characters/humanoids/qmen_king.glb"), MeshRole::identity,
+                {"turned by 90 degrees about x", "turned by 90 degrees about z", "turned by 180 degrees about x",
+                 "turned by 180 degrees about z", "mirrored"});
+}
