@@ -73,12 +73,12 @@ void check_changes(const npt::Mesh& mesh, MeshRole role, const std::vector<std::
                                  ? transferred(changed, Partner(changed_meshes::changed(other, change), role), role)
                                  : transferred(changed, partner, role);
     const std::vector<npt::Vec3d> points = changed_meshes::undone(made.mesh, change, role);
-    const auto [mean, largest] = changed_meshes::distance(points, expected, side, change.turns());
-    CAPTURE(largest);
+    const changed_meshes::Distance off = changed_meshes::distance(points, expected, side, change.turns());
+    CAPTURE(off.largest);
     if (std::ranges::find(wrong, change.name) == wrong.end())
-      CHECK(mean < 0.005);
+      CHECK(off.mean < 0.005);
     else
-      CHECK_MESSAGE(mean > 0.005, "it makes no difference now: take it off the list of wrong ones");
+      CHECK_MESSAGE(off.mean > 0.005, "it makes no difference now: take it off the list of wrong ones");
     CHECK(std::abs(made.confidence - plain.confidence) < 0.03);
   }
 }
