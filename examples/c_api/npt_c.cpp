@@ -267,6 +267,24 @@ npt_status npt_report(const npt_transfer* transfer, const npt_character* charact
   });
 }
 
+npt_status npt_measure(const npt_transfer* transfer, const npt_character* character, const npt_pose* pose,
+                       const float* xyz, npt_measures* measures) {
+  return guarded([&] {
+    expect(transfer != nullptr && character != nullptr && pose != nullptr && xyz != nullptr && measures != nullptr,
+           "npt_measure: a null pointer");
+    expect(measures->size == sizeof(npt_measures), "npt_measures: a size that isn't sizeof(npt_measures)");
+    const npt::Character& own = character->character;
+    const npt::ResultMeasures made = transfer->transfer.measure(own, *pose->pose, {xyz, 3 * own.vertex_count()});
+    *measures = {sizeof(npt_measures),
+                 made.stretch.common,
+                 made.stretch.largest,
+                 made.stretch.vertex,
+                 made.penetration,
+                 c_api::number_of(made.identity_coverage),
+                 c_api::number_of(made.pose_coverage)};
+  });
+}
+
 npt_status npt_open_tracker(const npt_transfer* transfer, npt_tracker** tracker) {
   return guarded([&] {
     expect(transfer != nullptr && tracker != nullptr, "npt_open_tracker: a null pointer");

@@ -195,6 +195,17 @@ typedef struct npt_result {
   npt_warning warnings[NPT_MOST_WARNINGS];
 } npt_result;
 
+/* What can be measured of a result without its ground truth. */
+typedef struct npt_measures {
+  size_t size;               /* sizeof(npt_measures) */
+  double common_stretch;     /* edges of 99.9 % of the length are at most so many times as long as before */
+  double largest_stretch;    /* the same of one edge; one shorter than the mean edge counts as a mean one */
+  size_t stretched_vertex;   /* an end of that edge */
+  double penetration;        /* fraction of the area inside another part of the mesh, and outside before */
+  double character_coverage; /* fraction of the area that has its estimated body within 3 cm; -1: no body */
+  double pose_coverage;
+} npt_measures;
+
 /* What was estimated for a mesh. */
 typedef struct npt_estimate {
   size_t size;        /* sizeof(npt_estimate) */
@@ -289,6 +300,10 @@ NPT_C_API npt_status npt_apply(const npt_transfer* transfer, const npt_character
 /* How npt_apply will make its result. */
 NPT_C_API npt_status npt_report(const npt_transfer* transfer, const npt_character* character, const npt_pose* pose,
                                 npt_result* result);
+/* Measures what npt_apply wrote, xyz [vertices][3], in 26 ms for 6890 vertices. NPT_BAD_INPUT for a character without
+ * triangles that have an area. */
+NPT_C_API npt_status npt_measure(const npt_transfer* transfer, const npt_character* character, const npt_pose* pose,
+                                 const float* xyz, npt_measures* measures);
 
 /* ---- Sequences ---- */
 

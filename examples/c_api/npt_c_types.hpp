@@ -227,7 +227,7 @@ inline std::size_t copy_warnings(const npt::Warnings& warnings, npt_warning* out
   return warnings.size();
 }
 
-inline double number_of(std::optional<double> confidence) { return confidence.value_or(-1); }
+inline double number_of(std::optional<double> fraction) { return fraction.value_or(-1); }
 
 inline void expect_result(const npt_result* result) {
   expect(result == nullptr || result->size == sizeof(npt_result), "npt_result: a size that isn't sizeof(npt_result)");

@@ -101,6 +101,7 @@ class Transferring {
     const npt::TransferReport report = transfer_.apply(character_, prepared_pose_, result.coordinates());
     npt::recompute_normals(result);
     outcome.confidence = report.confidence;
+    outcome.measures = report.measures;
     outcome.method = report.method == npt::Method::network ? "network" : "body";
     for (std::string& note : program::notes_of(report.warnings, job.identity.string(), job.pose.string()))
       outcome.notes.push_back(std::move(note));
@@ -338,6 +339,7 @@ class Transfer {
   void run_pieces(const std::vector<Piece>& pieces, int in_flight, int threads) {
     program::TransferArguments arguments = options_.transfer;
     arguments.threads = threads;
+    arguments.options.measure = options_.report.has_value();
     const program::PoseTransfer transfer = program::open_transfer(arguments);
     description_ = transfer.description();
     const npt::DefaultExecutor executor(in_flight);
@@ -579,8 +581,9 @@ void add(CLI::App& command) {
       .add_option("--shard", o->shard,
                   "Transfer only this part of the pairs, such as 3/16, the third of sixteen: for the jobs of a cluster")
       ->type_name("PART");
-  command.add_option("--report", o->report,
-                     "Write a line of JSON for each pair: files, status, method, confidence, notes, seconds or error");
+  command.add_option(
+      "--report", o->report,
+      "Write a line of JSON for each pair: files, status, method, confidence, notes, measures, seconds or error");
   command.add_option("--render", o->picture, "Also draw identity, pose and result (.png)");
   command.add_option("--view", o->page, "Also write a page that shows identity, pose and result in a browser (.html)");
   command.callback([o] { run(*o); });

@@ -6,6 +6,7 @@
 
 #include <npt/base/error.hpp>
 #include <npt/io/file.hpp>
+#include <npt/transfer/result_measures.hpp>
 
 #include <algorithm>
 #include <charconv>
@@ -69,11 +70,22 @@ struct JobOutcome {
   Status status = Status::none;
   std::string method;                ///< "body" or "network"
   std::optional<double> confidence;  ///< where bodies were estimated
+  std::optional<npt::ResultMeasures> measures;
   double seconds = 0;
   std::size_t frames = 0;  ///< of a sequence in one file
   std::vector<std::string> notes;
   std::string error;
 };
+
+inline Report report_of(const npt::ResultMeasures& measures) {
+  Report report{{"common_stretch", measures.stretch.common},
+                {"largest_stretch", measures.stretch.largest},
+                {"stretched_vertex", measures.stretch.vertex},
+                {"penetration", measures.penetration}};
+  if (measures.identity_coverage) report["identity_coverage"] = *measures.identity_coverage;
+  if (measures.pose_coverage) report["pose_coverage"] = *measures.pose_coverage;
+  return report;
+}
 
 /// A line of JSON.
 inline std::string report_line(const TransferJob& job, const JobOutcome& outcome) {
@@ -86,6 +98,7 @@ inline std::string report_line(const TransferJob& job, const JobOutcome& outcome
     line["method"] = outcome.method;
     if (outcome.confidence) line["confidence"] = *outcome.confidence;
     line["notes"] = outcome.notes;
+    if (outcome.measures) line["measures"] = report_of(*outcome.measures);
     line["seconds"] = outcome.seconds;
     if (outcome.frames > 0) line["frames"] = outcome.frames;
   }

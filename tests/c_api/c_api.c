@@ -96,6 +96,7 @@ static void transfers(void) {
 static void by_network(const npt_transfer* transfer, const npt_character* own, const npt_pose* posed) {
   const npt_skeleton* skeleton = NULL;
   npt_result report = {sizeof report};
+  npt_measures measures = {sizeof measures};
   npt_estimate estimate = {sizeof estimate};
   npt_joint_pose joints = {sizeof joints};
   npt_mesh mesh = {sizeof mesh};
@@ -104,6 +105,12 @@ static void by_network(const npt_transfer* transfer, const npt_character* own, c
   CHECK(report.method == NPT_NETWORK && report.warning_count == 0);
   CHECK(report.confidence == -1 && report.character_confidence == -1 && report.pose_confidence == -1);
   CHECK(npt_report(transfer, own, posed, NULL) == NPT_BAD_ARGUMENT);
+  CHECK(npt_measure(transfer, own, posed, identity_xyz, &measures) == NPT_OK);
+  CHECK(measures.common_stretch == 1 && measures.largest_stretch <= 1 && measures.stretched_vertex < V);
+  CHECK(measures.penetration == 0 && measures.character_coverage == -1 && measures.pose_coverage == -1);
+  CHECK(npt_measure(transfer, own, posed, NULL, &measures) == NPT_BAD_ARGUMENT);
+  measures.size = 8;
+  CHECK(npt_measure(transfer, own, posed, identity_xyz, &measures) == NPT_BAD_ARGUMENT);
   report.size = 8;
   CHECK(npt_report(transfer, own, posed, &report) == NPT_BAD_ARGUMENT);
   CHECK(npt_apply(transfer, own, posed, again, &report) == NPT_BAD_ARGUMENT);

@@ -3,6 +3,7 @@
 
 #include <npt/base/random.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/vertex_order.hpp>
 
@@ -15,6 +16,7 @@
 namespace shapes {
 
 using npt::Mesh;
+using npt::points_of;
 using npt::Triangle;
 using npt::Vec3d;
 using npt::Vec3f;
@@ -40,8 +42,8 @@ struct Surface {
   }
 };
 
-/// A closed figure with four blunt limbs: a sphere of rings x sectors, pulled out. `stretch` makes another body of it.
-inline Mesh starfish(std::uint32_t rings, std::uint32_t sectors, double stretch = 0) {
+/// A sphere of radius 1, closed.
+inline Surface sphere(std::uint32_t rings, std::uint32_t sectors) {
   std::vector<Vec3d> points{{0, 0, 1}};
   for (std::uint32_t i = 1; i < rings; ++i)
     for (std::uint32_t k = 0; k < sectors; ++k) {
@@ -61,12 +63,18 @@ inline Mesh starfish(std::uint32_t rings, std::uint32_t sectors, double stretch 
     }
     triangles.push_back({last, last - sectors + next, last - sectors + k});
   }
-  for (Vec3d& p : points) {
+  return {points, triangles};
+}
+
+/// A closed figure with four blunt limbs: a sphere of rings x sectors, pulled out. `stretch` makes another body of it.
+inline Mesh starfish(std::uint32_t rings, std::uint32_t sectors, double stretch = 0) {
+  Surface surface = sphere(rings, sectors);
+  for (Vec3d& p : surface.points) {
     const double limb = p.x * p.x * p.x * p.x + p.y * p.y * p.y * p.y;
     p = {p.x * (0.4 + 1.1 * limb + stretch * p.x * p.x), p.y * (0.4 + (1.1 + stretch) * limb),
          0.3 * p.z * (1 + stretch)};
   }
-  return mesh_of(points, triangles);
+  return mesh_of(surface.points, surface.triangles);
 }
 
 /// A smooth bend: a pose. amount 0: none.
@@ -80,12 +88,6 @@ inline std::vector<float> bent(const Mesh& mesh, double amount) {
     for (const double x : {q.x, q.y, q.z}) xyz.push_back(static_cast<float>(x));
   }
   return xyz;
-}
-
-inline std::vector<Vec3d> points_of(std::span<const float> xyz) {
-  std::vector<Vec3d> points;
-  for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) points.push_back({xyz[i], xyz[i + 1], xyz[i + 2]});
-  return points;
 }
 
 /// The largest distance between vertices of the same number.

@@ -565,7 +565,8 @@ test_batch() {
   # The report: a line a pair, in the list's order.
   [ "$(wc -l < one.jsonl)" -eq 8 ] || fail "$(wc -l < one.jsonl) lines in the report"
   sed -n 3p one.jsonl > out.txt
-  for text in '"identity":"one/../a.obj"' '"pose":"one/../e.ply"' '"out":"one/3.obj"' '"status":"done"' '"method":"network"' '"notes":[' '"seconds":'; do
+  for text in '"identity":"one/../a.obj"' '"pose":"one/../e.ply"' '"out":"one/3.obj"' '"status":"done"' '"method":"network"' '"notes":[' '"seconds":' \
+    '"measures":{"common_stretch":' '"largest_stretch":' '"stretched_vertex":' '"penetration":'; do
     grep -qF "$text" out.txt || fail "no $text in the report's third line"
   done
   # Parts of the list make up the whole.

@@ -105,6 +105,15 @@ class Program(Figures):
         self.assertEqual(result.confidence, min(result.character_confidence, result.pose_confidence))
         self.assertGreater(result.confidence, 0.85)
         self.assertIs(result.mesh.faces, self.identity[1])
+        measures = transfer.measure(self.identity, self.pose, result)
+        run("transfer", "--identity", "identity.obj", "--pose", "pose.obj", "--out", "o.obj", "--report", "r.jsonl")
+        expected = json.loads((FOLDER / "r.jsonl").read_text())["measures"]
+        self.assertEqual(measures.common_stretch, expected["common_stretch"])
+        self.assertEqual(measures.stretched_vertex, expected["stretched_vertex"])
+        self.assertEqual(measures.character_coverage, expected["identity_coverage"])
+        self.assertGreater(measures.pose_coverage, 0.9)
+        with self.assertRaisesRegex(npt.Error, "result: found 3 vertices"):
+            transfer.measure(self.identity, self.pose, npt.Mesh(result.vertices[:3], None))
         self.same(result.vertices, self.transferred())
         self.same(transfer(self.identity, self.pose), result.vertices)
 

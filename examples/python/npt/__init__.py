@@ -30,7 +30,7 @@ from ._motions import (
     transfer_motion,
 )
 from ._prepared import Character, JointPose, Pose, Skeleton
-from ._results import Result, TransferWarning
+from ._results import Measures, Result, TransferWarning
 from ._transfer import PoseTracker, PoseTransfer, animate, frames_to_try, shipped_weights
 
 __version__ = version()
@@ -39,6 +39,7 @@ __all__ = [
     "Error",
     "JointPose",
     "JointRole",
+    "Measures",
     "Mesh",
     "MeshLike",
     "Motion",

@@ -122,6 +122,20 @@ class CResult(ctypes.Structure):
     ]
 
 
+class CMeasures(ctypes.Structure):
+    """npt_measures"""
+
+    _fields_ = [
+        ("size", ctypes.c_size_t),
+        ("common_stretch", ctypes.c_double),
+        ("largest_stretch", ctypes.c_double),
+        ("stretched_vertex", ctypes.c_size_t),
+        ("penetration", ctypes.c_double),
+        ("character_coverage", ctypes.c_double),
+        ("pose_coverage", ctypes.c_double),
+    ]
+
+
 class CEstimate(ctypes.Structure):
     """npt_estimate"""
 
@@ -334,6 +348,7 @@ ARGUMENTS: dict[str, list[Any]] = {
     "npt_pose_joints": [Handle, JOINT_POSE],
     "npt_apply": [Handle, Handle, Handle, FLOATS, RESULT],
     "npt_report": [Handle, Handle, Handle, RESULT],
+    "npt_measure": [Handle, Handle, Handle, FLOATS, ctypes.POINTER(CMeasures)],
     "npt_open_tracker": [Handle, HandleOut],
     "npt_next_pose": [Handle, MESH, ctypes.c_size_t, HandleOut],
     "npt_start_tracker": [Handle, MESH, MESH, ctypes.c_size_t, ctypes.c_size_t, HandleOut],

@@ -9,7 +9,7 @@ from typing import Any, Optional
 import numpy as np
 from numpy.typing import NDArray
 
-from ._library import ADVICE, REMEDIES, CResult, library
+from ._library import ADVICE, REMEDIES, CMeasures, CResult, library
 from ._meshes import Mesh
 
 WARNING_CODES = (
@@ -61,6 +61,29 @@ class Result:
     def mesh(self) -> Mesh:
         """Vertices and faces."""
         return Mesh(self.vertices, self.faces)
+
+
+@dataclass(frozen=True)
+class Measures:
+    """What can be measured of a result without its ground truth."""
+
+    common_stretch: float  #: edges of 99.9 % of the length are at most so many times as long as before
+    largest_stretch: float  #: the same of one edge; one shorter than the mean edge counts as a mean one
+    stretched_vertex: int  #: an end of that edge
+    penetration: float  #: fraction of the area inside another part of the mesh, and outside before
+    character_coverage: Optional[float]  #: fraction of the area that has its estimated body within 3 cm
+    pose_coverage: Optional[float]
+
+
+def measures_of(raw: CMeasures) -> Measures:
+    return Measures(
+        raw.common_stretch,
+        raw.largest_stretch,
+        raw.stretched_vertex,
+        raw.penetration,
+        confidence_of(raw.character_coverage),
+        confidence_of(raw.pose_coverage),
+    )
 
 
 def confidence_of(value: float) -> Optional[float]:

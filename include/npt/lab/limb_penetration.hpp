@@ -5,7 +5,6 @@
 /// What is inside where the skin was bound doesn't count, nor does the third of an upper arm that is next to the trunk,
 /// nor what hands hold.
 /// Numerics  inside: a winding number over 0.5 around the trunk's triangles, which have holes where arms begin
-/// Source    Jacobson et al., Robust Inside-Outside Segmentation using Generalized Winding Numbers, 2013
 #pragma once
 
 #include <npt/base/affine.hpp>
@@ -17,6 +16,7 @@
 #include <npt/config.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/triangles.hpp>
+#include <npt/mesh/winding_number.hpp>
 #include <npt/scene/motion.hpp>
 #include <npt/scene/motion_mesh.hpp>
 #include <npt/scene/scene.hpp>
@@ -24,26 +24,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <numbers>
 #include <optional>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
-
-namespace internal {
-
-inline double winding(Vec3d p, const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles) {
-  double sum = 0;
-  for (const Triangle& t : triangles) {
-    const Vec3d a = points[t[0]] - p, b = points[t[1]] - p, c = points[t[2]] - p;
-    const double la = length(a), lb = length(b), lc = length(c);
-    sum += 2 * std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
-  }
-  return sum / (4 * std::numbers::pi);
-}
-
-}  // namespace internal
 
 class LimbPenetration {
  public:
@@ -71,9 +55,8 @@ class LimbPenetration {
       arms_.resize(most);
     }
     if (trunk_.empty()) return;
-    std::erase_if(arms_,
-                  [&](std::size_t v) { return internal::winding(mesh.positions[v], mesh.positions, trunk_) > inside; });
     tree_.emplace(mesh.positions, trunk_);
+    std::erase_if(arms_, [&](std::size_t v) { return tree_->winding(mesh.positions[v]) > inside; });
   }
 
   /// Whether there is something to measure.
@@ -83,17 +66,10 @@ class LimbPenetration {
     if (!has_mesh()) return;
     const std::vector<Vec3d> now = mesh_.moved(motion_, worlds);
     tree_->move(now, trunk_);
-    Vec3d low = now[trunk_[0][0]], high = low;
-    for (const Triangle& t : trunk_)
-      for (const std::uint32_t v : t) {
-        low = {std::min(low.x, now[v].x), std::min(low.y, now[v].y), std::min(low.z, now[v].z)};
-        high = {std::max(high.x, now[v].x), std::max(high.y, now[v].y), std::max(high.z, now[v].z)};
-      }
     count_ += arms_.size();
     for (const std::size_t v : arms_) {
       const Vec3d p = now[v];
-      if (p.x < low.x || p.y < low.y || p.z < low.z || p.x > high.x || p.y > high.y || p.z > high.z) continue;
-      if (internal::winding(p, now, trunk_) <= inside) continue;
+      if (tree_->winding(p) <= inside) continue;
       const double depth = std::sqrt(tree_->closest(p).squared_distance);
       sum_ += depth;
       worst_ = std::max(worst_, depth);
@@ -117,7 +93,7 @@ class LimbPenetration {
   const Motion& motion_;
   std::vector<std::size_t> arms_;  ///< vertices
   std::vector<Triangle> trunk_;
-  std::optional<TriangleTree> tree_;
+  std::optional<WindingTree> tree_;
   double sum_ = 0, worst_ = 0;
   std::size_t count_ = 0;
 };

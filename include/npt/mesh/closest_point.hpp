@@ -177,7 +177,7 @@ class BoxTree {
     return false;
   }
 
- private:
+ protected:
   static Vec3d minimum(Vec3d a, Vec3d b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
   static Vec3d maximum(Vec3d a, Vec3d b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 

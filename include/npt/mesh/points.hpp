@@ -13,11 +13,18 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
 NPT_INLINE Vec3d point_at(std::span<const float> xyz, std::size_t v) {
   return {static_cast<double>(xyz[3 * v]), static_cast<double>(xyz[3 * v + 1]), static_cast<double>(xyz[3 * v + 2])};
+}
+/// [V]
+NPT_INLINE std::vector<Vec3d> points_of(std::span<const float> xyz) {
+  std::vector<Vec3d> points(xyz.size() / 3);
+  for (std::size_t v = 0; v < points.size(); ++v) points[v] = point_at(xyz, v);
+  return points;
 }
 
 NPT_INLINE void move_points(std::span<float> xyz, Vec3d step) {

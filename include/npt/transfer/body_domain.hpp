@@ -29,6 +29,7 @@ class DomainEstimate {
   virtual ~DomainEstimate() = default;
 
   double confidence = 0;  ///< 0 to 1
+  double coverage = 0;    ///< 0 to 1: share of the mesh's surface that has what was estimated within 3 cm
   std::vector<WarningCode> warnings;
   std::vector<bool> figure;  ///< [T] the mesh's triangles that are the domain's; empty: all
 };

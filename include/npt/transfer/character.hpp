@@ -15,6 +15,7 @@
 #include <npt/transfer/body_domain.hpp>
 #include <npt/transfer/network_state.hpp>
 #include <npt/transfer/refinement.hpp>
+#include <npt/transfer/result_measures.hpp>
 #include <npt/transfer/warning.hpp>
 
 #include <cstddef>
@@ -130,7 +131,8 @@ class BasicCharacter {
   NetworkIdentity network_;
   std::optional<ErrorParts> network_refusal_;  ///< why the network can't have it, where it can't
   std::shared_ptr<const Refinement> refinement_;
-  std::shared_ptr<const Mesh> mesh_;  ///< with all that faces carry, where it was given as one
+  std::shared_ptr<const ResultMeter> meter_;  ///< where results are measured
+  std::shared_ptr<const Mesh> mesh_;          ///< with all that faces carry, where it was given as one
   std::vector<float> xyz_;
   std::vector<Triangle> triangles_;
 };

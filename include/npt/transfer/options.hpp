@@ -84,6 +84,8 @@ struct TransferOptions {
   /// Detail below this fraction of the root of the mesh's area comes from the identity; none: as the file says
   /// (metadata refine_radius), or default_refine_radius.
   std::optional<double> refine_radius{};
+  /// Measure every result (TransferReport::measures): 14 ms for an identity of 6890 vertices and 12 ms for each result.
+  bool measure = false;
   /// The seed of every random choice: pairings and drawn points.
   std::uint64_t seed = 0;
 };

@@ -55,6 +55,7 @@ class BasicPersonEstimate final : public DomainEstimate {
  public:
   explicit BasicPersonEstimate(BodyEstimate estimate) : body(std::move(estimate)) {
     confidence = body.confidence;
+    coverage = body.fit.mesh_explained;
     warnings = body.warnings();
     figure = body.figure;
   }

@@ -296,13 +296,14 @@ class BasicPoseTransfer {
   /// Writes the character's new positions [V, 3].
   TransferReport apply(const Character& character, const Pose& pose, std::span<float> result,
                        const Control& control = {}) const {
-    const TransferReport report = this->report(character, pose);
+    TransferReport report = this->report(character, pose);
     internal::expect_result(result.size(), character.xyz_.size());
     if (report.method == Method::body)
       character.own_.body->pose(*character.binding_, *pose.own_.estimate, result);
     else
       by_network(character, pose, result, control);
     if (character.refinement_ != nullptr) character.refinement_->refine(result);
+    if (character.meter_ != nullptr) report.measures = measure(character, pose, result);
     return report;
   }
   /// Gives the character the pose of a mesh.
@@ -310,6 +311,21 @@ class BasicPoseTransfer {
     const auto lease = pool_.lease();
     prepare(pose, character.vertex_count(), lease->pose);
     return apply(character, lease->pose, result);
+  }
+
+  /// What can be measured of a result that apply() made, also where TransferOptions::measure doesn't ask for it.
+  /// Errors    npt::Error for what another transfer prepared, a result of another size, and an identity without surface
+  ResultMeasures measure(const Character& character, const Pose& pose, std::span<const float> result) const {
+    expect_own(character.own_, "identity");
+    expect_own(pose.own_, "pose");
+    internal::expect_result(result.size(), character.xyz_.size());
+    const MeshView mesh{character.positions(), character.triangles(), character.own_.name};
+    if (character.meter_ == nullptr && !internal::has_surface(mesh))
+      throw Error({.file = character.own_.name, .found = "no surface", .expected = "triangles, to measure results"});
+    ResultMeasures measures = (character.meter_ == nullptr ? ResultMeter(mesh) : *character.meter_).measure(result);
+    if (character.own_.estimate != nullptr) measures.identity_coverage = character.own_.estimate->coverage;
+    if (pose.own_.estimate != nullptr) measures.pose_coverage = pose.own_.estimate->coverage;
+    return measures;
   }
 
   /// How apply() will make its result, and what a user should know of it.
@@ -519,6 +535,12 @@ class BasicPoseTransfer {
         options().refinement == nullptr
             ? nullptr
             : std::shared_ptr<const Refinement>(options().refinement(mesh, *network.options().refine_radius));
+    character.meter_ = meter(mesh);
+  }
+  /// What measures results for an identity, where they are to be measured.
+  std::shared_ptr<const ResultMeter> meter(const MeshView& identity) const {
+    const bool measures = options().measure && internal::has_surface(identity);
+    return measures ? std::make_shared<const ResultMeter>(identity) : nullptr;
   }
 
   void finish_pose(const MeshView& mesh, Found found, std::size_t identity_vertices, Pose& pose,
@@ -602,8 +624,13 @@ class BasicPoseTransfer {
                                   : std::shared_ptr<const Refinement>(options().refinement(
                                         checked(jobs[j].identity, "identity"), *options().refine_radius)));
     }
+    std::vector<std::shared_ptr<const ResultMeter>> meters;  // made before results may overwrite their identities
+    for (std::size_t j = 0; options().measure && j < jobs.size(); ++j)
+      meters.push_back(jobs[j].report == nullptr ? nullptr : meter(jobs[j].identity));
     main().network.run(jobs);
     for (std::size_t j = 0; j < refinements.size(); ++j) refinements[j]->refine(jobs[j].result);
+    for (std::size_t j = 0; j < meters.size(); ++j)
+      if (meters[j] != nullptr) jobs[j].report->measures = meters[j]->measure(jobs[j].result);
   }
 
   /// A mesh's triangles where something asks for them.

@@ -4,6 +4,7 @@
 #include <npt/config.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/transfer/options.hpp>
+#include <npt/transfer/result_measures.hpp>
 #include <npt/transfer/warning.hpp>
 
 #include <optional>
@@ -15,6 +16,8 @@ struct TransferReport {
   Method method = Method::network;   ///< body or network
   std::optional<double> confidence;  ///< the lower of both meshes', from 0 to 1; none where no body was estimated
   Warnings warnings;                 ///< empty: nothing needs to be said
+  /// Where TransferOptions::measure asks for them and the identity has a surface.
+  std::optional<ResultMeasures> measures{};
 };
 
 struct Result : TransferReport {

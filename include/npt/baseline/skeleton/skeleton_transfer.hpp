@@ -40,9 +40,7 @@ namespace npt::inline NPT_ABI {
 /// Fits a body to a mesh in the library's own types. `name` stands in errors; start: as BodyFitter::fit's.
 inline BodyFit fit_body(const BodyFitter& fitter, std::span<const float> xyz, std::span<const Triangle> triangles,
                         const std::string& name = "mesh", const BodyFit* start = nullptr) {
-  std::vector<Vec3d> points(xyz.size() / 3);
-  for (std::size_t v = 0; v < points.size(); ++v) points[v] = point_at(xyz, v);
-  return fitter.fit(points, triangles, name, start);
+  return fitter.fit(points_of(xyz), triangles, name, start);
 }
 
 inline BodyFit fit_body(const BodyFitter& fitter, const Mesh& mesh, const std::string& name = "mesh",
