@@ -1,11 +1,16 @@
 /// What retarget() corrects: feet, arms, hips, twist joints and keys, on walking skeletons of other proportions.
 #include <doctest/doctest.h>
 
+#include <npt/base/affine.hpp>
 #include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/scene/clip.hpp>
 #include <npt/scene/motion.hpp>
+#include <npt/transfer/motion/foot_contacts.hpp>
+#include <npt/transfer/motion/limb_reach.hpp>
+#include <npt/transfer/motion/posed_joints.hpp>
+#include <npt/transfer/motion/retarget_frames.hpp>
 #include <npt/transfer/retarget.hpp>
 
 #include <body/roles/skeletons.hpp>
@@ -13,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace retarget_corrections {
@@ -144,6 +150,42 @@ TEST_CASE("a stretched leg comes near its goal without a snap") {
     last = got;
   }
   CHECK(npt::internal::soft_distance(0.999, 1, 1) == doctest::Approx(0.999));  // straight before: straight
+}
+
+TEST_CASE("a leg that is nearly straight reaches its goal, whichever way it is bent") {
+  const skeletons::Person person = skeletons::person(skeletons::dialects()[0]);
+  const npt::JointRoles roles = npt::joint_roles(person.motion);
+  const npt::internal::LimbJoints limb{roles.joint(LimbPart::upper_leg, 0),
+                                       roles.joint(LimbPart::lower_leg, 0),
+                                       roles.joint(LimbPart::foot, 0),
+                                       {1, 0, 0}};
+  for (int i = 0; i < 8; ++i) {
+    npt::internal::PosedJoints pose(person.motion, {}, npt::bound_worlds(person.motion));
+    pose.set(npt::local_places(person.motion, std::nullopt));
+    pose.turn(limb.middle, npt::turn_between(pose.position(limb.last) - pose.position(limb.middle),
+                                             pose.position(limb.middle) - pose.position(limb.first)));
+    pose.turn(limb.middle, npt::Quaternion{}.turned({0.04 * std::cos(0.7 * i), 0, 0.04 * std::sin(0.7 * i)}));
+    const npt::Vec3d goal = pose.position(limb.last) + npt::Vec3d{0, 0.05, 0.02};
+    CHECK(npt::internal::reach(pose, limb, goal) < 1e-4);  // after one turn up to 7 mm
+    CHECK(npt::length(pose.position(limb.last) - goal) < 1e-4);
+  }
+}
+
+TEST_CASE("a foot doesn't stand where its leg is drawn out to the ground") {
+  const npt::internal::LimbJoints leg{0, 1, 2, {}};
+  const auto joints = [](double hip) {
+    return std::vector<npt::Affine>{{.shift = {0, hip, 0}}, {.shift = {0, hip - 0.4, 0}}, {.shift = {0, 0.1, 0}}};
+  };
+  npt::internal::RetargetFrames frames;
+  for (int f = 0; f <= 30; ++f) {
+    frames.times.push_back(static_cast<float>(f) / 30);
+    frames.sources.push_back(joints(f < 20 ? 0.8 : 0.8 + 0.05 * (f - 19)));  // the foot stays on the ground
+  }
+  const std::vector<npt::internal::Contact> contacts = npt::internal::foot_contacts(frames, 2, 0.8, leg, joints(0.9));
+  REQUIRE(contacts.size() == 1);
+  CHECK(contacts[0].first == 0);
+  CHECK(contacts[0].last == 21);  // where the hip is 0.8 above the foot
+  CHECK(npt::internal::foot_contacts(frames, 2, 0.8, {}, joints(0.9))[0].last == 30);
 }
 
 TEST_CASE("keys that interpolation brings back are left out, within a tenth of a millimetre") {
