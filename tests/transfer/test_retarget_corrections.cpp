@@ -1,11 +1,16 @@
 /// What retarget() corrects: feet, arms, hips, twist joints and keys, on walking skeletons of other proportions.
 #include <doctest/doctest.h>
 
+#include <npt/base/affine.hpp>
 #include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/scene/clip.hpp>
 #include <npt/scene/motion.hpp>
+#include <npt/transfer/motion/foot_contacts.hpp>
+#include <npt/transfer/motion/limb_reach.hpp>
+#include <npt/transfer/motion/posed_joints.hpp>
+#include <npt/transfer/motion/retarget_frames.hpp>
 #include <npt/transfer/retarget.hpp>
 
 #include <body/roles/skeletons.hpp>
@@ -13,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace retarget_corrections {
@@ -146,6 +152,42 @@ TEST_CASE("a stretched leg comes near its goal without a snap") {
   CHECK(npt::internal::soft_distance(0.999, 1, 1) == doctest::Approx(0.999));  // straight before: straight
 }
 
+TEST_CASE("a leg that is nearly straight reaches its goal, whichever way it is bent") {
+  const skeletons::Person person = skeletons::person(skeletons::dialects()[0]);
+  const npt::JointRoles roles = npt::joint_roles(person.motion);
+  const npt::internal::LimbJoints limb{roles.joint(LimbPart::upper_leg, 0),
+                                       roles.joint(LimbPart::lower_leg, 0),
+                                       roles.joint(LimbPart::foot, 0),
+                                       {1, 0, 0}};
+  for (int i = 0; i < 8; ++i) {
+    npt::internal::PosedJoints pose(person.motion, {}, npt::bound_worlds(person.motion));
+    pose.set(npt::local_places(person.motion, std::nullopt));
+    pose.turn(limb.middle, npt::turn_between(pose.position(limb.last) - pose.position(limb.middle),
+                                             pose.position(limb.middle) - pose.position(limb.first)));
+    pose.turn(limb.middle, npt::Quaternion{}.turned({0.04 * std::cos(0.7 * i), 0, 0.04 * std::sin(0.7 * i)}));
+    const npt::Vec3d goal = pose.position(limb.last) + npt::Vec3d{0, 0.05, 0.02};
+    CHECK(npt::internal::reach(pose, limb, goal) < 1e-4);  // after one turn up to 7 mm
+    CHECK(npt::length(pose.position(limb.last) - goal) < 1e-4);
+  }
+}
+
+TEST_CASE("a foot doesn't stand where its leg is drawn out to the ground") {
+  const npt::internal::LimbJoints leg{0, 1, 2, {}};
+  const auto joints = [](double hip) {
+    return std::vector<npt::Affine>{{.shift = {0, hip, 0}}, {.shift = {0, hip - 0.4, 0}}, {.shift = {0, 0.1, 0}}};
+  };
+  npt::internal::RetargetFrames frames;
+  for (int f = 0; f <= 30; ++f) {
+    frames.times.push_back(static_cast<float>(f) / 30);
+    frames.sources.push_back(joints(f < 20 ? 0.8 : 0.8 + 0.05 * (f - 19)));  // the foot stays on the ground
+  }
+  const std::vector<npt::internal::Contact> contacts = npt::internal::foot_contacts(frames, 2, 0.8, leg, joints(0.9));
+  REQUIRE(contacts.size() == 1);
+  CHECK(contacts[0].first == 0);
+  CHECK(contacts[0].last == 21);  // where the hip is 0.8 above the foot
+  CHECK(npt::internal::foot_contacts(frames, 2, 0.8, {}, joints(0.9))[0].last == 30);
+}
+
 TEST_CASE("keys that interpolation brings back are left out, within a tenth of a millimetre") {
   skeletons::Person source = skeletons::person(skeletons::dialects()[0], {.rolls = true});
   skeletons::add_clip(source);
@@ -223,12 +265,46 @@ TEST_CASE("arms are kept out of a trunk that is in their way, and turns are smoo
   };
   MESSAGE("inside " << inside(plain) << ", cleared " << inside(clear));
   CHECK(inside(plain) > 0.1);
-  CHECK(inside(clear) < 0.2 * inside(plain));
+  CHECK(inside(clear) < 0.02 * inside(plain));
   for (int f = 1; f <= 60; ++f) {
     const double step =
         npt::length(npt::joint_positions(clear, f / 30.0)[hand] - npt::joint_positions(clear, (f - 1) / 30.0)[hand]);
     CHECK(step < 0.15);
   }
+}
+
+TEST_CASE("a bent arm that is in the trunk lifts its elbow and keeps its hand") {
+  skeletons::Person source = skeletons::person(skeletons::dialects()[0]);
+  source.motion.rate = 30;
+  add_turn(source.motion, source.joint(npt::limb_role(LimbPart::upper_arm, 0)), [](double) {
+    return npt::Vec3d{0, 0, -1.4};
+  });  // hangs
+  add_turn(source.motion, source.joint(npt::limb_role(LimbPart::lower_arm, 0)), [](double) {
+    return npt::Vec3d{0, -1.6, 0};
+  });  // forwards
+  const skeletons::Person target = skeletons::person(skeletons::dialects()[0]);
+  const npt::JointRoles roles = npt::joint_roles(target.motion);
+  const auto places = npt::joint_positions(target.motion, std::nullopt);
+  const std::size_t shoulder = roles.joint(LimbPart::upper_arm, 0), elbow = roles.joint(LimbPart::lower_arm, 0),
+                    hand = roles.joint(LimbPart::hand, 0);
+  npt::RetargetShapes shapes;
+  for (int i = 0; i < 8; ++i) {
+    shapes.target.rings.push_back({roles.joint(JointRole::hips), {0, 0.88 + 0.07 * i, 0}, {}});
+    shapes.target.rings.back().radii.fill(places[shoulder].x + 0.1);
+  }
+  for (const double along : {0.5, 1.0})
+    shapes.target.arms[0].push_back({shoulder, places[shoulder] * (1 - along) + places[elbow] * along, 0});
+  for (const double along : {0.0, 0.5, 1.0})
+    shapes.target.arms[0].push_back({elbow, places[elbow] * (1 - along) + places[hand] * along, 0});
+  npt::RetargetOptions options = npt::RetargetOptions::plain();
+  const auto plain = npt::joint_positions(corrected(source, target, options, shapes), 1.0);
+  options.clearance = 1;
+  const auto clear = npt::joint_positions(corrected(source, target, options, shapes), 1.0);
+  const double elbow_way = npt::length(clear[elbow] - plain[elbow]), hand_way = npt::length(clear[hand] - plain[hand]);
+  MESSAGE("elbow " << elbow_way << ", hand " << hand_way);
+  CHECK(std::hypot(plain[elbow].x, plain[elbow].z) < places[shoulder].x + 0.08);
+  CHECK(std::hypot(clear[elbow].x, clear[elbow].z) > places[shoulder].x + 0.09);
+  CHECK(hand_way < 0.5 * elbow_way);
 }
 
 TEST_CASE("hands that touch each other touch on a body with broader shoulders") {

@@ -39,8 +39,7 @@ class FootLock {
         pose_(pose),
         frames_(frames) {
     for (std::size_t side = 0; side < 2; ++side) {
-      legs_[side].limb = {to_.roles.joint(LimbPart::upper_leg, side), to_.roles.joint(LimbPart::lower_leg, side),
-                          to_.roles.joint(LimbPart::foot, side)};
+      legs_[side].limb = leg_of(to_, side);
       if (!legs_[side].limb.whole() || from_.leg() == 0) continue;
       legs_[side].limb.hinge = inverse(to_.rotations[legs_[side].limb.first])(
           to_.frame.columns()[0]);  // the body's left: knees bend forwards
@@ -52,8 +51,9 @@ class FootLock {
   }
 
   void apply() {
-    for (Leg& leg : legs_)
-      for (Point& point : leg.points) point.contacts = foot_contacts(frames_, point.source, from_.leg());
+    for (std::size_t side = 0; side < 2; ++side)
+      for (Point& point : legs_[side].points)
+        point.contacts = foot_contacts(frames_, point.source, from_.leg(), leg_of(from_, side), from_.worlds);
     find_feet();
     for (Leg& leg : legs_)
       if (!leg.points.empty()) plan(leg);
@@ -67,6 +67,13 @@ class FootLock {
   static constexpr double blend_seconds = 0.13;
 
   static constexpr double hips_seconds = 0.15;
+
+  static LimbJoints leg_of(const RetargetSide& who, std::size_t side) {
+    return {who.roles.joint(LimbPart::upper_leg, side),
+            who.roles.joint(LimbPart::lower_leg, side),
+            who.roles.joint(LimbPart::foot, side),
+            {}};
+  }
 
   struct Point {
     std::size_t source, target;
@@ -251,8 +258,7 @@ class FootLock {
       pose_.set(frames_.places[f]);
       for (const Leg& leg : legs_)
         if (!leg.points.empty())
-          use(f, leg, limb_length(pose_, leg.limb),
-              length(pose_.position(leg.limb.last) - pose_.position(leg.limb.first)));
+          use(f, leg, limb_length(pose_.worlds(), leg.limb), limb_reached(pose_.worlds(), leg.limb));
     }
   }
   /// The largest of the frames around each.

