@@ -85,7 +85,7 @@ TEST_CASE("a sword follows the hand that its hilt is in, though its blade passes
   d.add({0.3, -0.9, 0}, {0.1, 0.3, 0.1}, Dressed::other_hand);
   const std::uint32_t blade = d.add({0.5, -0.62, 0}, {0.01, 0.48, 0.01}, Dressed::other_hand, false);
   const std::uint32_t guard = d.add({0.5, -0.13, 0}, {0.03, 0.012, 0.03}, Dressed::trunk, false);
-  const std::uint32_t hilt = d.add({0.5, -0.05, 0}, {0.015, 0.075, 0.015}, Dressed::trunk, false);
+  const std::uint32_t hilt = d.add({0.5, -0.05, 0}, {0.045, 0.075, 0.045}, Dressed::trunk, false);
   for (const std::uint32_t part : {blade, guard, hilt}) CHECK(d.least(part, Dressed::hand) > 0.9F);
 }
 

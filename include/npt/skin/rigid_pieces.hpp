@@ -5,6 +5,7 @@
 ///              than the belly is; where a limb was fitted wrongly, a pouch or a shoe would follow the other one
 /// Each is one unknown: the mean of the weights that it touches, the nearest contacts counting most. Loose pieces that
 /// touch each other (a hilt, a guard, a blade) are solved for together, by sweeps in a fixed order.
+/// Measured, 42 frames of 22 rigged characters: a mean of 169 mm RMS, 184 without; a trident stays in one piece.
 /// Shapes    points: [P] of the mesh; weights: [P, stride] of J joints
 /// Units     metres
 /// Source    ours
@@ -63,7 +64,7 @@ class BasicRigidPieces {
       pieces_[number[root]].points.push_back(p);
     }
     if (pieces_.empty()) return;
-    for (const Triangle& t : triangles) (fast[piece_[t[0]]] ? settled_ : loose_).push_back(t);
+    for (const Triangle& t : triangles) (moved_[t[0]] ? others_ : still_).push_back(t);
   }
 
   void move(std::span<float> weights, std::size_t stride) {
@@ -73,21 +74,22 @@ class BasicRigidPieces {
       const auto row = weights.subspan(at, stride);
       joints.push_back(static_cast<std::uint32_t>(std::max_element(row.begin(), row.end()) - row.begin()));
     }
-    const TriangleTree settled(points_, settled_), loose(points_, loose_);
+    const TriangleTree still(points_, still_), others(points_, others_);
     const std::vector<Vec3d> normals = area_vectors(points_, triangles_);
-    for (Piece& piece : pieces_) find_contacts(piece, settled, loose, normals, joints);
+    for (Piece& piece : pieces_) find_contacts(piece, still, others, normals, joints);
     constexpr int sweeps = 8;  // a sword has four pieces
     for (int sweep = 0; sweep < sweeps; ++sweep)
       for (const Piece& piece : pieces_)
-        if (!piece.contacts.empty()) take_mean(piece, weights, stride);
+        if (sweep == 0 ? !piece.contacts.empty() : piece.chained) take_mean(piece, weights, stride);
   }
 
  private:
   // Shares of the mesh's area. A hand has 0.02 to 0.03: one that is a piece of its own may lie on a hip, and faces it.
   // A pouch, which lies on a hip and faces it as well, has less; a shoe faces where the foot in it does.
   static constexpr double tiny = 0.01, small = 0.04;
-  static constexpr double reach = 0.03;  ///< of what a misplaced piece lies on
+  static constexpr double reach = 0.03;  ///< of a small piece
   /// Contacts at this distance count a quarter of those at none: parts that hold each other interpenetrate.
+  /// Loose pieces touch others that are moved at twice that: with 3 cm a trident's prongs follow the thigh beside them.
   static constexpr double touch = 0.005;
   static constexpr std::size_t distant = 4;  ///< more bones than these apart; a finger's last and the forearm are 4
 
@@ -97,7 +99,7 @@ class BasicRigidPieces {
     std::array<double, 3> weights;
   };
   struct Piece {
-    bool loose = false, tiny = false;
+    bool loose = false, tiny = false, chained = false;  ///< chained: touches pieces that are moved themselves
     std::vector<std::uint32_t> points{};
     std::vector<Contact> contacts{};  ///< none: it keeps its weights
   };
@@ -105,27 +107,27 @@ class BasicRigidPieces {
   Vec3d normal(const Triangle& t) const { return cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]]); }
 
   /// All of a loose piece's points; of a small one's those near larger pieces, if most of these follow distant joints.
-  void find_contacts(Piece& piece, const TriangleTree& settled, const TriangleTree& loose,
+  void find_contacts(Piece& piece, const TriangleTree& still, const TriangleTree& others,
                      std::span<const Vec3d> normals, std::span<const std::uint32_t> joints) const {
     std::vector<std::size_t> votes(parents_.size());
     for (const std::uint32_t p : piece.points) ++votes[joints[p]];
     const auto own = static_cast<std::uint32_t>(std::max_element(votes.begin(), votes.end()) - votes.begin());
     std::size_t near = 0;
-    std::uint32_t hint = no_index;
+    std::uint32_t hint = no_index, other_hint = no_index;
     for (const std::uint32_t p : piece.points) {
       const auto under = [&](std::uint32_t number) {
-        const Triangle& t = settled_[number];
-        return piece.loose || (!moved_[t[0]] && (piece.tiny || dot(normal(t), normals[p]) > 0));
+        const Triangle& t = still_[number];
+        return piece.loose || piece.tiny || dot(normal(t), normals[p]) > 0;
       };
       const double limit = piece.loose ? std::numeric_limits<double>::infinity() : reach * reach;
-      ClosestPoint c = settled.closest(points_[p], under, hint, limit);
+      ClosestPoint c = still.closest(points_[p], under, hint, limit);
       if (c.triangle != no_index) hint = c.triangle;
-      const std::vector<Triangle>* triangles = &settled_;
+      const std::vector<Triangle>* triangles = &still_;
       if (piece.loose) {
-        const auto other = [&](std::uint32_t number) { return piece_[loose_[number][0]] != piece_[p]; };
+        const auto other = [&](std::uint32_t number) { return piece_[others_[number][0]] != piece_[p]; };
         const double closer = std::min(c.squared_distance, 4 * touch * touch);
-        if (const ClosestPoint d = loose.closest(points_[p], other, no_index, closer); d.triangle != no_index)
-          c = d, triangles = &loose_;
+        if (const ClosestPoint d = others.closest(points_[p], other, other_hint, closer); d.triangle != no_index)
+          c = d, triangles = &others_, other_hint = d.triangle;
       }
       if (c.triangle == no_index) continue;
       ++near;
@@ -136,6 +138,7 @@ class BasicRigidPieces {
       const double nearness = touch * touch / (c.squared_distance + touch * touch);
       for (double& w : c.weights) w *= nearness * nearness;
       piece.contacts.push_back({t, c.weights});
+      piece.chained = piece.chained || moved_[t[0]];
     }
     if (!piece.loose && 2 * piece.contacts.size() <= near) piece.contacts.clear();
   }
@@ -156,10 +159,10 @@ class BasicRigidPieces {
   std::span<const Vec3d> points_;
   std::span<const Triangle> triangles_;
   std::span<const int> parents_;
-  std::vector<std::uint32_t> piece_;  ///< [P] the least point of each
-  std::vector<bool> moved_;           ///< [P] whether in pieces_
-  std::vector<Piece> pieces_;
-  std::vector<Triangle> settled_, loose_;  ///< of pieces that are not loose, and of those that are
+  std::vector<std::uint32_t> piece_;      ///< [P] the least point of each
+  std::vector<bool> moved_;               ///< [P] whether in pieces_
+  std::vector<Piece> pieces_;             ///< that may be moved
+  std::vector<Triangle> still_, others_;  ///< of pieces that stay as they are, and of those in pieces_
 };
 
 }  // namespace skeleton::internal
