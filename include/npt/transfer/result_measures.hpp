@@ -2,6 +2,7 @@
 /// meshes their bodies explain.
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/base/weighted_choice.hpp>
@@ -33,7 +34,7 @@ struct ResultMeasures {
   /// mesh whose triangles face consistently.
   double penetration = 0;
   /// Share of the surface, 0 to 1, that has its estimated body within 3 cm, of the identity and of the pose mesh; none
-  /// where no body was estimated.
+  /// where no body was estimated. A frame that is followed has that of the frame from which the sequence goes on.
   std::optional<double> identity_coverage, pose_coverage;
 };
 
@@ -48,7 +49,7 @@ class BasicResultMeter {
       : xyz_(identity.xyz.begin(), identity.xyz.end()),
         triangles_(identity.triangles.begin(), identity.triangles.end()),
         edges_(edges_of_triangles(identity.triangles)),
-        tree_(points_of(identity.xyz), identity.triangles) {
+        tree_(as_span(points_of(identity.xyz)), identity.triangles) {
     const auto point = [&identity](std::size_t v) { return point_at(identity.xyz, v); };
     WeightedChoice areas;
     weigh_by_area(identity.triangles, point, areas);
@@ -64,11 +65,11 @@ class BasicResultMeter {
   /// All but the coverages. result: [V, 3]
   ResultMeasures measure(std::span<const float> result) const {
     ResultMeasures measures;
-    measures.stretch = edge_stretch(edges_, xyz_, result);
+    measures.stretch = edge_stretch(as_span(edges_), as_span(xyz_), result);
     measures.penetration = measures.stretch.common;
     if (std::isnan(measures.penetration)) return measures;
     WindingTree moved = tree_;
-    moved.move(points_of(result), triangles_);
+    moved.move(as_span(points_of(result)), as_span(triangles_));
     const std::vector<double> now = layers(moved, result);
     std::size_t inside = 0;
     for (std::size_t i = 0; i < now.size(); ++i)
