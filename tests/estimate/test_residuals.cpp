@@ -31,11 +31,16 @@ TEST_CASE("each residual adds to the energy and to its own feature alone") {
       else
         CHECK(worse.features()[i] == usual.features()[i]);
   };
-  only_grows("correspondences", [](auto& r) { r.correspondences = 0.07; }, std::log(2));
-  only_grows("surface", [](auto& r) { r.surface = 0.013; }, 2 * std::log(2));
-  only_grows("pose", [](auto& r) { r.pose = 1.7; }, std::log(2));
-  only_grows("shape", [](auto& r) { r.shape = 400; }, 0);
-  only_grows("torn", [](auto& r) { r.torn = 0.01; }, std::log(2));
+  only_grows(
+      "correspondences", [](auto& r) { r.correspondences = 0.07; }, std::log(2));
+  only_grows(
+      "surface", [](auto& r) { r.surface = 0.013; }, 2 * std::log(2));
+  only_grows(
+      "pose", [](auto& r) { r.pose = 1.7; }, std::log(2));
+  only_grows(
+      "shape", [](auto& r) { r.shape = 400; }, 0);
+  only_grows(
+      "torn", [](auto& r) { r.torn = 0.01; }, std::log(2));
 }
 
 TEST_CASE("a joint has a feature of its own") {

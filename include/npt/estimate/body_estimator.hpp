@@ -129,7 +129,7 @@ class BasicBodyEstimator {
     control.step(0.4);
     if (search.unsure()) search.front_view();
     control.step(0.6);
-    if (search.unsure()) search.other_axis();
+    if (!search.found() || reader_.confidence()(search.best().residuals) < high_confidence) search.other_axes();
     control.step(0.8);
     search.repair_swaps();
     control.step(0.9);

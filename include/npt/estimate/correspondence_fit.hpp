@@ -128,7 +128,6 @@ class BasicCorrespondenceFitter {
                         const Exec& executor = Exec()) const {
     if (readings.empty()) throw Error({.file = "reading", .found = "none", .expected = "at least one"});
     std::vector<Candidate> candidates = ranked(readings);
-    check_size(candidates.front().motion.size);
     int evaluations = 0;
     for_each_of(candidates, executor, [&](Candidate& c) {
       const Correspondences& reading = readings[c.reading];
@@ -214,12 +213,7 @@ class BasicCorrespondenceFitter {
   }
 
   /// Half and one and a half times the body's size fit as well as its own.
-  static void check_size(double size) {
-    if (size > 0.25 && size < 3) return;
-    throw Error({.file = "surface",
-                 .found = "a body " + std::to_string(size) + " times as large as the model",
-                 .expected = "about its size: the model's unit, metres"});
-  }
+  static bool has_body_size(const PartMotion& motion) { return motion.size > 0.25 && motion.size < 3; }
 
   std::vector<double> parameters(const BodyFit& body) const {
     std::vector<double> x{body.translation.x, body.translation.y, body.translation.z};
@@ -242,6 +236,12 @@ class BasicCorrespondenceFitter {
     const auto sort = [&] { stable_sort_by(all, [](const Candidate& c) { return c.motion.residual; }); };
     for (std::size_t i = 0; i < readings.size(); ++i) add(i, {});
     sort();
+    const double size = all.front().motion.size;
+    std::erase_if(all, [](const Candidate& c) { return !has_body_size(c.motion); });
+    if (all.empty())
+      throw Error({.file = "surface",
+                   .found = "a body " + std::to_string(size) + " times as large as the model",
+                   .expected = "about its size: the model's unit, metres"});
     const std::size_t whole = std::min<std::size_t>(all.size(), 2);
     for (std::size_t i = 0; i < whole; ++i)
       for (const SwappedLimbs swapped :

@@ -278,8 +278,7 @@ class BasicCorrespondenceProblem {
     const DifferentiableBody& body = level_->body();
     body.derivatives(as_span(x_), state_, derivatives_);
     equations_.clear();
-    const std::size_t from_places =
-        matches_.size() - (place_weight() > 0 ? std::min(stage_places, points_.size()) : 0);
+    const std::size_t from_places = matches_.size() - (place_weight() > 0 ? std::min(stage_places, points_.size()) : 0);
     for (std::size_t i = 0; i < matches_.size(); ++i) {
       const Match& m = matches_[i];
       if (m.squared < 0) continue;
@@ -297,8 +296,7 @@ class BasicCorrespondenceProblem {
     const std::size_t angles = 3 * model_.joint_count();
     std::fill(row_.begin(), row_.end(), 0.0);
     const std::span<const double> theta = std::span<const double>(x_).subspan(3, angles);
-    prior_(theta, prior_share_ * stage_->prior, prior_share_ * stage_->prior,
-           std::span(row_).subspan(3, angles));
+    prior_(theta, prior_share_ * stage_->prior, prior_share_ * stage_->prior, std::span(row_).subspan(3, angles));
     for (std::size_t i = 3; i < 3 + angles; ++i) equations_.add_to_right(i, 0.5 * row_[i]);
     prior_.add_curvature(theta, prior_share_ * stage_->prior, prior_share_ * stage_->prior, 3, equations_);
     for (std::size_t b = 0; b < model_.shape_count(); ++b) {

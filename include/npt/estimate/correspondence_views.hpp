@@ -14,7 +14,6 @@
 #include <npt/estimate/part_motion.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <limits>
 #include <numbers>
@@ -27,12 +26,6 @@ namespace npt::inline NPT_ABI {
 struct ViewOptions {
   int count = 8;     ///< about the vertical axis; half of them where one of these shows a body well
   bool all = false;  ///< all of them in any case
-};
-
-/// A direction that points up, and how well a body explains what is seen then.
-struct UprightView {
-  Matrix3 upright = Matrix3::identity();
-  double residual = std::numeric_limits<double>::infinity();
 };
 
 template <class Exec>
@@ -61,15 +54,17 @@ class CorrespondenceViews {
     return std::move(estimator_.read(samples, {.turns = 1, .upright = turned}).front());
   }
 
-  /// Of the other axes that may point up the one that shows most of a body, by few points.
-  UprightView best_axis(Samples samples) const {
+  /// For each other axis that may point up, the view of few points that a body explains best.
+  std::vector<Correspondences> other_axes(Samples samples) const {
     constexpr double right = std::numbers::pi / 2;
-    UprightView best;
+    constexpr int turns = 4;
+    std::vector<Correspondences> best;
     for (const Vec3d turn :
          {Vec3d{2 * right, 0, 0}, Vec3d{right, 0, 0}, Vec3d{-right, 0, 0}, Vec3d{0, 0, right}, Vec3d{0, 0, -right}}) {
-      const Matrix3 upright = rotation_matrix(turn);
-      const double residual = least_residual(estimator_.read(few(samples), {.turns = 4, .upright = upright}));
-      if (residual < best.residual) best = {upright, residual};
+      std::vector<Correspondences> views =
+          estimator_.read(few(samples), {.turns = turns, .upright = rotation_matrix(turn)});
+      best.push_back(std::move(*std::ranges::min_element(
+          views, {}, [this](const Correspondences& view) { return motion_of(view).residual; })));
     }
     return best;
   }

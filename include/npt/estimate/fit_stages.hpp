@@ -44,12 +44,8 @@ struct FitStages {
   /// By what candidates are compared.
   static constexpr FitStage judged{.points = 400};
   /// All vertices.
-  static constexpr FitStage fine{.scale = 0.05,
-                                 .place_weight = 0.07,
-                                 .prior = 0.0005,
-                                 .points = 1000,
-                                 .slack = 0.05,
-                                 .usual_distance = 0.1};
+  static constexpr FitStage fine{
+      .scale = 0.05, .place_weight = 0.07, .prior = 0.0005, .points = 1000, .slack = 0.05, .usual_distance = 0.1};
   /// The last one, which doesn't stop early. With a prior of 0.0003, and 5 times that for the shape, other models'
   /// people end at 21.7 mm instead of 18.0 in natural poses, at 25.4 instead of 21.4 in clothes.
   static constexpr FitStage finest{.scale = 0.03,

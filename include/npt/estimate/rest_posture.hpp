@@ -32,7 +32,7 @@ namespace skeleton::internal {
 
 /// [24] How the joints are bent beyond people's at rest, as axis angles; the root without its direction.
 NPT_INLINE std::array<Vec3d, smpl_joint_count> bend_beyond_rest(std::span<const Vec3d> people_at_rest,
-                                                                    const BodyEstimate& reading) {
+                                                                const BodyEstimate& reading) {
   std::array<Vec3d, smpl_joint_count> bend;
   for (std::size_t j = 0; j < smpl_joint_count; ++j) {
     const Matrix3 own = j == 0 ? reading.facing_front() * reading.joint_rotation(0) : reading.joint_rotation(j);
