@@ -212,8 +212,8 @@ class BasicBodyWeights {
   }
 
   /// c[p] for each neighbour, of those at distance h: W - reach^2 laplace(W) = D, where the neighbours' mean less W is
-  /// h^2 / 4 times the Laplacian. Other people and clothes are best with 2.5 cm; the mannequin, whose weights these are,
-  /// would be 3 % better with 1.5.
+  /// h^2 / 4 times the Laplacian. Other people and clothes are best with 2.5 cm. The mannequin, whose weights these
+  /// are, would be 3 % better with 1.5 cm.
   float certainty(std::uint32_t p) const {
     constexpr double reach = 0.025;
     double squares = 0;
