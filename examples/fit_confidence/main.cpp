@@ -5,7 +5,8 @@
 //     --thing chair.obj=furniture examples/weights/human.safetensors table.csv
 //
 // Each file is followed by its family: files of one artist, base mesh or kind, which count as one. A rig is measured as
-// it is bound and in frames of its clips, a body in natural poses, a thing as it is and in frames of its clips.
+// it is bound and in frames of its clips, a body in natural and in wide poses, half of them pointing anywhere, a thing
+// as it is and in frames of its clips.
 // Columns   name, family, person (0 or 1), error and worst_error: mean and largest distance of the joints that a limb or
 //           the neck begins with, by the height of the figure; features of the estimate; confidence; seconds
 // With --joints FILE, a row for each of these joints, too: its error, what the correspondences about it say against it,
@@ -136,8 +137,9 @@ void add_body(const std::string& argument, const Arguments& arguments, std::vect
   npt::Random random(arguments.seed);
   for (std::size_t f = 0; f < arguments.frames; ++f) {
     const auto shape = npt::sample_shape(random, body->shape_count());
-    const auto pose =
-        npt::sample_pose(random, f % 3 == 2 ? npt::PoseDistribution::wide : npt::PoseDistribution::natural);
+    auto pose = npt::sample_pose(random, f % 2 == 1 ? npt::PoseDistribution::wide : npt::PoseDistribution::natural);
+    if (f % 4 >= 2)  // pointing anywhere
+      for (std::size_t i = 0; i < 3; ++i) pose[i] = static_cast<float>(random.uniform(-2, 2));
     cases.emplace_back(
         [=, name = std::filesystem::path(file).stem().string() + " " + std::to_string(f), family = family] {
           Case made{.name = name, .family = family};

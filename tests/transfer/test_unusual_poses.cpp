@@ -30,9 +30,6 @@ struct Wrong {
 };
 const std::vector<Wrong>& wrong_poses() {
   static const std::vector<Wrong> list{
-      {"handstand, knees bent", {1199, 1147, 1278}, {0.06, 0.20, 0.14}},
-      {"handstand, feet over the head", {992, 929, 1031}, {0.25, 0.79, 0.47}},
-      {"bow, kneeling", {833, 826, 844}, {0.07, 0.19, 0.04}},
       {"bridge", {362, 356, 373}, {0.99, 0.99, 0.99}},
   };
   return list;

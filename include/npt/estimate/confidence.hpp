@@ -58,8 +58,8 @@ struct LogisticModel {
 
 struct ConfidenceModel {
   /// Those of the shipped network, for weights that say nothing.
-  LogisticModel<EstimateResiduals::feature_count> estimate{{-2.0533, -2.9398, -6.0902, -2.4131, -10.1788}};
-  LogisticModel<2> joint{{-1, 0.5, 0}};
+  LogisticModel<EstimateResiduals::feature_count> estimate{{-3.7298, -0.6947, -4.3390, -2.3629, -4.2659}};
+  LogisticModel<2> joint{{-1.6671, 0.3183, -2.8593}};
 
   static ConfidenceModel of(const SafetensorsFile& file) {
     ConfidenceModel model;

@@ -35,8 +35,8 @@ struct EstimateResiduals {
   static constexpr double least_correspondence = 0.01, least_surface = 0.001, least_pose = 0.1, least_torn = 0.01;
 
   double energy() const {
-    const auto [c, s, p, shape_only] = features();
-    return c + 2 * s + p + std::log(torn + least_torn);
+    return std::log(correspondences + least_correspondence) + 2 * std::log(surface + least_surface) +
+           std::log(pose + least_pose) + std::log(torn + least_torn);
   }
 
   static constexpr std::size_t feature_count = 4;
