@@ -58,8 +58,8 @@ struct LogisticModel {
 
 struct ConfidenceModel {
   /// Those of the shipped network, for weights that say nothing.
-  LogisticModel<EstimateResiduals::feature_count> estimate{{-3.7298, -0.6947, -4.3390, -2.3629, -4.2659}};
-  LogisticModel<2> joint{{-1.6671, 0.3183, -2.8593}};
+  LogisticModel<EstimateResiduals::feature_count> estimate{{-3.8977, -1.1529, -4.0326, -2.3399, -6.5788}};
+  LogisticModel<2> joint{{-1.5745, 0.3216, -2.7246}};
 
   static ConfidenceModel of(const SafetensorsFile& file) {
     ConfidenceModel model;
