@@ -324,7 +324,8 @@ class CorrespondenceSampler final : public SampleSource {
   /// Most stand upright, some lean, some point anywhere.
   Matrix3 turn_of(Random& r, bool folded) const {
     const Matrix3 yaw = rotation_matrix({0, r.uniform(-std::numbers::pi, std::numbers::pi), 0});
-    if (r.uniform() >= (folded ? 0.5 : options_.fallen)) return rotation_matrix({0.12 * r.normal(), 0, 0.12 * r.normal()}) * yaw;
+    if (r.uniform() >= (folded ? 0.5 : options_.fallen))
+      return rotation_matrix({0.12 * r.normal(), 0, 0.12 * r.normal()}) * yaw;
     Vec3d axis{r.normal(), r.normal(), r.normal()};
     return rotation_matrix(normalised(axis) * r.uniform(0, std::numbers::pi)) * yaw;
   }
