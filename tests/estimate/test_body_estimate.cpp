@@ -21,7 +21,8 @@ npt::BodyEstimate usual_estimate() {
 
 }  // namespace
 
-TEST_CASE("limbs whose joints are more likely wrong than right are told of, and odd proportions below high confidence") {
+TEST_CASE(
+    "limbs whose joints are more likely wrong than right are told of, and odd proportions below high confidence") {
   npt::BodyEstimate estimate = usual_estimate();
   estimate.fit.body.betas.assign(26, 4.5F);
   estimate.confidence = 0.9;

@@ -117,7 +117,8 @@ class PeopleDomain final : public BodyDomain {
   std::vector<Affine> rest_motions(const DomainBinding& identity) const override {
     const BoundCharacter& character = character_of(identity);
     const std::vector<float> straight(3 * fingered().joint_count(), 0.0F);
-    return character.motions_in_place(fingered(), from_own_rest(people_at_rest_, character.estimate, as_span(straight)));
+    return character.motions_in_place(fingered(),
+                                      from_own_rest(people_at_rest_, character.estimate, as_span(straight)));
   }
 
   JointPose joints(const DomainEstimate& estimate) const override {
