@@ -120,9 +120,9 @@ class EstimateSearch {
   /// Beyond it views are no person's, in metres: people have 0.02 to 0.12 and some 0.17 before limbs are swapped, a
   /// tetrahedron or a cube 0.2 and more; without it a tetrahedron takes 3 s.
   static constexpr double hopeless_residual = 0.19;
-  /// People in clothes and without have less, all but one of 60 at once; of chibi characters and monsters one in ten.
+  /// Of 41 first fits of dressed people the greatest energy was -16.2, of 32 of chibi characters the median -15.1.
   static constexpr double sure_energy = -16;
-  /// By less energies differ where nothing but the draw of points does.
+  /// Of fits that nearly agree the first one stays.
   static constexpr double margin = 0.1;
 
   BodyEstimate fitted(std::span<const Correspondences> views) const {
