@@ -276,10 +276,9 @@ class ForeignScene {
   // Nodes.
 
   npt::Affine affine(const aiMatrix4x4& m, const std::string& place) const {
-    const npt::Affine result{
-        {{npt::Vec3d{double{m.a1}, double{m.a2}, double{m.a3}}, npt::Vec3d{double{m.b1}, double{m.b2}, double{m.b3}},
-          npt::Vec3d{double{m.c1}, double{m.c2}, double{m.c3}}}},
-        {double{m.a4}, double{m.b4}, double{m.c4}}};
+    const auto row = [](float x, float y, float z) { return npt::Vec3f{x, y, z}.as<double>(); };
+    const npt::Affine result{{{row(m.a1, m.a2, m.a3), row(m.b1, m.b2, m.b3), row(m.c1, m.c2, m.c3)}},
+                             row(m.a4, m.b4, m.c4)};
     for (const npt::Vec3d v : {result.linear.rows[0], result.linear.rows[1], result.linear.rows[2], result.shift})
       if (!npt::is_finite(v)) fail(place, "a matrix with a number that is not finite", "finite numbers");
     return result;
