@@ -6,9 +6,9 @@
 //
 // Half of the poses are natural ones, three in ten the paper's, the others wide; each is fitted in two random shapes,
 // and counts once more as its mirror image. Least squares, with a constant: what is the same in all poses and shapes is
-// no fault of a transfer between them, but tells how people at rest are fitted. Shapes have a ridge of their own, which holds
-// at 0 what these bodies hardly vary in: with that of angles, two people whom no body model made had a PMD of 8.6e-4
-// in each other's poses, with this one 5.9e-4.
+// no fault of a transfer between them, but tells how people at rest are fitted. Shapes have a ridge of their own, which
+// holds at 0 what these bodies hardly vary in: with that of angles, two people whom no body model made had a PMD of
+// 8.6e-4 in each other's poses, with this one 5.9e-4.
 #include <npt/base/sort.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/mannequin/mannequin.hpp>

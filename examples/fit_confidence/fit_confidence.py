@@ -12,9 +12,9 @@ result   the same with "confidence_weights" and "joint_confidence_weights" in th
 An estimate is right where the mesh is a person and its joints lie within 5 % of its height in the mean. The model is
 logistic regression. All families of people count the same, and so do all kinds of things; both halves count the same,
 with the meshes in which no body was found at all. A joint is right where it lies within 5 % of the height; its
-features are the correspondences about it and the odds of the whole estimate. Printed are predictions for each family by a model that was learned
-without it: how many are right of those with a high, a middling and a low confidence, with 90 % intervals of a
-bootstrap over families.
+features are the correspondences about it and the odds of the whole estimate. Printed are predictions for each family
+by a model that was learned without it: how many are right of those with a high, a middling and a low confidence, with
+90 % intervals of a bootstrap over families.
 """
 
 import argparse

@@ -7,8 +7,8 @@
 // Each file is followed by its family: files of one artist, base mesh or kind, which count as one. A rig is measured as
 // it is bound and in frames of its clips, a body in natural and in wide poses, half of them pointing anywhere, a thing
 // as it is and in frames of its clips.
-// Columns   name, family, person (0 or 1), error and worst_error: mean and largest distance of the joints that a limb or
-//           the neck begins with, by the height of the figure; features of the estimate; confidence; seconds
+// Columns   name, family, person (0 or 1), error and worst_error: mean and largest distance of the joints that a limb
+//           or the neck begins with, by the height of the figure; features of the estimate; confidence; seconds
 // With --joints FILE, a row for each of these joints, too: its error, what the correspondences about it say against it,
 // and its own confidence.
 #include <formats/read.hpp>

@@ -58,8 +58,8 @@ Transferred transferred(const npt::Mesh& mesh, const Partner& partner, MeshRole 
   return {transfer().apply(character, partner.pose).mesh, character.confidence().value()};
 }
 
-/// Whatever is done to the mesh, the result is the same to 5 mm in the mean, and the confidence to 0.03. wrong: names of
-/// changes for which it isn't today; the list may only shrink.
+/// Whatever is done to the mesh, the result is the same to 5 mm in the mean, and the confidence to 0.03. wrong: names
+/// of changes for which it isn't today; the list may only shrink.
 void check_changes(const npt::Mesh& mesh, MeshRole role, const std::vector<std::string>& wrong = {}) {
   const npt::Mesh other = person(7);
   const Partner partner(other, role);

@@ -6,13 +6,14 @@
 /// B was learned by least squares from bodies whose joints are known (examples/fit_bias). A transfer takes it from
 /// both meshes:
 ///   R = R_pose exp(B x_pose) exp(B x_identity)^-1
-/// so that between equal poses of one build nothing changes. What is the same in all poses, c, is left out of that, but
-/// tells how the body fits people at rest, by R_true = R_fit exp(B x + c). It counts where both keep a distance from the body as
-/// people of other models do, and not for the mannequin.
+/// so that between equal poses of one build nothing changes. It counts where both keep a distance from the body as
+/// people of other models do, and not for the mannequin. What is the same in all poses, c, is left out of that, but
+/// tells how the body fits people at rest, by R_true = R_fit exp(B x + c).
 /// Measured, PMD x 1e-4 from angles alone and from the build, too: two people that no body model made, every pose in
 /// every other, 7.3 and 5.8; human_6890 in natural poses 4.9 and 4.4, on the paper's protocol, seen poses, 3.5 and 2.6.
 /// Angles alone had taken 9.2 to 8.3 for the two people.
-/// Shapes    B and c: [24, 3, 95 + 1], radians by radians (23 x 3) and by units of shape (26); rotations by joint, in space
+/// Shapes    B and c: [24, 3, 95 + 1], radians by radians (23 x 3) and by units of shape (26); rotations by joint, in
+///           space
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Errors    npt::Error for a file without B, for another shape, and for numbers that aren't finite
 /// Source    ours

@@ -31,7 +31,8 @@ struct EstimateResiduals {
   double shape = 0;    ///< CorrespondenceFit::shape_deviation
   double torn = 0;     ///< PlacePatches::torn, where limbs touch; else 0
 
-  /// Below these residuals differences don't matter: people have 0.03 and 0.006, the mannequin's own meshes 0.03 and 0.001.
+  /// Below these residuals differences don't matter: people have 0.03 and 0.006, the mannequin's own meshes 0.03 and
+  /// 0.001.
   static constexpr double least_correspondence = 0.01, least_surface = 0.001, least_pose = 0.1, least_torn = 0.01;
 
   double energy() const {

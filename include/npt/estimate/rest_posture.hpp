@@ -4,11 +4,13 @@
 /// arms that leave the shoulders lower raise them. In a T pose that is no posture but the character's build, and its
 /// makers' skeleton calls it rest. The pose's angles are then taken from there:
 ///   R = R_pose exp(w log(R_person^-1 R_identity))
-/// R_person being how the body fits people at rest (FitBias::people_at_rest). w is 1 for characters that keep a distance from the body and stand
-/// in a T pose, and 0 for people, whose bend in a T pose is as much in the fit of their other poses.
+/// R_person being how the body fits people at rest (FitBias::people_at_rest). w is 1 for characters that keep a distance
+/// from the body and stand in a T pose, and 0 for people, whose bend in a T pose is as much in the fit of their other
+/// poses.
 /// Measured, PMD x 1e-4: a stylised man in a T pose, Table 6's poses of two people: 52 without and 19 with it. For
 /// people with w = 1 a dressed man would have 21 instead of 6.6.
-/// Shapes    people_at_rest: [24] axis angles; axis angles: [24, 3], or [40, 3] with finger joints, which stay; radians, SMPL's order
+/// Shapes    people_at_rest: [24] axis angles; axis angles: [24, 3], or [40, 3] with finger joints, which stay;
+///           radians, SMPL's order
 #pragma once
 
 #include <npt/base/matrix3.hpp>

@@ -1,5 +1,5 @@
-/// How often a surface encloses a point: the generalised winding number. Outside of a closed surface whose triangles face
-/// outwards it is 0, inside 1, where two parts of it overlap 2; at a hole it changes gradually.
+/// How often a surface encloses a point: the generalised winding number. Outside of a closed surface whose triangles
+/// face outwards it is 0, inside 1, where two parts of it overlap 2; at a hole it changes gradually.
 ///   WindingTree tree(points, triangles);   a tree of triangles (closest_point.hpp)
 ///   tree.winding(p)
 /// Numerics  double; nodes far away count as one vector of area in their centre: within 0.11 of the sum over all

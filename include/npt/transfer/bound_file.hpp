@@ -1,6 +1,7 @@
 /// A bound character as tensors of a file, and back with the same bits.
-///   estimate.numbers [n] F64, estimate.axis_angles, estimate.betas, estimate.part_distances, estimate.joint_confidence [24] F64,
-///   body.axis_angles, joints [40, 3] F64, hands F64, points [V, 3] F64, weights.start [V + 1] U32, weights.column U32, weights.value
+///   estimate.numbers [n] F64, estimate.axis_angles, estimate.betas, estimate.part_distances,
+///   estimate.joint_confidence [24] F64, body.axis_angles, joints [40, 3] F64, hands F64, points [V, 3] F64,
+///   weights.start [V + 1] U32, weights.column U32, weights.value
 /// The surface of the estimate isn't kept: poses need it, identities don't.
 #pragma once
 

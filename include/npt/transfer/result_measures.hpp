@@ -1,5 +1,5 @@
-/// What can be measured of a result without its ground truth: where it is torn, what runs into what, and how much of the
-/// meshes their bodies explain.
+/// What can be measured of a result without its ground truth: where it is torn, what runs into what, and how much of
+/// the meshes their bodies explain.
 #pragma once
 
 #include <npt/base/as_span.hpp>
@@ -24,8 +24,8 @@
 
 namespace npt::inline NPT_ABI {
 
-/// Measured on 50 characters in poses of people, by the body method: three are torn, with a common stretch of 4.8 to 7.4
-/// and confidences that refuse them (0.08 to 0.21); the others have 1.3 to 3.3. Penetration (0 to 0.11, torn ones 0.01
+/// Measured on 50 characters in poses of people, by the body method: three are torn, with a common stretch of 4.8 to
+/// 7.4 and confidences that refuse them (0.08 to 0.21); the others have 1.3 to 3.3. Penetration (0 to 0.11, torn ones 0.01
 /// to 0.05) and the identity's coverage (0.58 to 0.99, torn ones 0.73 to 0.84) don't tell right from wrong by
 /// themselves: people who sit on their heels have a penetration of 0.19. So none is a warning.
 struct ResultMeasures {
