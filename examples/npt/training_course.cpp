@@ -20,6 +20,7 @@
 #include <training/clip_poses.hpp>
 #include <training/correspondence_sampler.hpp>
 #include <training/objects.hpp>
+#include <training/people_variation.hpp>
 #include <training/rigged_body.hpp>
 
 #include <algorithm>
@@ -234,11 +235,12 @@ void use_readings(TrainingCourse& course, const TrainingArguments& a, const std:
     const auto pose = [clips, share](npt::Random& random) {
       return share > 0 && random.uniform() < share ? clips->sample(random) : npt::natural_poses().sample(random);
     };
+    const npt::PeopleVariationOptions people{.folded = 0.12, .standing = 0.06, .stylised = 0.15};
     return std::make_unique<npt::CorrespondenceSampler>(
-        clouds, pose,
+        clouds, std::make_shared<const npt::PeopleVariation>(pose, people),
         npt::CorrespondenceSampleOptions{.seed = seed,
                                          .points = points,
-                                         .folded = 0.12,
+                                         .blocks = 0.07,
                                          .patched = with_rigs ? 0.4 : 0.0,
                                          .mirror = with_rigs,
                                          .strangers = strangers,

@@ -2,8 +2,12 @@
 
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
+#include <npt/body/proportions.hpp>
+#include <npt/body/skeleton.hpp>
+#include <training/blocks.hpp>
 #include <training/correspondence_sampler.hpp>
 #include <training/dress.hpp>
+#include <training/people_variation.hpp>
 #include <training/surface_cloud.hpp>
 
 #include <cmath>
@@ -19,8 +23,13 @@ std::shared_ptr<const npt::SurfaceCloud> reading_cloud() {
   return cloud;
 }
 
+std::shared_ptr<const npt::PeopleVariation> people(const npt::PeopleVariationOptions& options = {}) {
+  return std::make_shared<const npt::PeopleVariation>([](npt::Random& r) { return npt::natural_poses().sample(r); },
+                                                      options);
+}
+
 npt::CorrespondenceSampler reading_sampler(const npt::CorrespondenceSampleOptions& options) {
-  return {{reading_cloud()}, [](npt::Random& r) { return npt::natural_poses().sample(r); }, options};
+  return {{{reading_cloud(), 1}}, people(), options};
 }
 
 float norm(const std::vector<float>& xyz, std::size_t i) {
@@ -50,8 +59,10 @@ TEST_CASE("a reading's points are centred and of one size, normals are unit, pla
 TEST_CASE("a plain body in no pose is the mannequin itself, turned") {
   // Distances between points are those between their places, but for shape.
   const npt::CorrespondenceSampler sampler(
-      {reading_cloud()}, [](npt::Random&) { return std::array<float, 72>{}; },
-      {.seed = 1, .points = 200, .natural = 1, .fallen = 0, .dressed = 0, .plain = 1});
+      {{reading_cloud(), 1}},
+      std::make_shared<const npt::PeopleVariation>([](npt::Random&) { return npt::PeopleVariation::Angles{}; },
+                                                   npt::PeopleVariationOptions{.natural = 1, .dressed = 0}),
+      {.seed = 1, .points = 200, .fallen = 0, .plain = 1});
   const npt::Sample s = sampler.draw(0, 0);
   double ratio_sum = 0, ratio_squares = 0;
   int count = 0;
@@ -81,14 +92,13 @@ TEST_CASE("samples depend on seed, step and index only, and differ in each of th
 
 TEST_CASE("limbs of several bodies on one trunk, mirrored, are a reading like any other") {
   const std::vector<npt::WeightedCloud> bodies{{reading_cloud(), 1}, {reading_cloud(), 3}};
-  const auto pose = [](npt::Random& r) { return npt::natural_poses().sample(r); };
-  const npt::CorrespondenceSampler sampler(bodies, pose, {.seed = 5, .points = 200, .patched = 1, .mirror = true});
+  const npt::CorrespondenceSampler sampler(bodies, people(), {.seed = 5, .points = 200, .patched = 1, .mirror = true});
   const npt::Sample s = sampler.draw(0, 1);
   REQUIRE(s.truth.size() == 600);
   CHECK(s.truth == sampler.draw(0, 1).truth);
   for (std::size_t i = 0; i < 200; ++i) CHECK(norm(s.truth, i) < 0.75F);
   // Weights and patches that change nothing leave the samples as they were.
-  const npt::CorrespondenceSampler equal(std::vector<npt::WeightedCloud>{{reading_cloud(), 2}}, pose,
+  const npt::CorrespondenceSampler equal(std::vector<npt::WeightedCloud>{{reading_cloud(), 2}}, people(),
                                          {.seed = 5, .points = 200});
   CHECK(equal.draw(0, 1).truth == reading_sampler({.seed = 5, .points = 200}).draw(0, 1).truth);
 }
@@ -102,14 +112,14 @@ TEST_CASE("a part of the samples is of strangers, all of whose points belong to 
       normals.push_back({1, 0, 0});
     }
   };
-  const npt::CorrespondenceSampler sampler(
-      {{reading_cloud(), 1}}, [](npt::Random& r) { return npt::natural_poses().sample(r); },
-      {.seed = 5, .points = 64, .strangers = 0.5}, npt::data::Purpose::training, pole);
+  const npt::CorrespondenceSampler sampler({{reading_cloud(), 1}}, people(),
+                                           {.seed = 5, .points = 64, .strangers = 0.5}, npt::data::Purpose::training,
+                                           pole);
   int strange = 0;
   for (std::uint64_t index = 0; index < 40; ++index) {
     const npt::Sample s = sampler.draw(0, index);
     const npt::Vec3f first{s.truth[0], s.truth[1], s.truth[2]};
-    const bool stranger = first == npt::stranger_place * 0.5F;
+    const bool stranger = first == people()->elsewhere() * 0.5F;
     strange += stranger ? 1 : 0;
     double square = 0;
     for (std::size_t i = 0; i < 64; ++i) {
@@ -132,9 +142,9 @@ namespace {
 bool clothed(npt::SmplJoint joint, const npt::data::Dress& dress, npt::Vec3f& at) {
   npt::SurfaceCloud::Point p;
   p.along = {1, 0, 0}, p.across = {0, 1, 0};
-  const auto weight_of = [joint](auto... joints) { return ((joint == joints) || ...) ? 1.0F : 0.0F; };
+  p.joint[0] = static_cast<std::uint8_t>(npt::joint_index(joint)), p.weight[0] = 1;
   float swollen = 1;
-  return npt::data::clothe(p, weight_of, dress, at, swollen);
+  return npt::data::clothe(*reading_cloud(), p, dress, at, swollen);
 }
 
 }  // namespace
@@ -151,4 +161,61 @@ TEST_CASE("clothes lie before the skin that they cover, and missing hands are no
   CHECK_FALSE(clothed(left_hand, dress, hand));
   dress.hole_radius = 0.1F;
   CHECK_FALSE(clothed(spine2, dress, chest));
+}
+
+TEST_CASE("ears are drawn out of the skull, and closed skirts have no inside") {
+  using enum npt::SmplJoint;
+  npt::data::Dress dress;
+  dress.horns[0] = {.length = 0.3F, .narrow = 0.8F, .towards = {0, 1, 0}};
+  npt::SurfaceCloud::Point top;
+  top.along = {0, 0, 1}, top.across = {1, 0, 0};
+  top.canonical = reading_cloud()->head() + npt::Vec3f{0, 0.1F, 0};
+  top.joint[0] = static_cast<std::uint8_t>(npt::joint_index(head)), top.weight[0] = 1;
+  npt::Vec3f at;
+  float swollen = 1;
+  REQUIRE(npt::data::clothe(*reading_cloud(), top, dress, at, swollen));
+  CHECK(at.y == doctest::Approx(0.3));
+  CHECK(swollen > 1);
+
+  dress.skirt = 0.5F, dress.closed = true;
+  npt::SurfaceCloud::Point inside;  // of the left leg, towards the right one
+  inside.along = {0, 1, 0}, inside.across = {0, 0, -1};
+  inside.canonical = {0.05F, -0.4F, 0};
+  inside.joint[0] = static_cast<std::uint8_t>(npt::joint_index(left_hip)), inside.weight[0] = 1;
+  const npt::Vec3f normal = cross(inside.along, inside.across);
+  REQUIRE(normal.x < 0);
+  CHECK_FALSE(npt::data::clothe(*reading_cloud(), inside, dress, at, swollen));
+}
+
+TEST_CASE("parts that are boxes lie on them, whose faces have normals along the axes") {
+  const npt::CorrespondenceSampler sampler(
+      {{reading_cloud(), 1}},
+      std::make_shared<const npt::PeopleVariation>([](npt::Random&) { return npt::PeopleVariation::Angles{}; },
+                                                   npt::PeopleVariationOptions{.natural = 1, .dressed = 0}),
+      {.seed = 1, .points = 300, .blocks = 1, .fallen = 0, .plain = 0});
+  const npt::SurfaceCloud& cloud = *reading_cloud();
+  for (std::size_t k = 0; k < cloud.points().size(); k += 97) {
+    const npt::SurfaceCloud::Point& p = cloud.points()[k];
+    const npt::SurfaceCloud::Block& block = cloud.blocks()[p.joint[0]];
+    npt::Vec3f at = p.rest, normal;
+    npt::data::put_on_block(block, at, normal);
+    if (normal == npt::Vec3f{}) continue;
+    CHECK(length(normal) == doctest::Approx(1));
+    const npt::Vec3f face = normal.x + normal.y + normal.z > 0 ? block.high : block.low;
+    CHECK(dot(at - face, normal) == doctest::Approx(0).epsilon(1e-4));
+  }
+  CHECK(sampler.draw(0, 0).truth != reading_sampler({.seed = 1, .points = 300}).draw(0, 0).truth);
+}
+
+TEST_CASE("bodies stand as characters are made, or with a big head, where that is asked for") {
+  npt::Random random(4);
+  const auto standing = people({.standing = 1});
+  for (int i = 0; i < 20; ++i) {
+    const std::vector<float> pose = standing->draw_pose(random).angles;
+    for (const std::size_t knee : npt::joint_indices(npt::SmplJoint::left_knee, npt::SmplJoint::right_knee))
+      CHECK(std::abs(pose[3 * knee]) < 0.5F);
+  }
+  const auto stylised = people({.stylised = 1});
+  for (int i = 0; i < 20; ++i)
+    CHECK(stylised->draw_proportions(random)[static_cast<std::size_t>(npt::BodyProportion::head_size)] >= 0.29);
 }

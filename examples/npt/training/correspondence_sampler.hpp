@@ -1,8 +1,8 @@
 /// Samples for a network that reads meshes: points of a posed surface with their normals, and for each the place on the
 /// resting template where it belongs (its canonical coordinates).
-/// A sample is a body of random shape and proportions in a random pose, turned anywhere about the vertical axis (some
-/// lie or stand on their hands), dressed, shod, with hair, pieces missing, noise; its points are drawn by area. A part
-/// of the samples may be of surfaces that are no person's, or of no more than a piece of one (a bust, a hand): all
+/// A sample is a body of random shape and proportions in a random pose (body_variation.hpp), turned anywhere about the
+/// vertical axis (some lie or stand on their hands), dressed, pieces missing, noise; its points are drawn by area. A
+/// part of the samples may be of surfaces of no such body, or of no more than a piece of one (a bust, a hand): all
 /// their points belong to one place far from any body.
 /// Shapes    Sample::pose: points [n, 3], centred on their mean, with a root mean square distance of reading_radius;
 ///           Sample::identity: normals [n, 3], unit or zero; Sample::truth: half the canonical coordinates, [n, 3], so
@@ -17,18 +17,18 @@
 #include <npt/base/vec3.hpp>
 #include <npt/base/weighted_choice.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/body_plan.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/body/proportions.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/canonical_frame.hpp>
 #include <npt/lab/draws.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/skinning.hpp>
 #include <npt/nn/train/sample.hpp>
+#include <training/blocks.hpp>
+#include <training/body_variation.hpp>
 #include <training/dress.hpp>
-#include <training/limbs.hpp>
 #include <training/surface_cloud.hpp>
 
 #include <algorithm>
@@ -45,10 +45,6 @@
 
 namespace npt::inline NPT_ABI {
 
-/// Where the points of a surface belong that is no person's, in canonical coordinates: half a metre and more in front
-/// of every body.
-inline constexpr Vec3f stranger_place{0, 0, 1};
-
 /// A body of a mixture. `weight`: its share of the samples, relative to the others.
 struct WeightedCloud {
   std::shared_ptr<const SurfaceCloud> cloud;
@@ -58,46 +54,47 @@ struct WeightedCloud {
 struct CorrespondenceSampleOptions {
   std::uint64_t seed = 0;
   std::size_t points = 512;
-  double natural = 0.7;   ///< share of poses that `natural_pose` draws; the others are uniform in wide ranges
-  double folded = 0;      ///< share of poses with legs and back bent as far as they go: crouching, kneeling, lotus
-  double fallen = 0.2;    ///< share that points anywhere; half of those that are folded
-  double dressed = 0.45;  ///< share with clothes
-  double plain = 0.15;    ///< share of bare bodies of human proportions without any of the below
-  double patched = 0;     ///< share whose trunk, head, arms and legs come from bodies drawn for each
-  bool mirror = false;    ///< half of the samples mirrored, left for right: for bodies that aren't symmetric
-  double strangers = 0;   ///< share of surfaces that are no person's
-  double pieces = 0;      ///< share of them that is a piece of a person
+  double blocks = 0;     ///< share whose parts are boxes
+  double fallen = 0.2;   ///< share that points anywhere; half of the poses that may be in any direction
+  double plain = 0.15;   ///< share of bare bodies without proportions or any of the below
+  double patched = 0;    ///< share whose limbs come from bodies drawn for each
+  bool mirror = false;   ///< half of the samples mirrored, left for right: for bodies that aren't symmetric
+  double strangers = 0;  ///< share of surfaces that are no such body's
+  double pieces = 0;     ///< share of them that is a piece of one
 };
 
 class CorrespondenceSampler final : public SampleSource {
  public:
-  /// Draws the angles [24, 3] of a natural pose.
-  using NaturalPose = std::function<std::array<float, 3 * smpl_joint_count>(Random&)>;
-
-  /// Draws points by area and their unit normals, upright, in any unit, of something that isn't a person. [n] each
+  /// Draws points by area and their unit normals, upright, in any unit, of something that isn't such a body. [n] each
   using Stranger = std::function<void(Random&, std::size_t n, std::vector<Vec3f>& points, std::vector<Vec3f>& normals)>;
 
-  /// Requires  a stranger where options.strangers is above 0
-  CorrespondenceSampler(std::vector<WeightedCloud> bodies, NaturalPose natural_pose,
+  /// Requires  bodies of the variation's plan; a stranger where options.strangers is above 0
+  CorrespondenceSampler(std::vector<WeightedCloud> bodies, std::shared_ptr<const BodyVariation> variation,
                         const CorrespondenceSampleOptions& options, data::Purpose purpose = data::Purpose::training,
                         Stranger stranger = {})
       : bodies_(std::move(bodies)),
-        natural_pose_(std::move(natural_pose)),
+        variation_(std::move(variation)),
         stranger_(std::move(stranger)),
         options_(options),
         purpose_(purpose) {
     NPT_ASSERT(!bodies_.empty() && options.points > 0 && (stranger_ || options.strangers <= 0));
     for (const WeightedCloud& member : bodies_) {
+      NPT_ASSERT(&member.cloud->plan() == &plan());
       equal_ = equal_ && member.weight == bodies_.front().weight;
       choice_.add(member.weight);
     }
   }
-  CorrespondenceSampler(const std::vector<std::shared_ptr<const SurfaceCloud>>& bodies, NaturalPose natural_pose,
-                        const CorrespondenceSampleOptions& options, data::Purpose purpose = data::Purpose::training)
-      : CorrespondenceSampler(equally(bodies), std::move(natural_pose), options, purpose) {}
 
   std::size_t max_vertices() const override { return options_.points; }
   bool equal_counts() const override { return true; }
+
+  /// Draws points by area and their unit normals of a body, upright, in metres: for another kind's strangers. [n] each
+  void draw_surface(Random& random, std::size_t n, std::vector<Vec3f>& points, std::vector<Vec3f>& normals) const {
+    thread_local Scratch scratch;
+    draw_body(random, random, random, random, random, n, false, scratch);
+    points.clear(), normals.clear();
+    for (const Drawn& p : scratch.drawn) points.push_back(p.at), normals.push_back(p.normal);
+  }
 
   void fill(std::uint64_t step, std::uint64_t index, Sample& s) const override {
     const auto random = [&](data::Part part) { return data::random_for(purpose_, options_.seed, step, index, part); };
@@ -111,12 +108,12 @@ class CorrespondenceSampler final : public SampleSource {
     thread_local Scratch scratch;
     const bool strange = options_.strangers > 0 && choice.uniform() < options_.strangers;
     const bool piece = strange && choice.uniform() < options_.pieces;
-    scratch.folded = false;
+    scratch.anywhere = false;
     if (strange && !piece)
       draw_stranger(choice, n, scratch);
     else
-      draw_person(choice, shape, angles, order, more, n, piece, scratch);
-    const Matrix3 turn = turn_of(more, scratch.folded);
+      draw_body(choice, shape, angles, order, more, n, piece, scratch);
+    const Matrix3 turn = turn_of(more, scratch.anywhere);
     const double sigma = more.uniform() < 0.5 ? 0 : 0.012 * more.uniform();
     const bool blind = more.uniform() < 0.08;                 // no normals
     const float side = more.uniform() < 0.03 ? -1.0F : 1.0F;  // inside out
@@ -142,43 +139,47 @@ class CorrespondenceSampler final : public SampleSource {
   /// One body of a sample, with the limbs that are its.
   struct SkinnedCloud {
     const SurfaceCloud* cloud = nullptr;
-    std::array<bool, limb_count> limbs{};
-    std::array<BasicAffine<float>, smpl_joint_count> parts;  ///< stretch and motion
+    std::vector<bool> limbs;
+    std::vector<BasicAffine<float>> parts;  ///< [J] stretch and motion
     std::vector<float> betas;
   };
   struct Skin {
     std::vector<SkinnedCloud> clouds;
+    bool blocks = false;
   };
   struct Posed {
     Vec3f at, normal;
     float key = 0;  ///< points with the greatest ones are taken
     std::uint32_t point = 0, cloud = 0;
   };
+  /// The body that each limb is taken from.
+  using Limbs = std::vector<std::size_t>;
+  const BodyPlan& plan() const { return variation_->plan(); }
+
   /// A point of a sample, upright and in metres.
   struct Drawn {
     Drawn(Vec3f a, Vec3f n, Vec3f c) : at(a), normal(n), canonical(c) {}
     Vec3f at, normal, canonical;
   };
   struct Scratch {
-    bool folded = false;
+    bool anywhere = false;
     std::vector<Posed> posed;
     std::vector<Posed> chosen;
     std::vector<Drawn> drawn;
     std::vector<Vec3f> points, normals;
   };
-  /// piece: no more than what lies about one of the person's points.
-  void draw_person(Random& choice, Random& shape, Random& angles, Random& order, Random& more, std::size_t n,
-                   bool piece, Scratch& scratch) const {
+  /// piece: no more than what lies about one of the body's points.
+  void draw_body(Random& choice, Random& shape, Random& angles, Random& order, Random& more, std::size_t n, bool piece,
+                 Scratch& scratch) const {
     const std::size_t first = pick_body(choice);
     const bool plain = choice.uniform() < options_.plain;
-    std::array<std::size_t, limb_count> limbs;
-    limbs.fill(first);
+    Limbs limbs(plan().limbs.size(), first);
     if (options_.patched > 0 && choice.uniform() < options_.patched) patch(choice, limbs);
     const bool mirrored = options_.mirror && choice.uniform() < 0.5;
     thread_local Skin skin;
-    scratch.folded = options_.folded > 0 && choice.uniform() < options_.folded;
-    make_skin(limbs, shape, angles, plain, scratch.folded, skin);
-    data::Dress dress = plain ? data::Dress{} : data::draw_dress(more, options_.dressed);
+    scratch.anywhere = make_skin(limbs, shape, angles, plain, skin);
+    skin.blocks = !plain && options_.blocks > 0 && choice.uniform() < options_.blocks;
+    data::Dress dress = plain ? data::Dress{} : variation_->draw_dress(more);
     if (piece) {
       const auto& points = skin.clouds.front().cloud->points();
       dress.any = true;
@@ -192,7 +193,7 @@ class CorrespondenceSampler final : public SampleSource {
     for (const Posed& p : scratch.chosen) {
       Drawn& d = scratch.drawn.emplace_back(p.at, p.normal, skin.clouds[p.cloud].cloud->points()[p.point].canonical);
       if (mirrored) d.at.x = -d.at.x, d.normal.x = -d.normal.x, d.canonical.x = -d.canonical.x;
-      if (piece) d.canonical = stranger_place;
+      if (piece) d.canonical = variation_->elsewhere();
     }
   }
 
@@ -204,38 +205,36 @@ class CorrespondenceSampler final : public SampleSource {
     scratch.drawn.clear();
     for (std::size_t i = 0; i < n; ++i)
       scratch.drawn.emplace_back(frame.apply(scratch.points[i].template as<double>()).template as<float>(),
-                                 scratch.normals[i], stranger_place);
+                                 scratch.normals[i], variation_->elsewhere());
   }
 
   static void put(std::vector<float>& to, std::size_t i, Vec3f p) {
     to[3 * i] = p.x, to[3 * i + 1] = p.y, to[3 * i + 2] = p.z;
   }
 
-  static std::vector<WeightedCloud> equally(const std::vector<std::shared_ptr<const SurfaceCloud>>& bodies) {
-    std::vector<WeightedCloud> members;
-    members.reserve(bodies.size());
-    for (const auto& body : bodies) members.push_back({body, 1});
-    return members;
-  }
   std::size_t pick_body(Random& random) const {
     if (equal_) return random.below(static_cast<std::uint32_t>(bodies_.size()));
     return choice_(random);
   }
-  /// Another body for the skull, for the arms, for the legs, or all of them; the trunk stays.
-  void patch(Random& random, std::array<std::size_t, limb_count>& limbs) const {
-    using enum Limb;
-    const auto of = [&limbs](Limb limb) -> std::size_t& { return limbs[static_cast<std::size_t>(limb)]; };
-    of(skull) = pick_body(random);
-    of(left_arm) = of(right_arm) = pick_body(random);
-    of(left_leg) = of(right_leg) = pick_body(random);
-    if (random.uniform() < 0.1) of(right_arm) = pick_body(random);
-    if (random.uniform() < 0.1) of(right_leg) = pick_body(random);
+  /// Another body for each limb, mostly the same one for both sides; the trunk, the root's limb, stays.
+  void patch(Random& random, Limbs& limbs) const {
+    const std::vector<JointPlan>& joints = plan().joints;
+    std::vector<bool> drawn(limbs.size());
+    drawn[joints[0].limb] = true;
+    for (const JointPlan& joint : joints) {
+      if (drawn[joint.limb]) continue;
+      const std::size_t other = joints[joint.mirrored].limb;
+      drawn[joint.limb] = drawn[other] = true;
+      limbs[joint.limb] = limbs[other] = pick_body(random);
+      if (other != joint.limb && random.uniform() < 0.1) limbs[other] = pick_body(random);
+    }
   }
 
-  /// A limb's skeleton is that of its body; where it hangs, the body says that has the part above.
-  void make_skin(const std::array<std::size_t, limb_count>& limbs, Random& shape, Random& angles, bool plain,
-                 bool folded, Skin& skin) const {
-    std::array<std::size_t, limb_count> number{};
+  /// A limb's skeleton is that of its body; where it hangs, the body says that has the part above. Whether the pose may
+  /// be in any direction.
+  bool make_skin(const Limbs& limbs, Random& shape, Random& angles, bool plain, Skin& skin) const {
+    const std::size_t limb_count = limbs.size(), joint_count = plan().joint_count();
+    Limbs number(limb_count);
     std::size_t count = 0;
     for (std::size_t l = 0; l < limb_count; ++l) {
       std::size_t same = 0;
@@ -243,42 +242,42 @@ class CorrespondenceSampler final : public SampleSource {
       if (same == l) {
         if (skin.clouds.size() <= count) skin.clouds.emplace_back();
         skin.clouds[count].cloud = bodies_[limbs[l]].cloud.get();
-        skin.clouds[count].limbs.fill(false);
+        skin.clouds[count].limbs.assign(limb_count, false);
         number[l] = count++;
       }
       number[l] = number[same];
       skin.clouds[number[l]].limbs[l] = true;
     }
     skin.clouds.resize(count);
-    std::array<std::array<Vec3d, smpl_joint_count>, limb_count> rest;
-    for (std::size_t c = 0; c < count; ++c) {
-      SkinnedCloud& own = skin.clouds[c];
+    std::vector<std::vector<Vec3d>> rest;
+    for (SkinnedCloud& own : skin.clouds) {
       own.betas = sample_shape(shape, own.cloud->body().shape_count());
-      std::ranges::copy(own.cloud->body().joints(own.betas), rest[c].begin());
+      own.parts.resize(joint_count);
+      rest.push_back(own.cloud->body().joints(own.betas));
     }
-    Proportions proportions = sample_proportions(shape);
-    if (plain) proportions.fill(0);
-    std::array<float, 3 * smpl_joint_count> pose = pose_of(angles);
-    if (folded) fold(angles, pose);
-    std::array<Vec3d, smpl_joint_count> grown;
-    std::array<Rigid, smpl_joint_count> motion;
+    std::vector<double> proportions = variation_->draw_proportions(shape);
+    if (plain) std::ranges::fill(proportions, 0.0);
+    const BodyVariation::Pose drawn = variation_->draw_pose(angles);
+    const std::vector<float>& pose = drawn.angles;
+    std::vector<Vec3d> grown(joint_count);
+    std::vector<Rigid> motion(joint_count);
     const auto stretch = [&](std::size_t c, std::size_t j) {
       Matrix3 result = Matrix3::identity();
-      for (std::size_t k = 0; k < body_proportion_count; ++k) {
+      for (std::size_t k = 0; k < proportions.size(); ++k) {
         const Matrix3& g = skin.clouds[c].cloud->growth()[j][k];
         if (!(g == Matrix3{})) result += g * proportions[k];
       }
       return result;
     };
-    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+    for (std::size_t j = 0; j < joint_count; ++j) {
       const Matrix3 r = rotation_matrix({static_cast<double>(pose[3 * j]), static_cast<double>(pose[3 * j + 1]),
                                          static_cast<double>(pose[3 * j + 2])});
       if (j == 0) {
         grown[0] = rest[number[0]][0];
         motion[0] = Rigid::about(grown[0], r);
       } else {
-        const auto parent = static_cast<std::size_t>(smpl_parents[j]);
-        const std::size_t above = number[static_cast<std::size_t>(limb_of(parent))];
+        const auto parent = static_cast<std::size_t>(plan().joints[j].parent);
+        const std::size_t above = number[plan().joints[parent].limb];
         grown[j] = grown[parent] + stretch(above, parent) * (rest[above][j] - rest[above][parent]);
         motion[j] = motion[parent] * Rigid::about(grown[j], r);
       }
@@ -288,43 +287,13 @@ class CorrespondenceSampler final : public SampleSource {
         skin.clouds[c].parts[j] = Affine{motion[j].rotation * own, motion[j](grown[j] - own * rest[c][j])}.as<float>();
       }
     }
-  }
-
-  std::array<float, 3 * smpl_joint_count> pose_of(Random& random) const {
-    if (random.uniform() < options_.natural) return natural_pose_(random);
-    std::array<float, 3 * smpl_joint_count> pose =
-        sample_pose(random, random.uniform() < 0.75 ? PoseDistribution::wide : PoseDistribution::paper);
-    const float amount = static_cast<float>(std::min(1.0, 1.3 * random.uniform()));
-    for (std::size_t i = 3; i < pose.size(); ++i) pose[i] *= amount;
-    return pose;
-  }
-
-  /// Legs and back bent anew, in degrees: both legs alike in half of the poses, one by one in the others.
-  static void fold(Random& random, std::array<float, 3 * smpl_joint_count>& pose) {
-    using enum SmplJoint;
-    const auto set = [&pose](SmplJoint joint, double x, double y, double z) {
-      const std::size_t at = 3 * joint_index(joint);
-      for (const auto& [k, degrees] : {std::pair(0, x), std::pair(1, y), std::pair(2, z)})
-        pose[at + static_cast<std::size_t>(k)] = static_cast<float>(degrees * std::numbers::pi / 180);
-    };
-    const bool alike = random.uniform() < 0.5;
-    std::array<double, 4> leg{};
-    for (const double side : {1.0, -1.0}) {
-      const std::array<double, 4> drawn{random.uniform(-150, 40), random.uniform(-25, 60), random.uniform(-10, 60),
-                                        random.uniform(0, 155)};
-      if (side > 0 || !alike) leg = drawn;
-      set(side > 0 ? left_hip : right_hip, leg[0], side * leg[1], side * leg[2]);
-      set(side > 0 ? left_knee : right_knee, leg[3], 0, 0);
-    }
-    const double bend = random.uniform(-25, 35);
-    for (const SmplJoint joint : {spine1, spine2, spine3})
-      set(joint, bend + random.uniform(-8, 8), random.uniform(-8, 8), random.uniform(-8, 8));
+    return drawn.anywhere;
   }
 
   /// Most stand upright, some lean, some point anywhere.
-  Matrix3 turn_of(Random& r, bool folded) const {
+  Matrix3 turn_of(Random& r, bool anywhere) const {
     const Matrix3 yaw = rotation_matrix({0, r.uniform(-std::numbers::pi, std::numbers::pi), 0});
-    if (r.uniform() >= (folded ? 0.5 : options_.fallen))
+    if (r.uniform() >= (anywhere ? 0.5 : options_.fallen))
       return rotation_matrix({0.12 * r.normal(), 0, 0.12 * r.normal()}) * yaw;
     Vec3d axis{r.normal(), r.normal(), r.normal()};
     return rotation_matrix(normalised(axis) * r.uniform(0, std::numbers::pi)) * yaw;
@@ -346,10 +315,10 @@ class CorrespondenceSampler final : public SampleSource {
         const SkinnedCloud& own = skin.clouds[p.cloud];
         const SurfaceCloud& cloud = *own.cloud;
         p.point = random.below(static_cast<std::uint32_t>(cloud.points().size()));
-        if (!own.limbs[static_cast<std::size_t>(limb_of(cloud.points()[p.point].joint[0]))]) continue;
+        if (!own.limbs[plan().joints[cloud.points()[p.point].joint[0]].limb]) continue;
         const double u = 1 - random.uniform();
         float area = 0;
-        if (!place(own, p.point, dress, p, area) && round < most_rounds) continue;
+        if (!place(own, p.point, dress, skin.blocks, p, area) && round < most_rounds) continue;
         if (clouds > 1) area *= 1e5F * cloud.area_of_point();
         p.key = static_cast<float>(std::log(u)) / std::max(area, 1e-6F);
         scratch.posed.push_back(p);
@@ -362,15 +331,10 @@ class CorrespondenceSampler final : public SampleSource {
   }
 
   /// Whether the point is there at all.
-  static bool place(const SkinnedCloud& skin, std::uint32_t k, const data::Dress& dress, Posed& out, float& area) {
+  bool place(const SkinnedCloud& skin, std::uint32_t k, const data::Dress& dress, bool blocks, Posed& out,
+             float& area) const {
     const SurfaceCloud& cloud = *skin.cloud;
     const SurfaceCloud::Point& p = cloud.points()[k];
-    const auto weight_of = [&p](auto... joints) {
-      float sum = 0;
-      for (std::size_t i = 0; i < SurfaceCloud::most_joints; ++i)
-        if (((p.joint[i] == joint_index(joints)) || ...)) sum += p.weight[i];
-      return sum;
-    };
     Vec3f at = p.rest;
     const std::span<const float> directions = cloud.directions(k);
     for (std::size_t s = 0; s < skin.betas.size(); ++s) {
@@ -378,10 +342,17 @@ class CorrespondenceSampler final : public SampleSource {
       at += Vec3f{directions[3 * s], directions[3 * s + 1], directions[3 * s + 2]} * b;
     }
     float swollen = 1;
-    if (dress.any && !data::clothe(p, weight_of, dress, at, swollen)) return false;
-    const BasicAffine<float> moved = blended_motion(p.joint, p.weight, skin.parts);
+    if (dress.any && !variation_->clothe(cloud, p, dress, at, swollen)) return false;
+    Vec3f along = p.along, across = p.across;
+    if (blocks) {
+      Vec3f face;
+      data::put_on_block(cloud.blocks()[p.joint[0]], at, face);
+      along = {face.y, face.z, face.x}, across = cross(face, along);
+    }
+    // A box is moved by one joint.
+    const BasicAffine<float> moved = blocks ? skin.parts[p.joint[0]] : blended_motion(p.joint, p.weight, skin.parts);
     out.at = moved(at);
-    const Vec3f normal = cross(moved.linear * p.along, moved.linear * p.across);
+    const Vec3f normal = cross(moved.linear * along, moved.linear * across);
     area = length(normal) * p.area * swollen;
     out.normal = normalised(normal);
     return true;
@@ -390,7 +361,7 @@ class CorrespondenceSampler final : public SampleSource {
   std::vector<WeightedCloud> bodies_;
   WeightedChoice choice_;
   bool equal_ = true;  ///< all weights
-  NaturalPose natural_pose_;
+  std::shared_ptr<const BodyVariation> variation_;
   Stranger stranger_;
   CorrespondenceSampleOptions options_;
   data::Purpose purpose_;

@@ -1,4 +1,4 @@
-/// Clothes, hair, shoes and what is missing of a body, as samples for a network that reads meshes have them.
+/// Clothes, hair, ears, capes, shoes and what is missing of a body, as samples for a network that reads meshes have them.
 /// Units     metres
 #pragma once
 
@@ -31,7 +31,35 @@ struct Dress {
   float piece_radius = 0;
   Vec3f wave;
   float phase = 0, wave_size = 0;
+  bool closed = false;  ///< a skirt without an inside
+  float cape = 0;       ///< how far it hangs behind the heels
+  float tail = 0, tail_drop = 0;
+  /// Ears, horns, a hat's tip: how far the skull is drawn out towards a direction, and how wide about it. Of two the
+  /// second is the first one's mirror image.
+  struct Horn {
+    float length = 0, narrow = 0.9F;  ///< the cosine at which it begins
+    Vec3f towards;
+  };
+  std::array<Horn, 2> horns{};
 };
+
+/// Where a tail grows, in canonical coordinates.
+inline constexpr Vec3f seat{0, -0.03F, -0.11F};
+
+/// Ears or horns, two alike with a chance of `pairs`, else a single one: a hat's tip, a beak.
+inline void draw_horns(Random& r, Dress& d, double pairs) {
+  const auto uniform = [&r](double low, double high) { return static_cast<float>(r.uniform(low, high)); };
+  const bool pair = r.uniform() < pairs;
+  Dress::Horn& first = d.horns[0];
+  first.length = uniform(0.05, 0.45);
+  first.narrow = uniform(0.75, 0.97);
+  const Vec3f towards = pair ? Vec3f{uniform(0.3, 1), uniform(-0.2, 1), uniform(-0.4, 0.2)}
+                             : Vec3f{uniform(-0.1, 0.1), uniform(-0.2, 1), uniform(-0.5, 1)};
+  first.towards = normalised(towards);
+  if (!pair) return;
+  d.horns[1] = first;
+  d.horns[1].towards.x = -first.towards.x;
+}
 
 /// dressed: the share that wears clothes.
 inline Dress draw_dress(Random& r, double dressed) {
@@ -44,6 +72,8 @@ inline Dress draw_dress(Random& r, double dressed) {
     if (r.uniform() < 0.6) d.legs = uniform(0.005, 0.06);
     if (r.uniform() < 0.5) d.arms = uniform(0.005, 0.05);
     if (r.uniform() < 0.2) d.skirt = uniform(0.1, 1);
+    d.closed = d.skirt > 0 && r.uniform() < 0.5;
+    if (r.uniform() < 0.15) d.cape = uniform(0.05, 0.35);
   }
   if (r.uniform() < 0.4) d.hair = uniform(0.01, 0.12), d.hair_back = uniform(0, 0.15);
   if (r.uniform() < 0.4) d.shoes = uniform(0.005, 0.03), d.heel = uniform(0, 0.06);
@@ -54,20 +84,41 @@ inline Dress draw_dress(Random& r, double dressed) {
     for (Vec3f& h : d.hole) h = {uniform(-0.8, 0.8), uniform(-0.9, 0.7), uniform(-0.15, 0.15)};
     d.hole_radius = uniform(0.05, 0.2);
   }
+  if (r.uniform() < 0.17) draw_horns(r, d, 0.75);
+  if (r.uniform() < 0.05) d.tail = uniform(0.2, 0.8), d.tail_drop = uniform(-0.5, 1);
   d.wave = {uniform(-25, 25), uniform(-25, 25), uniform(-25, 25)};
   d.phase = uniform(0, 6.3);
   d.wave_size = uniform(0, 0.5);
   return d;
 }
 
+/// Whether a point lies in a hole, or beyond the piece that is left.
+inline bool is_missing(const SurfaceCloud::Point& p, const Dress& d) {
+  const auto near = [&p](Vec3f place, float radius) { return length(p.canonical - place) < radius; };
+  if (d.hole_radius > 0 && std::ranges::any_of(d.hole, [&](Vec3f h) { return near(h, d.hole_radius); })) return true;
+  return d.piece_radius > 0 && !near(d.piece, d.piece_radius);
+}
+
+/// Draws a point of the skull out to where its ears or horns are.
+inline void grow_horns(const Dress& d, Vec3f head, const SurfaceCloud::Point& p, Vec3f& at, float& swollen) {
+  for (const Dress::Horn& horn : d.horns) {
+    if (!(horn.length > 0)) continue;
+    const float near = (dot(normalised(p.canonical - head), horn.towards) - horn.narrow) / (1 - horn.narrow);
+    if (near > 0) at += horn.towards * (horn.length * near), swollen += 10 * horn.length;
+  }
+}
+
 /// Moves a resting point outwards to where its clothes, hair or shoes are; false: nothing is there.
 /// swollen: by how much the surface is larger there.
-inline bool clothe(const SurfaceCloud::Point& p, const auto& weight_of, const Dress& d, Vec3f& at, float& swollen) {
+inline bool clothe(const SurfaceCloud& cloud, const SurfaceCloud::Point& p, const Dress& d, Vec3f& at, float& swollen) {
   using enum SmplJoint;
-  if (d.hole_radius > 0)
-    for (const Vec3f h : d.hole)
-      if (length(p.canonical - h) < d.hole_radius) return false;
-  if (d.piece_radius > 0 && length(p.canonical - d.piece) > d.piece_radius) return false;
+  const auto weight_of = [&p](auto... joints) {
+    float sum = 0;
+    for (std::size_t i = 0; i < SurfaceCloud::most_joints; ++i)
+      if (((p.joint[i] == joint_index(joints)) || ...)) sum += p.weight[i];
+    return sum;
+  };
+  if (is_missing(p, d)) return false;
   const float hands = weight_of(left_wrist, right_wrist, left_hand, right_hand),
               feet = weight_of(left_ankle, right_ankle, left_foot, right_foot), skull = weight_of(head);
   if (d.no_hands && hands > 0.5F) return false;
@@ -85,8 +136,19 @@ inline bool clothe(const SurfaceCloud::Point& p, const auto& weight_of, const Dr
     const float depth = std::clamp(-(p.canonical.y + 0.05F) / 0.45F, 0.0F, 1.0F);
     const float wide = d.skirt * 0.12F * depth * thighs;
     const Vec3f away = normalised(Vec3f{p.canonical.x, 0, p.canonical.z});
+    if (d.closed && thighs > 0.5F && dot(away, normal) < 0.1F) return false;
     at += away * wide;
   }
+  if (d.cape > 0 && normal.z < -0.2F && trunk + thighs + arms > 0.5F && std::abs(p.canonical.x) < 0.35F) {
+    const float depth = std::clamp((0.5F - p.canonical.y) / 1.2F, 0.0F, 1.0F);
+    at.z -= 0.03F + d.cape * depth * wave;
+    at.x *= 1 + depth;
+  }
+  if (d.tail > 0) {
+    const float near = 1 - length(p.canonical - seat) / 0.09F;
+    if (near > 0) at += Vec3f{0, -d.tail_drop, -1} * (d.tail * near), swollen += 8 * d.tail;
+  }
+  if (skull > 0.5F) grow_horns(d, cloud.head(), p, at, swollen);
   if (skull > 0.5F && d.hair > 0 && (normal.y > 0.1F || normal.z < -0.1F)) {
     const float amount = (skull - 0.5F) * 2;
     at += normal * (d.hair * amount * wave);

@@ -45,8 +45,8 @@ enum class JointKind {
 /// How a part grows with a proportion.
 enum class PartGrowth {
   all,
-  length,    ///< along its bone
-  girth,     ///< across it
+  length,  ///< along its bone
+  girth,   ///< across it
   x,
   y,
   z,
@@ -91,9 +91,7 @@ struct BodyPlan {
     return k == JointKind::root || k == JointKind::spine || k == JointKind::girdle;
   }
   /// -1 of the right side, 1 of the left one, 0 of the middle. A left joint stands before its right one.
-  int side(std::size_t j) const {
-    return joints[j].mirrored > j ? 1 : joints[j].mirrored < j ? -1 : 0;
-  }
+  int side(std::size_t j) const { return joints[j].mirrored > j ? 1 : joints[j].mirrored < j ? -1 : 0; }
 };
 
 namespace body::internal {
