@@ -11,6 +11,7 @@
 #include <sculpt/figure.hpp>
 #include <sculpt/polygonise.hpp>
 #include <sculpt/remesh.hpp>
+#include <span>
 
 namespace sculpt {
 
@@ -41,16 +42,19 @@ inline constexpr FineRegion fine_regions[] = {
     {{0.000, 1.052, 0.104}, {0.060, 0.060, 0.050}, 0.0080},   // navel
 };
 
-inline double mannequin_edge_length(Vec3d p) {
-  double result = coarse_edge_length;
-  for (const FineRegion& r : fine_regions) {
+/// The wanted length of edges at p: that of the finest region there, `coarse` outside of all.
+inline double edge_length_in(std::span<const FineRegion> regions, double coarse, Vec3d p) {
+  double result = coarse;
+  for (const FineRegion& r : regions) {
     const Vec3d d{(p.x - r.centre.x) / r.radius.x, (p.y - r.centre.y) / r.radius.y, (p.z - r.centre.z) / r.radius.z};
     // From the full effect in the inner half to none at the rim.
     const double t = std::clamp(2.0 * (1.0 - std::sqrt(dot(d, d))), 0.0, 1.0);
-    result = std::min(result, coarse_edge_length + (r.length - coarse_edge_length) * t * t * (3.0 - 2.0 * t));
+    result = std::min(result, coarse + (r.length - coarse) * t * t * (3.0 - 2.0 * t));
   }
   return result;
 }
+
+inline double mannequin_edge_length(Vec3d p) { return edge_length_in(fine_regions, coarse_edge_length, p); }
 
 inline TriangleSheet mannequin_half() {
   const Figure figure = mannequin_figure();

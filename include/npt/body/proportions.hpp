@@ -10,7 +10,7 @@
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/body_tables.hpp>
+#include <npt/body/plan_proportions.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
@@ -21,7 +21,6 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -110,43 +109,10 @@ NPT_INLINE BodyModel with_proportions(const BodyModel& body, const Proportions& 
     throw Error({.file = "body",
                  .found = std::to_string(body.joint_count()) + " joints",
                  .expected = "SMPL's " + std::to_string(smpl_joint_count) + ", for proportions"});
-  BodyTables tables = body.tables();
   const std::vector<Vec3d> joints = body.joints({});
-  const auto growth = body::internal::part_growth(joints);
-  const std::size_t vertices = body.vertex_count(), old = body.shape_count(), now = old + body_proportion_count;
-  // How far each joint is carried by the parts before it.
-  std::vector<std::array<Vec3d, body_proportion_count>> carried(joints.size());
-  for (std::size_t j = 0; j < joints.size(); ++j) {
-    if (tables.parents[j] < 0) {
-      carried[j][static_cast<std::size_t>(BodyProportion::size)] = joints[j];
-      continue;
-    }
-    const auto parent = static_cast<std::size_t>(tables.parents[j]);
-    for (std::size_t k = 0; k < body_proportion_count; ++k)
-      carried[j][k] = carried[parent][k] + growth[parent][k] * (joints[j] - joints[parent]);
-  }
-  std::vector<float> directions(vertices * 3 * now);
-  for (std::size_t v = 0; v < vertices; ++v) {
-    const Vec3d at =
-        Vec3f{tables.v_template[3 * v], tables.v_template[3 * v + 1], tables.v_template[3 * v + 2]}.as<double>();
-    std::array<Vec3d, body_proportion_count> moved{};
-    for (std::size_t i = tables.weights.start[v]; i < tables.weights.start[v + 1]; ++i) {
-      const std::size_t j = tables.weights.column[i];
-      const double w = static_cast<double>(tables.weights.value[i]);
-      for (std::size_t k = 0; k < body_proportion_count; ++k)
-        moved[k] += (carried[j][k] + growth[j][k] * (at - joints[j])) * w;
-    }
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      float* row = directions.data() + (3 * v + axis) * now;
-      for (std::size_t b = 0; b < old; ++b) row[b] = tables.shapedirs[(3 * v + axis) * old + b];
-      for (std::size_t k = 0; k < body_proportion_count; ++k) {
-        const Vec3f m = (moved[k] * unit[k]).as<float>();
-        row[old + k] = axis == 0 ? m.x : axis == 1 ? m.y : m.z;
-      }
-    }
-  }
-  tables.shapedirs = std::move(directions);
-  return BodyModel(std::move(tables), "body with proportions");
+  std::vector<std::vector<Matrix3>> growth;
+  for (const auto& b : body::internal::part_growth(joints)) growth.emplace_back(b.begin(), b.end());
+  return body::internal::with_growth(body, growth, unit);
 }
 
 /// Standard deviations of all shape parameters of with_proportions(body): 1 for the body's own, people's for the rest.
