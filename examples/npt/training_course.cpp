@@ -45,7 +45,8 @@ NamedBody load_named_body(const std::string& argument) {
 }
 
 /// The part of poses that come from the rigs' clips.
-double clip_share(const TrainingArguments& a, const npt::ClipPoses& clips) {
+template <class Angles>
+double clip_share(const TrainingArguments& a, const npt::ClipPoses<Angles>& clips) {
   if (clips.empty() && a.clip_poses)
     throw npt::Error({"--clip-poses", {}, a.rigs.empty() ? "no --rig" : "rigs without clips", "a rig with clips"});
   return clips.empty() ? 0 : a.clip_poses.value_or(0.25);
@@ -99,7 +100,7 @@ void use_bodies(TrainingCourse& course, const TrainingArguments& a, bool paired,
   for (const std::string& argument :
        a.bodies.empty() && rigs.empty() ? std::vector<std::string>{"mannequin"} : a.bodies)
     bodies.push_back(load_named_body(argument));
-  npt::ClipPoses clips;
+  npt::ClipPoses<npt::PoseParameters> clips;
   for (const NamedRig& named : rigs) {
     const npt::RiggedBody rig = npt::rigged_body(named.rig, {.frame_rate = 15});
     clips.add(rig.clips);
@@ -191,7 +192,7 @@ bool are_people(const std::vector<NamedRig>& rigs, bool must) {
 /// people's, and made objects, are what it learns not to read.
 void use_readings(TrainingCourse& course, const TrainingArguments& a, const std::vector<NamedRig>& rigs) {
   std::vector<npt::WeightedCloud> clouds;
-  const auto clips = std::make_shared<npt::ClipPoses>();
+  const auto clips = std::make_shared<npt::ClipPoses<npt::PoseParameters>>();
   for (const std::string& argument :
        a.bodies.empty() && a.rigs.empty() ? std::vector<std::string>{"mannequin"} : a.bodies) {
     const NamedBody named = load_named_body(argument);

@@ -5,7 +5,7 @@
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_plan.hpp>
-#include <npt/body/proportions.hpp>
+#include <npt/body/plan_proportions.hpp>
 #include <npt/config.hpp>
 #include <training/body_variation.hpp>
 #include <training/dress.hpp>

@@ -1,22 +1,19 @@
-/// Poses of people's clips as SMPL's joint angles: a moment of a clip, some between two moments, some with noise.
-/// Shapes    a pose: [24, 3] axis angles in radians
+/// Poses of clips as joint angles: a moment of a clip, some between two moments, some with noise.
+/// Shapes    a pose: [J, 3] axis angles in radians, an array or a vector of numbers
 #pragma once
 
 #include <npt/base/random.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
 
+template <class Angles>
 class ClipPoses {
  public:
-  using Angles = std::array<float, 3 * smpl_joint_count>;
-
   /// Clips, of frames each. One without frames is left out.
   void add(const std::vector<std::vector<Angles>>& clips) {
     for (const auto& clip : clips)

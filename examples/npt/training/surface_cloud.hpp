@@ -9,7 +9,7 @@
 #include <npt/body/body_plan.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/people_plan.hpp>
-#include <npt/body/proportions.hpp>
+#include <npt/body/plan_proportions.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/mesh.hpp>
 
@@ -54,7 +54,7 @@ class SurfaceCloud {
       : body_(std::move(body)), plan_(&plan) {
     NPT_ASSERT(body_->joint_count() == plan.joint_count() && canonical.size() == 3 * body_->vertex_count());
     joints_ = body_->joints({});
-    growth_ = body::internal::part_growth(plan, joints_);
+    growth_ = part_growth(plan, joints_);
     scatter(canonical);
     find_blocks();
     find_head();
