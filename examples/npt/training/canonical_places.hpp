@@ -1,18 +1,18 @@
-/// Where each point of a person's resting surface belongs on the resting mannequin: its part is stretched onto the
-/// mannequin's (limbs by length and girth, head, hands and feet by the spread of their points), then the nearest point
-/// of the mannequin that belongs to the same limb and looks the same way is taken.
-/// Shapes    places: [V, 3], metres, the mannequin's mean shape in its rest pose
+/// Where each point of a resting surface belongs on the resting template: its part is stretched onto the template's
+/// (limbs by length and girth; head, hands and feet by the spread of their points; the trunk by the joints along it and
+/// by the spread across), then the nearest point of the template that belongs to the same limb and looks the same way is
+/// taken.
+/// Shapes    places: [V, 3], metres, the template's mean shape in its rest pose
 #pragma once
 
 #include <npt/base/vec3.hpp>
-#include <npt/body/skeleton.hpp>
+#include <npt/body/body_plan.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/skinning.hpp>
-#include <training/limbs.hpp>
+#include <training/plan_parts.hpp>
 #include <training/rest_surface.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <limits>
 #include <vector>
@@ -21,18 +21,21 @@ namespace npt::inline NPT_ABI {
 
 namespace rig::internal {
 
-/// model: the mannequin's surface. left_out: [V] what a weapon's joint moves, which goes with the middle of its hand
+/// model: the template's surface. left_out: [V] what a weapon's joint moves, which goes with the middle of its hand
 class CanonicalPlaces {
  public:
-  CanonicalPlaces(const RestSurface& own, const RestSurface& model, const std::vector<bool>& left_out)
-      : own_(own), model_(model), left_out_(left_out) {}
+  CanonicalPlaces(const PlanParts& parts, const RestSurface& own, const RestSurface& model,
+                  const std::vector<bool>& left_out)
+      : parts_(parts), own_(own), model_(model), left_out_(left_out) {}
 
   /// [V, 3]
   std::vector<float> places() const {
-    std::vector<std::array<double, limb_count>> limbs;
-    const auto limbs_of = [](const JointWeights& row) {
-      std::array<double, limb_count> sums{};
-      for (std::size_t j = 0; j < smpl_joint_count; ++j) sums[static_cast<std::size_t>(limb_of(j))] += row[j];
+    std::vector<std::vector<double>> limbs;
+    const BodyPlan& plan = parts_.plan();
+    const std::size_t limb_count = plan.limbs.size();
+    const auto limbs_of = [&](const JointWeights& row) {
+      std::vector<double> sums(limb_count);
+      for (std::size_t j = 0; j < row.size(); ++j) sums[plan.joints[j].limb] += row[j];
       return sums;
     };
     for (const JointWeights& row : model_.weights) limbs.push_back(limbs_of(row));
@@ -46,7 +49,7 @@ class CanonicalPlaces {
         const auto part = static_cast<std::size_t>(std::ranges::max_element(row) - row.begin());
         goal = model_.spread[part].mean;
       }
-      const std::array<double, limb_count> own = limbs_of(row);
+      const std::vector<double> own = limbs_of(row);
       double best = std::numeric_limits<double>::infinity();
       std::size_t chosen = 0;
       for (std::size_t m = 0; m < model_.points.size(); ++m) {
@@ -69,30 +72,24 @@ class CanonicalPlaces {
   /// Square metres that a normal at right angles costs: as far as 4 cm.
   static constexpr double turned_away = 0.04 * 0.04;
 
-  /// Where a point of part j lies on the mannequin's part, as if that were this one stretched.
+  static double ratio(double a, double b) { return b > 1e-6 ? std::clamp(a / b, 0.1, 10.0) : 1.0; }
+
+  /// Where a point of part j lies on the template's part, as if that were this one stretched.
   Vec3d stretched(std::size_t j, Vec3d p) const {
-    const std::array<Vec3d, smpl_joint_count>&own = own_.joints, &to = model_.joints;
+    const std::vector<Vec3d>&own = own_.joints, &to = model_.joints;
     const Spread &from = own_.spread[j], &goal = model_.spread[j];
-    const auto ratio = [](double a, double b) { return b > 1e-6 ? std::clamp(a / b, 0.1, 10.0) : 1.0; };
-    constexpr std::size_t pelvis = joint_index(SmplJoint::pelvis), neck = joint_index(SmplJoint::neck);
-    const double trunk = (to[neck].y - to[pelvis].y) / (own[neck].y - own[pelvis].y);
-    if (is_joint(j, SmplJoint::head) || is_hand(j) || is_foot(j)) {
-      if (!(from.area > 1e-6)) return to[j] + p - own[j];
+    if (parts_.is_round(j)) {
+      if (!(from.area > 1e-6) || !(goal.area > 0)) return to[j] + p - own[j];
       const Vec3d off = p - from.mean;
       return goal.mean + Vec3d{off.x * ratio(goal.deviation.x, from.deviation.x),
                                off.y * ratio(goal.deviation.y, from.deviation.y),
                                off.z * ratio(goal.deviation.z, from.deviation.z)};
     }
-    if (is_trunk(j) || is_collar(j)) {
-      const std::size_t slice = is_collar(j) ? joint_index(SmplJoint::spine3) : j;
-      const Spread &f = own_.spread[slice], &g = model_.spread[slice];
-      const double x =
-          is_collar(j) ? ratio(to[bone_end(j)].x, own[bone_end(j)].x) : ratio(g.deviation.x, f.deviation.x);
-      return {to[pelvis].x + (p.x - own[pelvis].x) * x, to[pelvis].y + (p.y - own[pelvis].y) * trunk,
-              f.area > 1e-6 ? g.mean.z + (p.z - f.mean.z) * ratio(g.deviation.z, f.deviation.z) : p.z};
-    }
-    const std::size_t end = bone_end(j);
-    const Vec3d bone = own[end] - own[j], model_bone = to[end] - to[j];
+    if (parts_.is_trunk(j) || parts_.is_girdle(j)) return on_trunk(j, p);
+    const std::size_t end = parts_.toward(j);
+    // A tail's tip has no bone: it goes on as the one before it does.
+    const std::size_t first = end == j ? parts_.parent(j) : j, second = end == j ? j : end;
+    const Vec3d bone = own[second] - own[first], model_bone = to[second] - to[first];
     const Vec3d along = normalised(bone), off = p - own[j];
     const double far = dot(off, along);
     const Vec3d across = off - along * far;
@@ -100,6 +97,27 @@ class CanonicalPlaces {
     return to[j] + model_bone * (far / length(bone)) + shortest_turn(along, normalised(model_bone)) * across * girth;
   }
 
+  /// Along the trunk by its joints, across it by the spread of the slice.
+  Vec3d on_trunk(std::size_t j, Vec3d p) const {
+    const std::vector<Vec3d>&own = own_.joints, &to = model_.joints;
+    const bool girdle = parts_.is_girdle(j);
+    const std::size_t axis = parts_.axis(), across = parts_.across(), end = parts_.trunk().back();
+    const auto at = [](const Vec3d& q, std::size_t k) { return coordinate(q, k); };
+    const double along = (at(to[end], axis) - at(to[0], axis)) / (at(own[end], axis) - at(own[0], axis));
+    const std::size_t slice = girdle ? parts_.parent(j) : j;
+    const Spread &f = own_.spread[slice], &g = model_.spread[slice];
+    const double x =
+        girdle ? ratio(to[parts_.toward(j)].x, own[parts_.toward(j)].x) : ratio(g.deviation.x, f.deviation.x);
+    Vec3d result{to[0].x + (p.x - own[0].x) * x, 0, 0};
+    coordinate(result, axis) = at(to[0], axis) + (at(p, axis) - at(own[0], axis)) * along;
+    coordinate(result, across) = f.area > 1e-6
+                                     ? at(g.mean, across) + (at(p, across) - at(f.mean, across)) *
+                                                                ratio(at(g.deviation, across), at(f.deviation, across))
+                                     : at(p, across);
+    return result;
+  }
+
+  const PlanParts& parts_;
   const RestSurface &own_, &model_;
   const std::vector<bool>& left_out_;
 };

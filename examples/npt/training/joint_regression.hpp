@@ -4,12 +4,10 @@
 #include <npt/base/affine.hpp>
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -21,11 +19,11 @@ namespace npt::inline NPT_ABI {
 
 namespace rig::internal {
 
-/// [24, V] Of the vertices near a joint the mean that lies on it: the one nearest to their Gaussian weights.
-inline SparseMatrix regressed_joints(std::span<const Vec3d> points, const std::array<Vec3d, smpl_joint_count>& joints) {
+/// [J, V] Of the vertices near a joint the mean that lies on it: the one nearest to their Gaussian weights.
+inline SparseMatrix regressed_joints(std::span<const Vec3d> points, std::span<const Vec3d> joints) {
   SparseMatrix regressor;
   regressor.columns = points.size();
-  for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+  for (std::size_t j = 0; j < joints.size(); ++j) {
     std::vector<std::pair<std::uint32_t, double>> near;
     for (double radius = 0.08; near.size() < 12 && radius < 10; radius *= 1.5) {
       near.clear();

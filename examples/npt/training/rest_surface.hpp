@@ -1,18 +1,18 @@
-/// The surface of a person in the rest pose, with SMPL's joints and weights, and what is measured on each of its parts:
-/// a rigged character's, and the mannequin's, onto which it is stretched.
+/// The surface of a body in the rest pose, with a plan's joints and weights, and what is measured on each of its parts:
+/// a rigged character's, and the template's, onto which it is stretched.
+/// Shapes    points, normals, areas, weights: [V]; joints, spread: [J]
 /// Units     metres
 #pragma once
 
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
-#include <npt/body/mannequin/mannequin.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <training/plan_parts.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -24,39 +24,7 @@ namespace npt::inline NPT_ABI {
 
 namespace rig::internal {
 
-using JointWeights = std::array<double, smpl_joint_count>;
-
-/// The part's child bone along which it points; itself for what has none.
-inline std::size_t bone_end(std::size_t joint) {
-  using enum SmplJoint;
-  static constexpr std::array<SmplJoint, smpl_joint_count> ends{
-      spine1,     left_knee,   right_knee, spine2,      left_ankle, right_ankle,   spine3,         left_foot,
-      right_foot, neck,        left_foot,  right_foot,  head,       left_shoulder, right_shoulder, head,
-      left_elbow, right_elbow, left_wrist, right_wrist, left_hand,  right_hand,    left_hand,      right_hand};
-  return joint_index(ends[joint]);
-}
-
-inline bool is_trunk(std::size_t j) {
-  return is_joint(j, SmplJoint::pelvis, SmplJoint::spine1, SmplJoint::spine2, SmplJoint::spine3);
-}
-inline bool is_collar(std::size_t j) { return is_joint(j, SmplJoint::left_collar, SmplJoint::right_collar); }
-inline bool is_left_hand(std::size_t j) { return is_joint(j, SmplJoint::left_wrist, SmplJoint::left_hand); }
-inline bool is_right_hand(std::size_t j) { return is_joint(j, SmplJoint::right_wrist, SmplJoint::right_hand); }
-inline bool is_hand(std::size_t j) { return is_left_hand(j) || is_right_hand(j); }
-inline bool is_left_foot(std::size_t j) { return is_joint(j, SmplJoint::left_ankle, SmplJoint::left_foot); }
-inline bool is_right_foot(std::size_t j) { return is_joint(j, SmplJoint::right_ankle, SmplJoint::right_foot); }
-inline bool is_foot(std::size_t j) { return is_left_foot(j) || is_right_foot(j); }
-
-/// A row's weight of a part; of a hand or a foot with what it ends in.
-inline double part_weight(const JointWeights& row, std::size_t part) {
-  using enum SmplJoint;
-  const auto both = [&row](SmplJoint a, SmplJoint b) { return row[joint_index(a)] + row[joint_index(b)]; };
-  if (is_left_hand(part)) return both(left_wrist, left_hand);
-  if (is_right_hand(part)) return both(right_wrist, right_hand);
-  if (is_left_foot(part)) return both(left_ankle, left_foot);
-  if (is_right_foot(part)) return both(right_ankle, right_foot);
-  return row[part];
-}
+using JointWeights = std::vector<double>;  ///< [J]
 
 /// Mean and spread of the points of a part.
 struct Spread {
@@ -70,10 +38,10 @@ struct RestSurface {
   std::vector<Vec3d> points, normals;
   std::vector<double> areas;  ///< of each vertex
   std::vector<JointWeights> weights;
-  std::array<Vec3d, smpl_joint_count> joints;
-  std::array<Spread, smpl_joint_count> spread;  ///< hands and feet: of wrist and hand, ankle and toes, together
+  std::vector<Vec3d> joints;
+  std::vector<Spread> spread;  ///< hands and feet: of wrist and hand, ankle and toes, together
 
-  void measure(std::span<const Triangle> triangles, const std::vector<bool>& left_out) {
+  void measure(const PlanParts& parts, std::span<const Triangle> triangles, const std::vector<bool>& left_out) {
     normals.assign(points.size(), {});
     areas.assign(points.size(), 0);
     for (const Triangle& t : triangles) {
@@ -81,12 +49,13 @@ struct RestSurface {
       for (const std::uint32_t v : t) normals[v] += normal, areas[v] += length(normal) / 6;
     }
     for (Vec3d& n : normals) n = normalised(n);
-    for (std::size_t part = 0; part < smpl_joint_count; ++part) {
+    spread.assign(parts.count(), {});
+    for (std::size_t part = 0; part < parts.count(); ++part) {
       Spread& s = spread[part];
-      const Vec3d along = normalised(joints[bone_end(part)] - joints[part]);
+      const Vec3d along = normalised(joints[parts.toward(part)] - joints[part]);
       const auto each = [&](auto&& f) {
         for (std::size_t v = 0; v < points.size(); ++v) {
-          const double w = !left_out.empty() && left_out[v] ? 0 : part_weight(weights[v], part);
+          const double w = !left_out.empty() && left_out[v] ? 0 : parts.weight(weights[v], part);
           if (w > 0.5) f(points[v], w * areas[v]);
         }
       };
@@ -106,19 +75,22 @@ struct RestSurface {
   }
 };
 
-inline RestSurface measured_mannequin() {
+/// Of a template, not measured yet.
+inline RestSurface rest_surface(const BodyModel& body) {
   RestSurface s;
-  const BodyTables& t = mannequin().tables();
+  const BodyTables& t = body.tables();
   for (std::size_t v = 0; v < t.vertex_count(); ++v) {
     s.points.push_back(Vec3f{t.v_template[3 * v], t.v_template[3 * v + 1], t.v_template[3 * v + 2]}.as<double>());
-    JointWeights& row = s.weights.emplace_back();
+    JointWeights& row = s.weights.emplace_back(body.joint_count());
     for (std::size_t i = t.weights.start[v]; i < t.weights.start[v + 1]; ++i)
       row[t.weights.column[i]] += static_cast<double>(t.weights.value[i]);
   }
-  const std::vector<Vec3d> joints = mannequin().joints({});
-  std::ranges::copy(joints, s.joints.begin());
-  s.measure(t.triangles, {});
+  s.joints = body.joints({});
   return s;
+}
+
+inline double lowest(const RestSurface& s) {
+  return std::ranges::min(s.points, {}, [](Vec3d p) { return p.y; }).y;
 }
 
 /// The rotation that takes one direction to another by the shortest way. Requires unit vectors.
