@@ -9,6 +9,7 @@
 #include <npt/body/mannequin/surface.hpp>
 
 #include <sculpt/quadruped/anatomy.hpp>
+#include <sculpt/quadruped/shape.hpp>
 #include <sculpt/quadruped/skin.hpp>
 #include <sculpt/quadruped/surface.hpp>
 #include <string>
@@ -25,6 +26,7 @@ inline npt::BodyModel make_body(const std::string& plan_text) {
     const npt::Vec3f q = (p - zero).as<float>();
     body.v_template.insert(body.v_template.end(), {q.x, q.y, q.z});
   }
+  body.shapedirs = shapedirs(surface);
   body.weights = skin_weights(surface, plan);
   body.J_regressor = joint_regressor(surface, body.weights, plan);
   body.triangles = surface.triangles;
