@@ -66,7 +66,7 @@ TEST_CASE("the mannequin with a rig is a body again: its joints, its places, its
     for (std::size_t k = 0; k < 3; ++k)
       CHECK(body.clips[0][2][3 * npt::joint_index(joint) + k] ==
             doctest::Approx(kick[3 * npt::joint_index(joint) + k]).epsilon(0.02));
-  npt::ClipPoses<npt::PoseParameters> clips;
+  npt::ClipPoses<std::array<float, 3 * npt::smpl_joint_count>> clips;
   CHECK(clips.empty());
   clips.add(body.clips);
   npt::Random a(5), b(5);
