@@ -1,6 +1,6 @@
 // Sculpts npt's own bodies: the header that holds the mannequin's surface, and the file of the four-legged template.
 // usage: npt_sculpt [--check] include/npt/body/mannequin/surface_data.hpp
-//        npt_sculpt --quadruped examples/sculpt/quadruped.plan FILE
+//        npt_sculpt --quadruped examples/sculpt/quadruped FILE
 #include <npt/body/body_file.hpp>
 #include <npt/io/file.hpp>
 
@@ -18,16 +18,17 @@ namespace {
 constexpr const char* usage =
     "usage: npt_sculpt [--check] FILE\n"
     "Writes the header that holds the mannequin's surface, or compares.\n"
-    "       npt_sculpt --quadruped PLAN FILE\n"
-    "Writes the four-legged template with the joints of PLAN (quadruped.plan) as a body file (.safetensors).";
+    "       npt_sculpt --quadruped TABLES FILE\n"
+    "Writes the four-legged template with the joints of TABLES.plan and the poses of TABLES.poses as a body file.";
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-int make_quadruped(const std::string& plan, const std::string& path) {
+int make_quadruped(const std::string& tables, const std::string& path) {
   const auto start = std::chrono::steady_clock::now();
-  const npt::BodyModel body = sculpt::quadruped::make_body(npt::read_file(plan));
+  const npt::BodyModel body =
+      sculpt::quadruped::make_body(npt::read_file(tables + ".plan"), npt::read_file(tables + ".poses"));
   npt::save_body(body, path);
   std::printf("%s: %zu vertices, %zu joints, %zu shapes, sculpted in %.2f s\n", path.c_str(), body.vertex_count(),
               body.joint_count(), body.shape_count(), seconds_since(start));

@@ -7,6 +7,7 @@
 #include <npt/body/body_plan.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/mannequin/surface.hpp>
+#include <npt/body/plan_poses.hpp>
 
 #include <sculpt/quadruped/anatomy.hpp>
 #include <sculpt/quadruped/shape.hpp>
@@ -16,9 +17,11 @@
 
 namespace sculpt::quadruped {
 
-/// plan_text: quadruped.plan, which the body's metadata keeps.
-inline npt::BodyModel make_body(const std::string& plan_text) {
+/// plan_text, pose_text: quadruped.plan and quadruped.poses, which the body's metadata keeps as "plan" and "poses".
+inline npt::BodyModel make_body(const std::string& plan_text, const std::string& pose_text) {
   const npt::BodyPlan plan = npt::read_body_plan(plan_text, "quadruped.plan");
+  // Only a table that fits the plan may go into the file.
+  const npt::PlanPoses poses(plan, pose_text, "quadruped.poses");
   const npt::anatomy::Surface surface = npt::anatomy::mirrored(half());
   const Vec3d zero = npt::anatomy::rounded(origin);
   npt::BodyTables body;
@@ -34,10 +37,10 @@ inline npt::BodyModel make_body(const std::string& plan_text) {
     body.parents.push_back(joint.parent);
     body.joint_names.push_back(joint.name);
   }
-  body.metadata = {{"unit", "metre"},  {"up", "y"},
-                   {"front", "z"},     {"rest_pose", "standing"},
-                   {"licence", "MIT"}, {"source", "npt's four-legged template, made by code"},
-                   {"plan", plan_text}};
+  body.metadata = {{"unit", "metre"},   {"up", "y"},
+                   {"front", "z"},      {"rest_pose", "standing"},
+                   {"licence", "MIT"},  {"source", "npt's four-legged template, made by code"},
+                   {"plan", plan_text}, {"poses", pose_text}};
   return npt::BodyModel(std::move(body), "quadruped");
 }
 

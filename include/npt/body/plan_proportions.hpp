@@ -105,8 +105,7 @@ NPT_INLINE BodyModel with_growth(const BodyModel& body, std::span<const std::vec
     for (std::size_t i = tables.weights.start[v]; i < tables.weights.start[v + 1]; ++i) {
       const std::size_t j = tables.weights.column[i];
       const double w = static_cast<double>(tables.weights.value[i]);
-      for (std::size_t k = 0; k < units.size(); ++k)
-        moved[k] += (carried[j][k] + growth[j][k] * (at - joints[j])) * w;
+      for (std::size_t k = 0; k < units.size(); ++k) moved[k] += (carried[j][k] + growth[j][k] * (at - joints[j])) * w;
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
       float* row = directions.data() + (3 * v + axis) * now;
