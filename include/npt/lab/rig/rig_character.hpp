@@ -24,6 +24,7 @@
 #include <npt/body/roles/joint_name.hpp>
 #include <npt/config.hpp>
 #include <npt/lab/rig/rig.hpp>
+#include <npt/lab/rig/rig_axes.hpp>
 #include <npt/mesh/skinning.hpp>
 #include <npt/mesh/topology.hpp>
 
@@ -201,15 +202,9 @@ class RigCharacter {
 
   /// The bind pose in the scene's axes and unit: turned by whole quarters, as the joints stand on the whole.
   void bring_upright(const Rig& rig) {
-    const std::vector<Affine> stands = rig.motions(nullptr, 0);
-    Matrix3 sum;
-    double volume = 0;
-    for (const Affine& a : stands) {
-      sum += orthonormal(a.linear);
-      volume += std::abs(a.linear.determinant()) / static_cast<double>(stands.size());
-    }
-    axes_ = quarter_turn_near(sum);
-    scale_ = std::cbrt(volume);
+    const RigAxes axes = rig_axes(rig);
+    axes_ = axes.turn;
+    scale_ = axes.scale;
     if (!(scale_ > 0)) throw Error({.file = name_, .found = "joints with a scale of 0", .expected = "above 0"});
     for (const Vec3f p : rig.positions) positions_.push_back(axes_ * p.as<double>() * scale_);
     for (std::size_t j = 0; j < rig.joint_count(); ++j) joints_.push_back(axes_ * rig.joint_place(j) * scale_);
@@ -238,22 +233,6 @@ class RigCharacter {
       if (same == here.end()) here.push_back(v);
     }
   }
-  /// Of the 24 rotations that take axes to axes the one most like `m`.
-  static Matrix3 quarter_turn_near(const Matrix3& m) {
-    const Vec3d axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    Matrix3 best = Matrix3::identity();
-    double most = -std::numeric_limits<double>::infinity();
-    for (std::size_t a = 0; a < 3; ++a)
-      for (std::size_t b = 0; b < 3; ++b)
-        for (int signs = 0; signs < 4 && a != b; ++signs) {
-          const Vec3d x = axes[a] * (signs % 2 == 0 ? 1.0 : -1.0), y = axes[b] * (signs < 2 ? 1.0 : -1.0);
-          const Matrix3 r{{{x, y, cross(x, y)}}};
-          const double like = dot(r.rows[0], m.rows[0]) + dot(r.rows[1], m.rows[1]) + dot(r.rows[2], m.rows[2]);
-          if (like > most) most = like, best = r;
-        }
-    return best;
-  }
-
   std::vector<Moment> moments_of(const Rig& rig, const Clip& clip) const {
     bool moves = false;
     for (const ClipChannel& channel : clip.channels)
