@@ -2,25 +2,18 @@
 
 #include "arguments.hpp"
 #include "rig_arguments.hpp"
-
-#include <refining/body_method.hpp>
+#include "training_readings.hpp"
 
 #include <npt/base/error.hpp>
-#include <npt/body/body_file.hpp>
-#include <npt/body/mannequin/mannequin.hpp>
-#include <npt/body/natural_poses.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/lab/body_pairs.hpp>
 #include <npt/lab/body_sampler.hpp>
 #include <npt/lab/family_file.hpp>
 #include <npt/lab/family_sampler.hpp>
-#include <npt/lab/rig/humanoid_joints.hpp>
 #include <npt/lab/rig/rig.hpp>
 #include <npt/lab/rig/rig_sampler.hpp>
 #include <training/clip_poses.hpp>
 #include <training/correspondence_sampler.hpp>
-#include <training/objects.hpp>
-#include <training/people_variation.hpp>
 #include <training/rigged_body.hpp>
 
 #include <algorithm>
@@ -31,26 +24,6 @@
 namespace program {
 
 namespace {
-
-struct NamedBody {
-  npt::WeightedBody body;
-  std::string name;
-};
-
-NamedBody load_named_body(const std::string& argument) {
-  const auto [file, weight] = split_weight(argument, "--body");
-  if (file == "mannequin") return {{npt::borrowed(npt::mannequin()), weight}, "mannequin"};
-  return {{std::make_shared<const npt::BodyModel>(npt::load_body(file)), weight},
-          std::filesystem::path(file).stem().string()};
-}
-
-/// The part of poses that come from the rigs' clips.
-template <class Angles>
-double clip_share(const TrainingArguments& a, const npt::ClipPoses<Angles>& clips) {
-  if (clips.empty() && a.clip_poses)
-    throw npt::Error({"--clip-poses", {}, a.rigs.empty() ? "no --rig" : "rigs without clips", "a rig with clips"});
-  return clips.empty() ? 0 : a.clip_poses.value_or(0.25);
-}
 
 npt::BodySamplerOptions sampler_options(const TrainingArguments& a, const StageArguments& stage,
                                         npt::Normalisation normalisation) {
@@ -170,83 +143,20 @@ void use_rigs(TrainingCourse& course, const TrainingArguments& a, bool paired, c
   };
 }
 
-/// Whether the rig is a person's.
-/// Errors    npt::Error that says why it isn't, where it must be
-bool is_person(const NamedRig& named, bool must) {
-  try {
-    npt::humanoid_joints(named.rig);
-  } catch (const npt::Error&) {
-    if (must) throw;
-    return false;
-  }
-  return true;
-}
-
 /// Whether all rigs are people's; those that aren't can't be mixed with bodies.
 /// Errors    npt::Error of the first rig that isn't, where bodies are mixed in
 bool are_people(const std::vector<NamedRig>& rigs, bool must) {
   return std::ranges::all_of(rigs, [must](const NamedRig& named) { return is_person(named, must); });
 }
 
-/// Points of bodies in any pose and their canonical coordinates, for the network that reads meshes. Rigs that aren't
-/// people's, and made objects, are what it learns not to read.
-void use_readings(TrainingCourse& course, const TrainingArguments& a, const std::vector<NamedRig>& rigs) {
-  std::vector<npt::WeightedCloud> clouds;
-  const auto clips = std::make_shared<npt::ClipPoses<npt::PoseParameters>>();
-  for (const std::string& argument :
-       a.bodies.empty() && a.rigs.empty() ? std::vector<std::string>{"mannequin"} : a.bodies) {
-    const NamedBody named = load_named_body(argument);
-    clouds.push_back(
-        {std::make_shared<const npt::SurfaceCloud>(named.body.body, refining::canonical_coordinates(*named.body.body)),
-         named.body.weight});
-    course.trained_on += (course.trained_on.empty() ? "" : ", ") + named.name;
-  }
-  std::vector<npt::WeightedRig> others;
-  for (const NamedRig& named : rigs) {
-    if (!is_person(named, false)) {
-      others.push_back({std::make_shared<const npt::RigCharacter>(named.rig), named.weight});
-      continue;
-    }
-    const npt::RiggedBody rig = npt::rigged_body(named.rig, {.longest_edge = 0.04, .frame_rate = 15});
-    clouds.push_back({std::make_shared<const npt::SurfaceCloud>(rig.body, rig.canonical), named.weight});
-    clips->add(rig.clips);
-    course.trained_on += (course.trained_on.empty() ? "" : ", ") + named.name;
-  }
-  if (clouds.empty())
-    throw npt::Error({"--rig", {}, "no person", "people's rigs, or --body: the others are what isn't to be read"});
-  const bool with_rigs = rigs.size() > others.size();
-  const double strangers = others.empty() ? 0.12 : 0.2;  // of the latter three eighths are animals
-  npt::CorrespondenceSampler::Stranger stranger = npt::draw_object_surface;
-  course.with_negatives = true;
-  course.trained_on += "; no people: pieces of them, made objects";
-  if (!others.empty()) {
-    for (const npt::WeightedRig& other : others)
-      course.trained_on += ", " + std::filesystem::path(other.rig->name()).stem().string();
-    stranger = [mixture = std::make_shared<const npt::RigMixture>(std::move(others))](
-                   npt::Random& random, std::size_t n, std::vector<npt::Vec3f>& points,
-                   std::vector<npt::Vec3f>& normals) {
-      if (random.uniform() < 0.5)
-        npt::draw_object_surface(random, n, points, normals);
-      else
-        npt::draw_rig_surface(*mixture, random, n, points, normals);
-    };
-  }
-  const auto source = [clouds, clips, share = clip_share(a, *clips), seed = a.seed, with_rigs, strangers, stranger](
-                          std::size_t points, npt::data::Purpose purpose) {
-    const auto pose = [clips, share](npt::Random& random) {
-      return share > 0 && random.uniform() < share ? clips->sample(random) : npt::natural_poses().sample(random);
-    };
-    const npt::PeopleVariationOptions people{.folded = 0.12, .standing = 0.06, .stylised = 0.15};
-    return std::make_unique<npt::CorrespondenceSampler>(
-        clouds, std::make_shared<const npt::PeopleVariation>(pose, people),
-        npt::CorrespondenceSampleOptions{.seed = seed,
-                                         .points = points,
-                                         .blocks = 0.07,
-                                         .patched = with_rigs ? 0.4 : 0.0,
-                                         .mirror = with_rigs,
-                                         .strangers = strangers,
-                                         .pieces = 0.12},
-        purpose, stranger);
+/// Points of bodies in any pose and their canonical coordinates, for the network that reads meshes.
+void use_readings(TrainingCourse& course, const TrainingArguments& a, std::vector<NamedRig> rigs) {
+  const auto set = std::make_shared<const ReadingSet>(make_reading_set(a, std::move(rigs)));
+  const auto source = [set, seed = a.seed](std::size_t points, npt::data::Purpose purpose) {
+    npt::CorrespondenceSampleOptions options = set->options;
+    options.seed = seed;
+    options.points = points;
+    return std::make_unique<npt::CorrespondenceSampler>(set->clouds, set->variation, options, purpose, set->stranger);
   };
   for (const StageArguments& stage : parse_stages(a)) {
     if (stage.vertices == 0)
@@ -255,6 +165,8 @@ void use_readings(TrainingCourse& course, const TrainingArguments& a, const std:
     course.sources.push_back(source(stage.vertices, npt::data::Purpose::training));
     course.stages.push_back({stage.begin, stage.batch, course.sources.back().get()});
   }
+  course.trained_on = set->trained_on;
+  course.with_negatives = true;
   course.normalisation = npt::Normalisation::none;
   course.distance_loss = 0.01;
   course.unit = "metre";
@@ -314,7 +226,7 @@ TrainingCourse make_training_course(const TrainingArguments& arguments, bool pai
   if (!arguments.held_out.empty() && rigs.empty() && !arguments.family)
     throw npt::Error({"--held-out", {}, "neither --family nor --rig", "what has the labels or clips to be held out"});
   if (reader)
-    use_readings(course, arguments, rigs);
+    use_readings(course, arguments, std::move(rigs));
   else if (arguments.family)
     use_family(course, arguments, paired);
   else if (people)
