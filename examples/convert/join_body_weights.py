@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
-"""Puts body estimation into a weights file, so that one file holds all that people need.
+"""Puts body estimation into a weights file, so that one file holds all that a kind of body needs.
 
     join_body_weights.py network.safetensors human.safetensors --correspondence FILE [--correction FILE] [--fit-bias FILE]
+    join_body_weights.py network.safetensors quadruped.safetensors --correspondence FILE --body FILE [--pose-prior FILE]
 
 network            the pose transfer network, whose tensors come first
 --correspondence   the correspondence network: weights of `npt train --net correspondence`, or a joined file
 --correction       the network of the correction: bottleneck 256, pooled feature, conv_relu; or a joined file
 --fit-bias         a file with fit_bias/joints, as npt_fit_bias writes it; or a joined file
+--body             the template of another kind than people: a body file with a plan (npt_sculpt), or a joined file
+--pose-prior       mean and covariance of its natural poses: pose_prior/mean, pose_prior/covariance; or a joined file
 
 Parts that the network's file has already are replaced. Every tensor keeps its bits, every part its metadata.
 """
@@ -47,6 +50,8 @@ def main():
     parser.add_argument("--correspondence")
     parser.add_argument("--correction")
     parser.add_argument("--fit-bias")
+    parser.add_argument("--body")
+    parser.add_argument("--pose-prior")
     parser.add_argument("--any-size", action="store_true", help="allow a result of more than 12 MB")
     arguments = parser.parse_args()
     metadata, tensors = read_safetensors(arguments.network)
@@ -54,11 +59,15 @@ def main():
         ("correspondence/", arguments.correspondence, (("net", "correspondence"),)),
         ("fit_bias/", arguments.fit_bias, ()),
         ("network_correction/", arguments.correction, CORRECTION),
+        ("body/", arguments.body, ()),
+        ("pose_prior/", arguments.pose_prior, ()),
     ):
         if path is None:
             continue
-        own, inside = part(path, prefix, bare=prefix != "fit_bias/")
+        own, inside = part(path, prefix, bare=prefix not in ("fit_bias/", "pose_prior/"))
         expect(path, own, wanted)
+        if prefix == "body/" and "plan" not in own:
+            raise ConvertError(f"{path}: metadata: found no plan, expected a body file of npt_sculpt")
         metadata = {key: text for key, text in metadata.items() if not key.startswith(prefix)}
         tensors = {name: tensor for name, tensor in tensors.items() if not name.startswith(prefix)}
         metadata.update({prefix + key: text for key, text in own.items()})
