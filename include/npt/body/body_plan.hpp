@@ -72,6 +72,16 @@ struct ProportionPlan {
   std::vector<std::pair<std::size_t, PartGrowth>> grows;
 };
 
+/// A limb of the left side and its mirror image on the right.
+struct LimbPair {
+  /// Left and right: joints in a row, from the girdle's, if any, to the tip.
+  std::array<std::vector<std::size_t>, 2> joints;
+  std::size_t first = 0;  ///< place in them of the limb's first bone: 1 behind a girdle, else 0
+
+  /// Where elbow and knee stand in them; the next joint is where the limb's end begins.
+  std::size_t middle() const noexcept { return first + 1; }
+};
+
 struct BodyPlan {
   std::string name;
   std::vector<JointPlan> joints;
@@ -79,6 +89,11 @@ struct BodyPlan {
   std::vector<ProportionPlan> proportions;
 
   std::size_t joint_count() const noexcept { return joints.size(); }
+  std::vector<int> parents() const {
+    std::vector<int> all;
+    for (const JointPlan& joint : joints) all.push_back(joint.parent);
+    return all;
+  }
 
   /// no_joint where it has none of this name.
   static constexpr std::size_t no_joint = std::numeric_limits<std::size_t>::max();
@@ -92,6 +107,31 @@ struct BodyPlan {
   }
   /// -1 of the right side, 1 of the left one, 0 of the middle. A left joint stands before its right one.
   int side(std::size_t j) const { return joints[j].mirrored > j ? 1 : joints[j].mirrored < j ? -1 : 0; }
+
+  /// Limbs of both sides with at least three joints, in the order of their first ones.
+  std::vector<LimbPair> limb_pairs() const {
+    std::vector<LimbPair> pairs;
+    for (std::size_t l = 0; l < limbs.size(); ++l) {
+      const auto start = std::ranges::find(joints, l, &JointPlan::limb);
+      auto j = static_cast<std::size_t>(start - joints.begin());
+      if (start == joints.end() || side(j) != 1) continue;
+      LimbPair pair;
+      const auto add = [&](std::size_t left) {
+        pair.joints[0].push_back(left);
+        pair.joints[1].push_back(joints[left].mirrored);
+      };
+      const int parent = joints[j].parent;
+      if (parent >= 0 && joints[static_cast<std::size_t>(parent)].kind == JointKind::girdle)
+        add(static_cast<std::size_t>(parent)), pair.first = 1;
+      add(j);
+      for (std::size_t next = j + 1; next < joints.size(); ++next)
+        if (joints[next].limb == l && joints[next].parent == static_cast<int>(j) &&
+            joints[next].kind != JointKind::appendage)
+          add(j = next);
+      if (pair.joints[0].size() > pair.middle() + 1) pairs.push_back(std::move(pair));
+    }
+    return pairs;
+  }
 };
 
 namespace body::internal {
