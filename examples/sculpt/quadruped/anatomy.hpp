@@ -110,7 +110,7 @@ inline npt::anatomy::BlendedLofts masses() {
   parts.emplace_back(neck_frame, neck_sections, 0.040, 0.030, 0.07, false);
   parts.emplace_back(head_frame, skull_sections, 0.035, 0.022, 0.03, false);
   parts.emplace_back(head_frame, jaw_sections, 0.025, 0.015, 0.012, false);
-  parts.emplace_back(tail_frame, tail_sections, 0.020, 0.020, 0.04, false);
+  parts.emplace_back(tail_frame, tail_sections, 0.020, 0.016, 0.04, false);
   parts.emplace_back(upright, foreleg_sections, 0.015, 0.040, 0.05, true);
   parts.emplace_back(upright, hindleg_sections, 0.015, 0.040, 0.05, true);
   for (const double z : {forepaw_z, hindpaw_z})
@@ -123,17 +123,17 @@ inline npt::anatomy::BlendedLofts masses() {
 
 // Strokes, region by region: from, to, radius in x, y and z, amount.
 inline constexpr Stroke strokes[] = {
-    // Eyes: brow and eyeball.
-    {{0.050, 0.912, 0.700}, {0.052, 0.908, 0.708}, {0.026, 0.020, 0.030}, -0.006},
-    {{0.048, 0.910, 0.704}, {0.048, 0.908, 0.708}, {0.016, 0.015, 0.018}, 0.006},
-    // Nostrils and the mouth's line.
-    {{0.020, 0.800, 0.868}, {0.022, 0.798, 0.864}, {0.011, 0.010, 0.012}, -0.004},
-    // Furrow of the back, withers, breastbone.
-    {{0.000, 0.745, -0.050}, {0.000, 0.750, -0.300}, {0.040, 0.040, 0.080}, -0.004},
-    {{0.112, 0.510, 0.335}, {0.112, 0.490, 0.325}, {0.060, 0.070, 0.060}, 0.008},
-    {{0.115, 0.410, -0.180}, {0.112, 0.395, -0.185}, {0.050, 0.050, 0.045}, 0.008},
-    {{0.100, 0.228, -0.440}, {0.100, 0.222, -0.436}, {0.024, 0.034, 0.034}, 0.008},
-    {{0.110, 0.425, 0.150}, {0.110, 0.418, 0.150}, {0.032, 0.034, 0.036}, 0.007},
+    // Eyes: socket and eyeball; nostrils.
+    {{0.054, 0.884, 0.696}, {0.052, 0.878, 0.716}, {0.026, 0.020, 0.026}, -0.0065},
+    {{0.055, 0.883, 0.703}, {0.055, 0.881, 0.708}, {0.016, 0.014, 0.017}, 0.0070},
+    {{0.020, 0.790, 0.856}, {0.022, 0.793, 0.850}, {0.014, 0.012, 0.014}, -0.0045},
+    // Furrow of the back; muscle of the shoulder, of the thigh; points of knee, hock and elbow.
+    {{0.000, 0.745, -0.050}, {0.000, 0.750, -0.300}, {0.040, 0.040, 0.080}, -0.0040},
+    {{0.112, 0.520, 0.330}, {0.112, 0.495, 0.320}, {0.060, 0.075, 0.065}, 0.0090},
+    {{0.120, 0.580, -0.240}, {0.125, 0.490, -0.260}, {0.055, 0.090, 0.090}, 0.0060},
+    {{0.115, 0.410, -0.180}, {0.112, 0.395, -0.185}, {0.050, 0.050, 0.045}, 0.0080},
+    {{0.100, 0.228, -0.440}, {0.100, 0.222, -0.436}, {0.024, 0.034, 0.034}, 0.0080},
+    {{0.110, 0.425, 0.150}, {0.110, 0.418, 0.150}, {0.032, 0.034, 0.036}, 0.0070},
 };
 
 inline Figure figure() { return {masses(), strokes}; }

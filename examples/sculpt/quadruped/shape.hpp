@@ -40,7 +40,7 @@ inline std::array<Vec3d, shape_count> shape_displacements(Vec3d q, Vec3d n) {
   const double muzzle = head * ramp(t_head, 0.085, 0.165);
   // Wool ends at elbow and stifle, before the face, and at the tail's root.
   const double trunk = ramp(q.y, 0.30, 0.46) * ramp(q.z, -0.500, -0.425) * (1.0 - head);
-  // The inside of the legs has no room for it.
+  // It is thinner inside the legs, which would touch.
   const double outside = n.x < 0.0 ? 1.0 + 0.7 * n.x : 1.0;
   // Leaning backs lift all that stands on them; soles stay.
   const double along = std::clamp(q.z, -0.40, 0.32);

@@ -95,7 +95,8 @@ inline std::string_view part_of(Vec3d q) {
 /// How widely a part's weights blend into others': a standard deviation, about a third of its thickness.
 inline double blend_width(npt::JointKind kind, std::string_view part) {
   if (part.find("ear") != part.npos || part == "jaw") return 0.009;
-  if (part == "l_hip" || part == "l_scapula" || part == "l_shoulder") return 0.032;
+  if (part == "l_hip") return 0.044;
+  if (part == "l_scapula" || part == "l_shoulder") return 0.036;
   switch (kind) {
     case npt::JointKind::root:
     case npt::JointKind::spine:

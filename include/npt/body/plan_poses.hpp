@@ -11,6 +11,7 @@
 /// Errors    npt::Error that names the text, the line and what was expected
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/matrix3.hpp>
 #include <npt/base/random.hpp>
@@ -69,9 +70,7 @@ class BasicPlanPoses {
     place_.clear();
     if (poses_.empty()) fail("no poses", "lines of: pose NAME WEIGHT");
     for (std::size_t j = 0; j < given.size(); ++j)
-      if (!given[j] && given[mirrored_[j]])
-        ranges_[j] = {mirror(ranges_[mirrored_[j]].low, true, ranges_[mirrored_[j]].high),
-                      mirror(ranges_[mirrored_[j]].high, true, ranges_[mirrored_[j]].low)};
+      if (!given[j] && given[mirrored_[j]]) ranges_[j] = mirror(ranges_[mirrored_[j]]);
     for (std::size_t p = 0; p < poses_.size(); ++p) {
       for (std::size_t j = 0; j < given.size(); ++j)
         if (!bent[p][j] && bent[p][mirrored_[j]]) poses_[p].angles[j] = mirror(poses_[p].angles[mirrored_[j]]);
@@ -81,11 +80,11 @@ class BasicPlanPoses {
   }
 
   std::size_t joint_count() const noexcept { return ranges_.size(); }
-  std::span<const NamedPose> poses() const noexcept { return poses_; }
+  std::span<const NamedPose> poses() const noexcept { return as_span(poses_); }
   /// [J] What random angles are drawn from.
-  std::span<const JointLimits> ranges() const noexcept { return ranges_; }
+  std::span<const JointLimits> ranges() const noexcept { return as_span(ranges_); }
   /// [J] What no draw leaves: the ranges, widened to hold every named pose and its mirror image.
-  std::span<const JointLimits> limits() const noexcept { return limits_; }
+  std::span<const JointLimits> limits() const noexcept { return as_span(limits_); }
 
   /// Axis angles of a pose's or a draw's angles: they differ for the root alone.
   std::vector<float> axis_angles(std::span<const Vec3d> angles) const {
@@ -95,19 +94,20 @@ class BasicPlanPoses {
       result[3 * j] = a.x, result[3 * j + 1] = a.y, result[3 * j + 2] = a.z;
     }
     const Vec3d root = angles[0];
-    set_joint_rotation(std::span(result), 0,
+    set_joint_rotation(as_span(result), 0,
                        rotation_matrix(Vec3d{0, root.y, 0}) * rotation_matrix(Vec3d{root.x, 0, root.z}));
     return result;
   }
 
-  /// [J] One draw in three is random in the ranges, each chain of joints by an amount of its own; the others mix two
-  /// named poses and add a fifth of the ranges. Half of them are mirrored.
+  /// [J] One draw in three is random in the ranges, each joint by an amount of its own; the others are one named pose
+  /// or a mixture of two, with a tenth to three tenths of such a draw on top. The root turns by any angle of its range
+  /// about y. Half of all are mirrored.
   std::vector<Vec3d> sample_angles(Random& random) const {
     const double kind = random.uniform(), spread = random.uniform(), mixed = random.uniform();
     const std::size_t first = choice_(random), second = choice_(random);
     const bool mirror_it = random.uniform() < 0.5;
     const bool free = kind < 1.0 / 3;
-    // One pose in two stays as it is; mixtures are rarely half and half.
+    // One pose in two is mixed with another one, by at most a half.
     const double share = mixed < 0.5 ? 1.0 : 1.0 - (mixed - 0.5);
     std::vector<Vec3d> angles(joint_count());
     for (std::size_t j = 0; j < angles.size(); ++j) {
@@ -117,13 +117,13 @@ class BasicPlanPoses {
       const Vec3d drawn{range.low.x + (range.high.x - range.low.x) * at.x,
                         range.low.y + (range.high.y - range.low.y) * at.y,
                         range.low.z + (range.high.z - range.low.z) * at.z};
-      // Wide draws often, small ones sometimes; a joint's own amount keeps chains from bending all at once.
+      // Amounts of a joint's own keep limbs from bending all at once.
       const double amount = free ? (0.3 + 0.7 * spread) * std::sqrt(own) : 0.1 + 0.2 * spread;
       angles[j] = drawn * amount;
       if (!free) angles[j] += poses_[first].angles[j] * share + poses_[second].angles[j] * (1 - share);
       if (j == 0) angles[j].y = drawn.y;
     }
-    if (mirror_it) angles = mirror(angles);
+    if (mirror_it) angles = mirror(as_span(angles));
     for (std::size_t j = 0; j < angles.size(); ++j) {
       const JointLimits& l = limits_[j];
       angles[j] = {std::clamp(angles[j].x, l.low.x, l.high.x), std::clamp(angles[j].y, l.low.y, l.high.y),
@@ -135,7 +135,7 @@ class BasicPlanPoses {
   /// [J, 3] axis angles of a draw.
   std::vector<float> sample(Random& random) const {
     const std::vector<Vec3d> angles = sample_angles(random);
-    return axis_angles(std::span<const Vec3d>(angles));
+    return axis_angles(as_span(angles));
   }
 
   /// The same pose with left and right exchanged.
@@ -162,8 +162,9 @@ class BasicPlanPoses {
   }
 
   static Vec3d mirror(Vec3d a) { return {a.x, -a.y, -a.z}; }
-  /// One end of a mirrored range, whose y and z come from the other end.
-  static Vec3d mirror(Vec3d end, bool, Vec3d other) { return {end.x, -other.y, -other.z}; }
+  static JointLimits mirror(const JointLimits& r) {
+    return {{r.low.x, -r.high.y, -r.high.z}, {r.high.x, -r.low.y, -r.low.z}};
+  }
 
   void take(const BodyPlan& plan, const std::vector<std::string>& words, std::vector<bool>& given,
             std::vector<std::vector<bool>>& bent) {
@@ -201,9 +202,9 @@ class BasicPlanPoses {
       }
     };
     for (const NamedPose& pose : poses_) {
-      widen(std::span(pose.angles));
-      const std::vector<Vec3d> twin = mirror(std::span<const Vec3d>(pose.angles));
-      widen(std::span(twin));
+      widen(as_span(pose.angles));
+      const std::vector<Vec3d> twin = mirror(as_span(pose.angles));
+      widen(as_span(twin));
     }
   }
 

@@ -66,14 +66,14 @@ NPT_INLINE Matrix3 growth_matrix(PartGrowth way, Vec3d along) {
 }
 
 /// By proportion k every part becomes larger in all directions.
-NPT_INLINE bool grows_whole_body(std::span<const std::vector<Matrix3>> growth, std::size_t k) {
+NPT_INLINE bool grows_whole_body(const std::vector<std::vector<Matrix3>>& growth, std::size_t k) {
   return std::ranges::all_of(growth, [k](const std::vector<Matrix3>& b) { return b[k] == Matrix3::identity(); });
 }
 
 /// [J][K] How far each joint is carried by the parts before it. The root stays, but where the whole body grows, it
 /// grows about the origin.
 NPT_INLINE std::vector<std::vector<Vec3d>> carried_joints(std::span<const int> parents, std::span<const Vec3d> joints,
-                                                          std::span<const std::vector<Matrix3>> growth) {
+                                                          const std::vector<std::vector<Matrix3>>& growth) {
   const std::size_t count = growth.empty() ? 0 : growth[0].size();
   std::vector<std::vector<Vec3d>> carried(joints.size(), std::vector<Vec3d>(count));
   for (std::size_t j = 0; j < joints.size(); ++j)
@@ -90,7 +90,7 @@ NPT_INLINE std::vector<std::vector<Vec3d>> carried_joints(std::span<const int> p
 
 /// The body with a shape direction more for each proportion. growth: [J][K]; units: [K], the relative change at a shape
 /// parameter of 1.
-NPT_INLINE BodyModel with_growth(const BodyModel& body, std::span<const std::vector<Matrix3>> growth,
+NPT_INLINE BodyModel with_growth(const BodyModel& body, const std::vector<std::vector<Matrix3>>& growth,
                                  std::span<const double> units) {
   BodyTables tables = body.tables();
   const std::vector<Vec3d> joints = body.joints({});
