@@ -19,6 +19,7 @@
 #include <npt/body/body_plan.hpp>
 #include <npt/config.hpp>
 #include <npt/lab/rig/rig.hpp>
+#include <npt/lab/rig/rig_axes.hpp>
 #include <npt/scene/scene.hpp>
 #include <training/body_from_rig.hpp>
 #include <training/chain_shares.hpp>
@@ -112,7 +113,9 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     std::vector<std::vector<std::size_t>> needed{{chains_.head}};
     for (const auto& leg : chains_.legs) needed.push_back(leg);
     check_surfaces(needed);
-    return make_body({{"unit", "metre"}, {"up", "y"}, {"front", "z"}, {"rest_pose", "standing"}});
+    PlannedBody result = make_body({{"unit", "metre"}, {"up", "y"}, {"front", "z"}, {"rest_pose", "standing"}});
+    result.metres = metres_ / rig_axes(rig_).scale;
+    return result;
   }
 
  private:
@@ -319,9 +322,9 @@ class RiggedQuadrupedMaker : private BodyFromRig {
 
   /// On the template's floor, its root above the template's.
   void bring_to_size() {
-    const double metres = rough_model_size() / rough_size();
+    metres_ = rough_model_size() / rough_size();
     const Vec3d from{bind_[0].x, floor_, bind_[0].z}, to{0, lowest(model_), model_.joints[0].z};
-    const auto moved = [&](Vec3d p) { return to + (p - from) * metres; };
+    const auto moved = [&](Vec3d p) { return to + (p - from) * metres_; };
     for (Vec3d& p : positions_) p = moved(p);
     for (Vec3d& p : bind_) p = moved(p);
     tail_end_ = moved(tail_end_);
@@ -413,7 +416,7 @@ class RiggedQuadrupedMaker : private BodyFromRig {
   std::vector<Vec3d> places_;  ///< of the rig's joints in the bind pose, upright
   std::vector<std::size_t> owner_;
   Vec3d tail_end_;
-  double floor_ = 0;
+  double floor_ = 0, metres_ = 1;
 };
 
 }  // namespace rig::internal
