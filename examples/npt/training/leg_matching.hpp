@@ -19,9 +19,9 @@ namespace rig::internal {
 
 class LegMatcher {
  public:
-  LegMatcher(std::span<const Vec3d> own, double floor, std::span<const Vec3d> model, double model_floor)
+  LegMatcher(std::span<const Vec3d> own, Vec3d end, double floor, std::span<const Vec3d> model, double model_floor)
       : own_(heights(own, floor)), model_(heights(model, model_floor)) {
-    for (std::size_t i = 0; i < own.size(); ++i) own_bend_.push_back(bend(own.front(), own[i], own.back()));
+    for (std::size_t i = 0; i < own.size(); ++i) own_bend_.push_back(bend(own.front(), own[i], end));
     for (std::size_t i = 0; i < model.size(); ++i)
       model_bend_.push_back(i == 0 || i + 1 == model.size() ? 0 : bend(model[i - 1], model[i], model[i + 1]));
     best_.assign(model.size(), no_item);
@@ -49,7 +49,7 @@ class LegMatcher {
 
   double cost(std::size_t i, std::size_t own) const {
     const double off = std::abs(own_[own] - model_[i]);
-    const bool ends = i + 1 == model_.size() || own + 1 == own_.size();
+    const bool ends = i + 1 == model_.size();
     // Three hundredths of the leg's length are straight.
     const bool wrong = !ends && std::abs(own_bend_[own]) > 0.03 && own_bend_[own] * model_bend_[i] < 0;
     return off + (wrong ? 0.4 : 0.0);
@@ -75,10 +75,10 @@ class LegMatcher {
   double least_ = std::numeric_limits<double>::infinity();
 };
 
-/// [model] numbers of own joints, or no_item. The first is the first.
-inline std::vector<std::size_t> matched_leg(std::span<const Vec3d> own, double floor, std::span<const Vec3d> model,
-                                            double model_floor) {
-  return LegMatcher(own, floor, model, model_floor).matched();
+/// [model] numbers of own joints, or no_item. The first is the first. end: where the leg stands on the floor
+inline std::vector<std::size_t> matched_leg(std::span<const Vec3d> own, Vec3d end, double floor,
+                                            std::span<const Vec3d> model, double model_floor) {
+  return LegMatcher(own, end, floor, model, model_floor).matched();
 }
 
 }  // namespace rig::internal

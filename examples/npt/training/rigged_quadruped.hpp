@@ -130,7 +130,10 @@ class RiggedQuadrupedMaker : private BodyFromRig {
       std::vector<Vec3d> places, models;
       for (const std::size_t r : own) places.push_back(places_[r]);
       for (const std::size_t j : plan) models.push_back(model_.joints[j]);
-      const std::vector<std::size_t> matched = matched_leg(places, floor_, models, lowest(model_));
+      // A leg whose last joint is the shank's ends on the floor.
+      const bool has_foot = places.back().y - floor_ < 0.3 * (places.front().y - floor_);
+      const Vec3d end = has_foot ? places.back() : foot_of(leg);
+      const std::vector<std::size_t> matched = matched_leg(places, end, floor_, models, lowest(model_));
       for (std::size_t i = 0; i < plan.size(); ++i)
         if (matched[i] != no_item) found_[plan[i]] = own[matched[i]];
       if (leg < 2 && joints_.girdles[leg] > 0)
@@ -172,10 +175,11 @@ class RiggedQuadrupedMaker : private BodyFromRig {
   /// What a leg lacks lies where it does on the template between the joints before and after it, turned and grown as the
   /// way between these is: so that both bones turn alike into the rest pose.
   void find_legs() {
-    for (const Joints& leg : chains_.legs) {
+    for (std::size_t l = 0; l < 4; ++l) {
+      const Joints& leg = chains_.legs[l];
       for (const std::size_t j : leg)
         if (found_[j] != no_item) bind_[j] = places_[found_[j]];
-      if (found_[leg.back()] == no_item) bind_[leg.back()] = end_of(leg);
+      if (found_[leg.back()] == no_item) bind_[leg.back()] = end_of(l);
       std::size_t before = 0;
       for (std::size_t i = 1; i < leg.size(); ++i) {
         if (found_[leg[i]] == no_item && i + 1 < leg.size()) continue;
@@ -190,20 +194,28 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     return bind_[a] +
            shortest_turn(normalised(goal), normalised(way)) * (model - model_.joints[a]) * (length(way) / length(goal));
   }
-  /// A foot without a joint: above the lowest of what the leg moves.
-  Vec3d end_of(const Joints& leg) const {
-    const double top = bind_[leg.front()].y - floor_;
+  /// Where a leg stands: the middle of the lowest of what it moves.
+  Vec3d foot_of(std::size_t leg) const {
+    const Joints& own = joints_.legs[leg];
+    const double high = floor_ + 0.1 * (places_[own[joints_.girdles[leg]]].y - floor_);
     Vec3d sum;
     double count = 0;
-    for (std::size_t v = 0; v < positions_.size(); ++v) {
-      double own = 0;
-      for (const std::size_t j : leg) own += rest_.weights[v][j];
-      if (own > 0.5 && positions_[v].y < floor_ + 0.08 * top) sum += positions_[v], ++count;
+    for (std::size_t v = 0; v < rig_.positions.size(); ++v) {
+      if (positions_[v].y > high) continue;
+      const auto values = rig_.weights.values_of(v);
+      const auto most = static_cast<std::size_t>(std::ranges::max_element(values) - values.begin());
+      if (std::ranges::find(own, rig_.weights.columns_of(v)[most]) != own.end()) sum += positions_[v], ++count;
     }
-    if (!(count > 0)) fail(leg.back(), "no joint, and no vertex of the leg near the ground", "legs that stand");
-    Vec3d p = sum / count;
-    const double low = lowest(model_);
-    p.y = floor_ + top * (model_.joints[leg.back()].y - low) / (model_.joints[leg.front()].y - low);
+    if (!(count > 0))
+      fail(chains_.legs[leg].back(), "no vertex of the leg near the ground", "legs that stand in the bind pose");
+    return sum / count;
+  }
+  /// A foot without a joint: above that, as high as the template's.
+  Vec3d end_of(std::size_t leg) const {
+    const Joints& own = chains_.legs[leg];
+    const double top = bind_[own.front()].y - floor_, low = lowest(model_);
+    Vec3d p = foot_of(leg);
+    p.y = floor_ + top * (model_.joints[own.back()].y - low) / (model_.joints[own.front()].y - low);
     return p;
   }
 
