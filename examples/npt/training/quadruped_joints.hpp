@@ -271,9 +271,8 @@ class QuadrupedFinder {
             own, [&](std::size_t o) { return o < r && first[o] == first[r] && depth(o) == depth(r); });
       });
       if (own.size() < 2)
-        fail(std::to_string(own.size()) + " joints of the " + (leg % 2 == 0 ? "left " : "right ") +
-                 (leg < 2 ? "foreleg" : "hind leg"),
-             "two or more of each leg");
+        fail(std::to_string(own.size()) + " joints of the " + leg_name(leg), "two or more of each leg");
+      check_reach(leg);
       // What leads sideways ties the leg to the trunk.
       std::size_t& girdle = found_.girdles[leg];
       while (girdle + 2 < own.size()) {
@@ -282,6 +281,21 @@ class QuadrupedFinder {
         ++girdle;
       }
     }
+  }
+
+  static std::string leg_name(std::size_t leg) {
+    return std::string(leg % 2 == 0 ? "left " : "right ") + (leg < 2 ? "foreleg" : "hind leg");
+  }
+  /// Arms and wings, which others have for forelegs, end high above the ground.
+  void check_reach(std::size_t leg) const {
+    double low = top_;
+    for (std::size_t v = 0; v < points_.size(); ++v)
+      if (std::ranges::find(found_.legs[leg], most_[v]) != found_.legs[leg].end()) low = std::min(low, points_[v].y);
+    const double share = (low - floor_) / (top_ - floor_);
+    if (share > 0.15)
+      fail("a " + leg_name(leg) + " that ends " + std::to_string(std::lround(100 * share)) +
+               " % of the height above the ground",
+           "four legs that stand");
   }
 
   double leg_z(std::size_t leg) const {

@@ -100,6 +100,7 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     std::vector<std::size_t> bones;
     for (const auto& leg : chains_.legs) bones.insert(bones.end(), leg.begin(), leg.end() - 1);
     check_bones(bones);
+    check_forelegs();
     divide_weights();
     halve_long_edges();
     take_rest_pose();
@@ -125,15 +126,22 @@ class RiggedQuadrupedMaker : private BodyFromRig {
   void match_joints() {
     for (std::size_t leg = 0; leg < 4; ++leg) {
       const Joints& plan = chains_.legs[leg];
-      const Joints own(joints_.legs[leg].begin() + static_cast<std::ptrdiff_t>(joints_.girdles[leg]),
-                       joints_.legs[leg].end());
-      std::vector<Vec3d> places, models;
-      for (const std::size_t r : own) places.push_back(places_[r]);
+      std::vector<Vec3d> models;
       for (const std::size_t j : plan) models.push_back(model_.joints[j]);
-      // A leg whose last joint is the shank's ends on the floor.
-      const bool has_foot = places.back().y - floor_ < 0.3 * (places.front().y - floor_);
-      const Vec3d end = has_foot ? places.back() : foot_of(leg);
-      const std::vector<std::size_t> matched = matched_leg(places, end, floor_, models, lowest(model_));
+      const auto match = [&](std::size_t first) {
+        std::vector<Vec3d> places;
+        for (std::size_t i = first; i < joints_.legs[leg].size(); ++i) places.push_back(places_[joints_.legs[leg][i]]);
+        // A leg whose last joint is the shank's ends on the floor.
+        const bool has_foot = places.back().y - floor_ < 0.3 * (places.front().y - floor_);
+        return LegMatch(places, has_foot ? places.back() : foot_of(leg), floor_, models, lowest(model_));
+      };
+      std::size_t& girdle = joints_.girdles[leg];
+      LegMatch best = match(girdle);
+      // One joint more than the leg has is a shoulder blade, if the others are in better places then.
+      if (joints_.legs[leg].size() - girdle > plan.size())
+        if (LegMatch other = match(girdle + 1); other.cost() + 0.1 < best.cost()) best = std::move(other), ++girdle;
+      const std::vector<std::size_t>& matched = best.matched();
+      const Joints own(joints_.legs[leg].begin() + static_cast<std::ptrdiff_t>(girdle), joints_.legs[leg].end());
       for (std::size_t i = 0; i < plan.size(); ++i)
         if (matched[i] != no_item) found_[plan[i]] = own[matched[i]];
       if (leg < 2 && joints_.girdles[leg] > 0)
@@ -346,6 +354,19 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     const double up = lowest(model_) - std::ranges::min(rest_.points, {}, [](Vec3d p) { return p.y; }).y;
     for (Vec3d& p : rest_.points) p.y += up;
     for (Vec3d& p : rest_.joints) p.y += up;
+  }
+
+  /// Those who walk on two legs may reach the ground with their hands, too: a raptor's arms have 56 % of
+  /// its legs' length, a stegosaur's forelegs 60 %.
+  void check_forelegs() const {
+    const auto reach = [&](std::size_t leg) {
+      return length(bind_[chains_.legs[leg].back()] - bind_[chains_.legs[leg][0]]);
+    };
+    const double share = (reach(0) + reach(1)) / (reach(2) + reach(3));
+    if (share < 0.58)
+      fail(chains_.legs[0][0],
+           "forelegs of " + std::to_string(std::lround(100 * share)) + " % of the hind legs' length",
+           "a four-legged animal");
   }
 
   /// What one joint of the rig moves and several of the plan do: by the place along these.
