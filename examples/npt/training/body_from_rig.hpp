@@ -54,6 +54,9 @@ struct PlannedBody {
   std::vector<float> canonical;
   std::vector<std::string> clip_names;
   std::vector<std::vector<std::vector<float>>> clips;  ///< axis angles [J, 3] of each clip's frames
+  std::vector<bool> turned;                            ///< [J] whether a joint of the rig turns it
+  Matrix3 facing = Matrix3::identity();                ///< from the scene's axes to the body's
+  double metres = 1;                                   ///< in a unit of the scene
 };
 
 namespace rig::internal {
@@ -171,6 +174,8 @@ class BodyFromRig {
         result.clip_names.push_back(clip.name);
         result.clips.push_back(angles_of(clip));
       }
+    for (const auto& turning : turning_) result.turned.push_back(!turning.empty());
+    result.facing = facing_;
     result.body = std::make_shared<const BodyModel>(std::move(tables), rig_.name);
     return result;
   }

@@ -17,11 +17,12 @@ namespace npt::inline NPT_ABI {
 
 namespace rig::internal {
 
-class LegMatcher {
+class LegMatch {
  public:
-  LegMatcher(std::span<const Vec3d> own, double floor, std::span<const Vec3d> model, double model_floor)
+  /// end: where the leg stands on the floor. The plan's first joint is the first of its own.
+  LegMatch(std::span<const Vec3d> own, Vec3d end, double floor, std::span<const Vec3d> model, double model_floor)
       : own_(heights(own, floor)), model_(heights(model, model_floor)) {
-    for (std::size_t i = 0; i < own.size(); ++i) own_bend_.push_back(bend(own.front(), own[i], own.back()));
+    for (std::size_t i = 0; i < own.size(); ++i) own_bend_.push_back(bend(own.front(), own[i], end));
     for (std::size_t i = 0; i < model.size(); ++i)
       model_bend_.push_back(i == 0 || i + 1 == model.size() ? 0 : bend(model[i - 1], model[i], model[i + 1]));
     best_.assign(model.size(), no_item);
@@ -30,7 +31,10 @@ class LegMatcher {
     choose(1, 1, 0);
   }
 
+  /// [model] numbers of own joints, or no_item.
   const std::vector<std::size_t>& matched() const noexcept { return best_; }
+  /// How far heights and bends are from the plan's, all in all.
+  double cost() const noexcept { return least_; }
 
  private:
   /// Above the floor, as a share of the first joint's.
@@ -49,9 +53,10 @@ class LegMatcher {
 
   double cost(std::size_t i, std::size_t own) const {
     const double off = std::abs(own_[own] - model_[i]);
-    const bool ends = i + 1 == model_.size() || own + 1 == own_.size();
-    // Three hundredths of the leg's length are straight.
-    const bool wrong = !ends && std::abs(own_bend_[own]) > 0.03 && own_bend_[own] * model_bend_[i] < 0;
+    const bool ends = i + 1 == model_.size();
+    // Three hundredths of the length are straight: a template's wrist, which may bend either way.
+    const auto bent = [](double bend) { return std::abs(bend) > 0.03; };
+    const bool wrong = !ends && bent(own_bend_[own]) && bent(model_bend_[i]) && own_bend_[own] * model_bend_[i] < 0;
     return off + (wrong ? 0.4 : 0.0);
   }
 
@@ -74,12 +79,6 @@ class LegMatcher {
   std::vector<std::size_t> best_, chosen_;
   double least_ = std::numeric_limits<double>::infinity();
 };
-
-/// [model] numbers of own joints, or no_item. The first is the first.
-inline std::vector<std::size_t> matched_leg(std::span<const Vec3d> own, double floor, std::span<const Vec3d> model,
-                                            double model_floor) {
-  return LegMatcher(own, floor, model, model_floor).matched();
-}
 
 }  // namespace rig::internal
 

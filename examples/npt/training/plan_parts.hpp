@@ -25,7 +25,7 @@ class PlanParts {
     double top = floor;
     for (const Vec3d p : joints) top = std::max(top, p.y);
     trunk_.push_back(0);
-    while (is_trunk(trunk_.back())) trunk_.push_back(toward(trunk_.back()));
+    while (is_trunk(trunk_.back()) && toward(trunk_.back()) != trunk_.back()) trunk_.push_back(toward(trunk_.back()));
     const Vec3d along = joints[trunk_.back()] - joints[0];
     axis_ = std::abs(along.z) > std::abs(along.y) ? 2 : 1;
     for (std::size_t j = 0; j < plan.joint_count(); ++j) {

@@ -7,6 +7,7 @@
 
 #include <npt/base/error.hpp>
 #include <npt/base/matrix3.hpp>
+#include <npt/base/rotation.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/roles/joint_name.hpp>
 #include <npt/config.hpp>
@@ -21,7 +22,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <map>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -86,7 +89,6 @@ class QuadrupedFinder {
     sort_legs();
     find_neck();
     find_ears_and_tail();
-    found_.facing = found_.turn * axes.transposed();
   }
 
   QuadrupedJoints take() { return std::move(found_); }
@@ -126,7 +128,8 @@ class QuadrupedFinder {
     for (std::size_t v = 0; v < points_.size(); ++v) {
       const auto values = rig_.weights.values_of(v);
       const auto most = static_cast<std::size_t>(std::ranges::max_element(values) - values.begin());
-      own[rig_.weights.columns_of(v)[most]].push_back(v);
+      most_.push_back(rig_.weights.columns_of(v)[most]);
+      own[most_.back()].push_back(v);
     }
     floor_ = 1e300, top_ = -1e300;
     for (const Vec3d p : points_) floor_ = std::min(floor_, p.y), top_ = std::max(top_, p.y);
@@ -211,9 +214,32 @@ class QuadrupedFinder {
       if (dot(axis, forwards) > 0.996) forwards = axis;
     const Vec3d up{0, 1, 0};
     const Matrix3 yaw{{{cross(up, forwards), up, forwards}}};
-    found_.turn = yaw * found_.turn;
-    for (Vec3d& p : places_) p = yaw * p;
-    for (Vec3d& p : points_) p = yaw * p;
+    found_.facing = yaw;
+    turn_by(yaw);
+    stand_level();
+  }
+  void turn_by(const Matrix3& turn) {
+    found_.turn = turn * found_.turn;
+    for (Vec3d& p : places_) p = turn * p;
+    for (Vec3d& p : points_) p = turn * p;
+  }
+
+  /// Some are bound on a slope, one by 27 degrees: forefeet and hind feet stand on a level floor.
+  void stand_level() {
+    for (int round = 0; round < 4; ++round) {
+      const auto lowest_of = [&](QuadrupedPart part) {
+        Vec3d low{0, std::numeric_limits<double>::infinity(), 0};
+        for (std::size_t v = 0; v < points_.size(); ++v)
+          if (parts_[most_[v]] == part && points_[v].y < low.y) low = points_[v];
+        return low;
+      };
+      const Vec3d way = lowest_of(QuadrupedPart::foreleg) - lowest_of(QuadrupedPart::hindleg);
+      const double slope = std::atan2(way.y, way.z);
+      if (!(std::abs(slope) > 5 * std::numbers::pi / 180) || !(way.z > 0)) break;
+      turn_by(rotation_matrix(Vec3d{slope, 0, 0}));
+    }
+    floor_ = std::numeric_limits<double>::infinity(), top_ = -floor_;
+    for (const Vec3d p : points_) floor_ = std::min(floor_, p.y), top_ = std::max(top_, p.y);
   }
 
   /// Each leg downwards. A foot that is no child of its leg, as inverse kinematics wants it, comes after it.
@@ -245,9 +271,8 @@ class QuadrupedFinder {
             own, [&](std::size_t o) { return o < r && first[o] == first[r] && depth(o) == depth(r); });
       });
       if (own.size() < 2)
-        fail(std::to_string(own.size()) + " joints of the " + (leg % 2 == 0 ? "left " : "right ") +
-                 (leg < 2 ? "foreleg" : "hind leg"),
-             "two or more of each leg");
+        fail(std::to_string(own.size()) + " joints of the " + leg_name(leg), "two or more of each leg");
+      check_reach(leg);
       // What leads sideways ties the leg to the trunk.
       std::size_t& girdle = found_.girdles[leg];
       while (girdle + 2 < own.size()) {
@@ -256,6 +281,21 @@ class QuadrupedFinder {
         ++girdle;
       }
     }
+  }
+
+  static std::string leg_name(std::size_t leg) {
+    return std::string(leg % 2 == 0 ? "left " : "right ") + (leg < 2 ? "foreleg" : "hind leg");
+  }
+  /// Arms and wings, which others have for forelegs, end high above the ground.
+  void check_reach(std::size_t leg) const {
+    double low = top_;
+    for (std::size_t v = 0; v < points_.size(); ++v)
+      if (std::ranges::find(found_.legs[leg], most_[v]) != found_.legs[leg].end()) low = std::min(low, points_[v].y);
+    const double share = (low - floor_) / (top_ - floor_);
+    if (share > 0.15)
+      fail("a " + leg_name(leg) + " that ends " + std::to_string(std::lround(100 * share)) +
+               " % of the height above the ground",
+           "four legs that stand");
   }
 
   double leg_z(std::size_t leg) const {
@@ -303,6 +343,7 @@ class QuadrupedFinder {
   QuadrupedJoints found_;
   std::vector<Vec3d> points_, places_;  ///< in the scene's axes, then looking to +z
   std::vector<QuadrupedPart> parts_;
+  std::vector<std::size_t> most_;               ///< [V] the joint with the greatest weight
   std::vector<double> mass_, lowest_, spread_;  ///< [joints] of the vertices that it moves most
   double floor_ = 0, top_ = 0;
 };

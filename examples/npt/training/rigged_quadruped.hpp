@@ -19,6 +19,7 @@
 #include <npt/body/body_plan.hpp>
 #include <npt/config.hpp>
 #include <npt/lab/rig/rig.hpp>
+#include <npt/lab/rig/rig_axes.hpp>
 #include <npt/scene/scene.hpp>
 #include <training/body_from_rig.hpp>
 #include <training/chain_shares.hpp>
@@ -99,6 +100,7 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     std::vector<std::size_t> bones;
     for (const auto& leg : chains_.legs) bones.insert(bones.end(), leg.begin(), leg.end() - 1);
     check_bones(bones);
+    check_forelegs();
     divide_weights();
     halve_long_edges();
     take_rest_pose();
@@ -112,7 +114,9 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     std::vector<std::vector<std::size_t>> needed{{chains_.head}};
     for (const auto& leg : chains_.legs) needed.push_back(leg);
     check_surfaces(needed);
-    return make_body({{"unit", "metre"}, {"up", "y"}, {"front", "z"}, {"rest_pose", "standing"}});
+    PlannedBody result = make_body({{"unit", "metre"}, {"up", "y"}, {"front", "z"}, {"rest_pose", "standing"}});
+    result.metres = metres_ / rig_axes(rig_).scale;
+    return result;
   }
 
  private:
@@ -122,12 +126,22 @@ class RiggedQuadrupedMaker : private BodyFromRig {
   void match_joints() {
     for (std::size_t leg = 0; leg < 4; ++leg) {
       const Joints& plan = chains_.legs[leg];
-      const Joints own(joints_.legs[leg].begin() + static_cast<std::ptrdiff_t>(joints_.girdles[leg]),
-                       joints_.legs[leg].end());
-      std::vector<Vec3d> places, models;
-      for (const std::size_t r : own) places.push_back(places_[r]);
+      std::vector<Vec3d> models;
       for (const std::size_t j : plan) models.push_back(model_.joints[j]);
-      const std::vector<std::size_t> matched = matched_leg(places, floor_, models, lowest(model_));
+      const auto match = [&](std::size_t first) {
+        std::vector<Vec3d> places;
+        for (std::size_t i = first; i < joints_.legs[leg].size(); ++i) places.push_back(places_[joints_.legs[leg][i]]);
+        // A leg whose last joint is the shank's ends on the floor.
+        const bool has_foot = places.back().y - floor_ < 0.3 * (places.front().y - floor_);
+        return LegMatch(places, has_foot ? places.back() : foot_of(leg), floor_, models, lowest(model_));
+      };
+      std::size_t& girdle = joints_.girdles[leg];
+      LegMatch best = match(girdle);
+      // One joint more than the leg has is a shoulder blade, if the others are in better places then.
+      if (joints_.legs[leg].size() - girdle > plan.size())
+        if (LegMatch other = match(girdle + 1); other.cost() + 0.1 < best.cost()) best = std::move(other), ++girdle;
+      const std::vector<std::size_t>& matched = best.matched();
+      const Joints own(joints_.legs[leg].begin() + static_cast<std::ptrdiff_t>(girdle), joints_.legs[leg].end());
       for (std::size_t i = 0; i < plan.size(); ++i)
         if (matched[i] != no_item) found_[plan[i]] = own[matched[i]];
       if (leg < 2 && joints_.girdles[leg] > 0)
@@ -169,10 +183,11 @@ class RiggedQuadrupedMaker : private BodyFromRig {
   /// What a leg lacks lies where it does on the template between the joints before and after it, turned and grown as the
   /// way between these is: so that both bones turn alike into the rest pose.
   void find_legs() {
-    for (const Joints& leg : chains_.legs) {
+    for (std::size_t l = 0; l < 4; ++l) {
+      const Joints& leg = chains_.legs[l];
       for (const std::size_t j : leg)
         if (found_[j] != no_item) bind_[j] = places_[found_[j]];
-      if (found_[leg.back()] == no_item) bind_[leg.back()] = end_of(leg);
+      if (found_[leg.back()] == no_item) bind_[leg.back()] = end_of(l);
       std::size_t before = 0;
       for (std::size_t i = 1; i < leg.size(); ++i) {
         if (found_[leg[i]] == no_item && i + 1 < leg.size()) continue;
@@ -187,20 +202,28 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     return bind_[a] +
            shortest_turn(normalised(goal), normalised(way)) * (model - model_.joints[a]) * (length(way) / length(goal));
   }
-  /// A foot without a joint: above the lowest of what the leg moves.
-  Vec3d end_of(const Joints& leg) const {
-    const double top = bind_[leg.front()].y - floor_;
+  /// Where a leg stands: the middle of the lowest of what it moves.
+  Vec3d foot_of(std::size_t leg) const {
+    const Joints& own = joints_.legs[leg];
+    const double high = floor_ + 0.1 * (places_[own[joints_.girdles[leg]]].y - floor_);
     Vec3d sum;
     double count = 0;
-    for (std::size_t v = 0; v < positions_.size(); ++v) {
-      double own = 0;
-      for (const std::size_t j : leg) own += rest_.weights[v][j];
-      if (own > 0.5 && positions_[v].y < floor_ + 0.08 * top) sum += positions_[v], ++count;
+    for (std::size_t v = 0; v < rig_.positions.size(); ++v) {
+      if (positions_[v].y > high) continue;
+      const auto values = rig_.weights.values_of(v);
+      const auto most = static_cast<std::size_t>(std::ranges::max_element(values) - values.begin());
+      if (std::ranges::find(own, rig_.weights.columns_of(v)[most]) != own.end()) sum += positions_[v], ++count;
     }
-    if (!(count > 0)) fail(leg.back(), "no joint, and no vertex of the leg near the ground", "legs that stand");
-    Vec3d p = sum / count;
-    const double low = lowest(model_);
-    p.y = floor_ + top * (model_.joints[leg.back()].y - low) / (model_.joints[leg.front()].y - low);
+    if (!(count > 0))
+      fail(chains_.legs[leg].back(), "no vertex of the leg near the ground", "legs that stand in the bind pose");
+    return sum / count;
+  }
+  /// A foot without a joint: above that, as high as the template's.
+  Vec3d end_of(std::size_t leg) const {
+    const Joints& own = chains_.legs[leg];
+    const double top = bind_[own.front()].y - floor_, low = lowest(model_);
+    Vec3d p = foot_of(leg);
+    p.y = floor_ + top * (model_.joints[own.back()].y - low) / (model_.joints[own.front()].y - low);
     return p;
   }
 
@@ -319,9 +342,9 @@ class RiggedQuadrupedMaker : private BodyFromRig {
 
   /// On the template's floor, its root above the template's.
   void bring_to_size() {
-    const double metres = rough_model_size() / rough_size();
+    metres_ = rough_model_size() / rough_size();
     const Vec3d from{bind_[0].x, floor_, bind_[0].z}, to{0, lowest(model_), model_.joints[0].z};
-    const auto moved = [&](Vec3d p) { return to + (p - from) * metres; };
+    const auto moved = [&](Vec3d p) { return to + (p - from) * metres_; };
     for (Vec3d& p : positions_) p = moved(p);
     for (Vec3d& p : bind_) p = moved(p);
     tail_end_ = moved(tail_end_);
@@ -331,6 +354,19 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     const double up = lowest(model_) - std::ranges::min(rest_.points, {}, [](Vec3d p) { return p.y; }).y;
     for (Vec3d& p : rest_.points) p.y += up;
     for (Vec3d& p : rest_.joints) p.y += up;
+  }
+
+  /// Those who walk on two legs may reach the ground with their hands, too: a raptor's arms have 56 % of
+  /// its legs' length, a stegosaur's forelegs 60 %.
+  void check_forelegs() const {
+    const auto reach = [&](std::size_t leg) {
+      return length(bind_[chains_.legs[leg].back()] - bind_[chains_.legs[leg][0]]);
+    };
+    const double share = (reach(0) + reach(1)) / (reach(2) + reach(3));
+    if (share < 0.58)
+      fail(chains_.legs[0][0],
+           "forelegs of " + std::to_string(std::lround(100 * share)) + " % of the hind legs' length",
+           "a four-legged animal");
   }
 
   /// What one joint of the rig moves and several of the plan do: by the place along these.
@@ -413,7 +449,7 @@ class RiggedQuadrupedMaker : private BodyFromRig {
   std::vector<Vec3d> places_;  ///< of the rig's joints in the bind pose, upright
   std::vector<std::size_t> owner_;
   Vec3d tail_end_;
-  double floor_ = 0;
+  double floor_ = 0, metres_ = 1;
 };
 
 }  // namespace rig::internal

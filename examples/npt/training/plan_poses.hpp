@@ -1,0 +1,160 @@
+/// Natural poses of a plan of bodies: distinct frames of clips, their moments for a prior of poses, and poses that are
+/// drawn from them: between two frames, mirrored, with noise.
+///   PlanPoses poses(plan, distinct_poses(frames, 1500));
+///   std::vector<float> angles = poses.sample(random);
+/// Shapes    a pose: [J, 3] axis angles in radians; mean: [J, 3]; covariance: [3 (J - 1), 3 (J - 1)], without the root
+/// Tensors   pose_prior/mean, pose_prior/covariance, pose_prior/poses [N, 3 J]; F32
+/// Errors    npt::Error where there are no poses, or of another number of joints
+#pragma once
+
+#include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
+#include <npt/body/body_plan.hpp>
+#include <npt/config.hpp>
+#include <npt/io/safetensors.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace npt::inline NPT_ABI {
+
+using PlanPose = std::vector<float>;
+
+/// Left and right exchanged: at x, which mirrors, an axis keeps its x and turns the other two.
+inline PlanPose mirrored_pose(const BodyPlan& plan, const PlanPose& pose) {
+  PlanPose result(pose.size());
+  for (std::size_t j = 0; j < plan.joint_count(); ++j) {
+    const std::size_t from = 3 * plan.joints[j].mirrored;
+    result[3 * j] = pose[from], result[3 * j + 1] = -pose[from + 1], result[3 * j + 2] = -pose[from + 2];
+  }
+  return result;
+}
+
+/// At most `most` poses that are as far from each other as can be: each is the farthest from those before it. What is
+/// within `same` radians, as a root mean square over all joints but the root, of one of them is left out.
+inline std::vector<PlanPose> distinct_poses(const std::vector<PlanPose>& poses, std::size_t most, double same = 0.01) {
+  std::vector<PlanPose> result;
+  if (poses.empty()) return result;
+  std::vector<double> far(poses.size(), std::numeric_limits<double>::infinity());
+  std::size_t next = 0;
+  while (result.size() < most) {
+    result.push_back(poses[next]);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      double sum = 0;
+      for (std::size_t k = 3; k < poses[i].size(); ++k) {
+        const double off = static_cast<double>(poses[i][k] - poses[next][k]);
+        sum += off * off;
+      }
+      far[i] = std::min(far[i], sum * 3 / static_cast<double>(poses[i].size() - 3));
+    }
+    next = static_cast<std::size_t>(std::ranges::max_element(far) - far.begin());
+    if (far[next] <= same * same) break;
+  }
+  return result;
+}
+
+struct PoseMoments {
+  std::vector<float> mean, covariance;
+};
+
+/// Of the poses and their mirror images, so that both sides are alike.
+inline PoseMoments pose_moments(const BodyPlan& plan, const std::vector<PlanPose>& poses) {
+  if (poses.empty()) throw Error({.file = "poses", .found = "none", .expected = "frames of clips"});
+  const std::size_t n = 3 * plan.joint_count(), m = n - 3;
+  std::vector<PlanPose> all = poses;
+  for (const PlanPose& pose : poses) {
+    if (pose.size() != n)
+      throw Error({.file = "poses",
+                   .found = std::to_string(pose.size()) + " numbers",
+                   .expected = "three for each of " + std::to_string(plan.joint_count()) + " joints"});
+    all.push_back(mirrored_pose(plan, pose));
+  }
+  std::vector<double> mean(n), covariance(m * m);
+  const double share = 1 / static_cast<double>(all.size());
+  for (const PlanPose& pose : all)
+    for (std::size_t i = 0; i < n; ++i) mean[i] += share * static_cast<double>(pose[i]);
+  std::vector<double> off(m);
+  for (const PlanPose& pose : all) {
+    for (std::size_t i = 0; i < m; ++i) off[i] = static_cast<double>(pose[i + 3]) - mean[i + 3];
+    for (std::size_t i = 0; i < m; ++i)
+      for (std::size_t k = 0; k < m; ++k) covariance[i * m + k] += share * off[i] * off[k];
+  }
+  return {{mean.begin(), mean.end()}, {covariance.begin(), covariance.end()}};
+}
+
+/// A file with the poses and their moments.
+inline void save_poses(const BodyPlan& plan, const std::vector<PlanPose>& poses, const std::filesystem::path& path,
+                       const std::map<std::string, std::string>& metadata = {}) {
+  const PoseMoments moments = pose_moments(plan, poses);
+  std::vector<float> all;
+  for (const PlanPose& pose : poses) all.insert(all.end(), pose.begin(), pose.end());
+  const std::uint64_t j = plan.joint_count(), m = 3 * (j - 1);
+  const auto tensor = [](const char* name, TensorShape shape, const std::vector<float>& values) {
+    return FileTensor{
+        .name = name, .dtype = Dtype::f32, .shape = std::move(shape), .bytes = std::as_bytes(std::span(values))};
+  };
+  const std::vector<FileTensor> tensors{tensor("pose_prior/mean", {j, 3}, moments.mean),
+                                        tensor("pose_prior/covariance", {m, m}, moments.covariance),
+                                        tensor("pose_prior/poses", {poses.size(), 3 * j}, all)};
+  write_safetensors(path, tensors, metadata);
+}
+
+/// The poses of such a file.
+inline std::vector<PlanPose> load_poses(const SafetensorsFile& file, const BodyPlan& plan) {
+  const FileTensor& tensor = file.at("pose_prior/poses");
+  const std::size_t n = 3 * plan.joint_count();
+  if (tensor.shape.size() != 2 || tensor.shape[1] != n)
+    throw Error({file.name(), "tensor 'pose_prior/poses'", "shape " + to_string(tensor.shape),
+                 "[N, " + std::to_string(n) + "]"});
+  const std::vector<float> all = to_float(tensor);
+  std::vector<PlanPose> poses;
+  for (auto at = all.begin(); at != all.end(); at += static_cast<std::ptrdiff_t>(n))
+    poses.emplace_back(at, at + static_cast<std::ptrdiff_t>(n));
+  return poses;
+}
+
+/// Draws natural poses.
+class PlanPoses {
+ public:
+  /// Requires  a pose
+  PlanPoses(BodyPlan plan, std::vector<PlanPose> poses) : plan_(std::move(plan)), poses_(std::move(poses)) {
+    if (poses_.empty()) throw Error({.file = "poses", .found = "none", .expected = "frames of clips"});
+  }
+
+  std::size_t count() const noexcept { return poses_.size(); }
+
+  /// Half are mirrored, four in ten lie between two poses, seven in ten have noise of up to 0.2 radians on all angles
+  /// but the root's.
+  PlanPose sample(Random& random) const {
+    PlanPose pose = one(random);
+    if (random.uniform() < 0.4) {
+      const PlanPose other = one(random);
+      const auto share = static_cast<float>(random.uniform());
+      for (std::size_t i = 0; i < pose.size(); ++i) pose[i] += share * (other[i] - pose[i]);
+    }
+    if (random.uniform() < 0.7) {
+      const double sigma = random.uniform(0.02, 0.2);
+      for (std::size_t i = 3; i < pose.size(); ++i) pose[i] += static_cast<float>(sigma * random.normal());
+    }
+    return pose;
+  }
+
+ private:
+  PlanPose one(Random& random) const {
+    const PlanPose& pose = poses_[random.below(static_cast<std::uint32_t>(poses_.size()))];
+    return random.uniform() < 0.5 ? mirrored_pose(plan_, pose) : pose;
+  }
+
+  BodyPlan plan_;
+  std::vector<PlanPose> poses_;
+};
+
+}  // namespace npt::inline NPT_ABI
