@@ -2,6 +2,7 @@
 
 #include <npt/body/plan_poses.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -18,10 +19,13 @@ constexpr const char* plan_text = R"(plan pair
 joint trunk   -     trunk   trunk root trunk 1 1
 joint l_leg   trunk r_leg   left  bone l_leg 1 1
 joint r_leg   trunk l_leg   right bone r_leg 1 1
+joint l_ear   trunk r_ear   trunk appendage l_ear 1 1
+joint r_ear   trunk l_ear   trunk appendage r_ear 1 1
 )";
 constexpr const char* table = R"(# two poses
 range trunk -10 10 -180 180 -5 5
 range l_leg -40 30 -5 10 -2 20
+range l_ear -90 0 -30 30 0 0
 pose stand 1
 pose step 2
 bend step l_leg -50 0 6
@@ -47,7 +51,7 @@ TEST_CASE("a side that the table doesn't name mirrors the other one") {
   CHECK(near(p.poses()[1].angles[1], {-50, 0, 6}));
   CHECK(near(p.poses()[1].angles[2], {-50, 0, -6}));
   CHECK(near(p.poses()[2].angles[2], {60, 0, 0}));
-  CHECK(p.poses()[0].angles == std::vector<Vec3d>(3));
+  CHECK(p.poses()[0].angles == std::vector<Vec3d>(5));
 }
 
 TEST_CASE("limits hold the ranges, every named pose and its mirror image") {
@@ -80,9 +84,21 @@ TEST_CASE("draws stay within the limits, differ, and depend on seed and stream o
   CHECK(right_back > 15);
 }
 
+TEST_CASE("ears move in every draw, the right one mostly as the left one") {
+  const npt::PlanPoses p = poses();
+  int moved = 0;
+  for (std::uint64_t i = 0; i < 200; ++i) {
+    npt::Random random(8, i);
+    const std::vector<Vec3d> angles = p.sample_angles(random);
+    moved += std::min(angles[3].x, angles[4].x) < -10 * degree;
+    CHECK(std::abs(angles[3].x - angles[4].x) < 0.25 * 90 * degree + 1e-9);
+  }
+  CHECK(moved > 100);
+}
+
 TEST_CASE("the root turns after it tilted") {
   const npt::PlanPoses p = poses();
-  const std::vector<Vec3d> angles{{0, 90 * degree, 90 * degree}, {0.1, 0.2, 0.3}, {}};
+  const std::vector<Vec3d> angles{{0, 90 * degree, 90 * degree}, {0.1, 0.2, 0.3}, {}, {}, {}};
   const std::vector<float> pose = p.axis_angles(angles);
   // Tilted to its right side, what was up points to -x; turned to the left, to +z.
   const Vec3d up = npt::joint_rotation(pose, 0) * Vec3d{0, 1, 0};

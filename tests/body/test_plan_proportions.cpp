@@ -125,6 +125,17 @@ TEST_CASE("drawn proportions stay in the plan's ranges, relative to the size") {
   CHECK(shortest < 0.6);
 }
 
+TEST_CASE("drawn characters are the body's own shapes and proportions in deviations") {
+  npt::Random random(4, 1), again(4, 1);
+  const std::vector<float> betas = npt::sample_character(plan(), random, 2);
+  REQUIRE(betas.size() == 6);
+  CHECK(betas[0] == static_cast<float>(again.normal()));
+  CHECK(betas[1] == static_cast<float>(again.normal()));
+  const std::vector<double> changes = npt::sample_proportions(plan(), again);
+  for (std::size_t k = 0; k < 4; ++k)
+    CHECK(betas[2 + k] == doctest::Approx(changes[k] / plan().proportions[k].deviation));
+}
+
 TEST_CASE("a plan of other joints than the body's is an error") {
   CHECK_THROWS_WITH_AS(npt::with_proportions(npt::BodyModel(small_body(), "small"), plan()),
                        doctest::Contains("plan 'stool'"), npt::Error);

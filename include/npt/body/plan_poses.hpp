@@ -56,7 +56,10 @@ class BasicPlanPoses {
   /// source: names the text in errors.
   BasicPlanPoses(const BodyPlan& plan, std::string_view text, const std::string& source)
       : source_(source), ranges_(plan.joint_count()) {
-    for (const JointPlan& joint : plan.joints) mirrored_.push_back(joint.mirrored);
+    for (const JointPlan& joint : plan.joints) {
+      mirrored_.push_back(joint.mirrored);
+      appendage_.push_back(joint.kind == JointKind::appendage);
+    }
     std::vector<bool> given(plan.joint_count());
     std::vector<std::vector<bool>> bent;
     TextLines lines(text);
@@ -101,7 +104,7 @@ class BasicPlanPoses {
 
   /// [J] One draw in three is random in the ranges, each joint by an amount of its own; the others are one named pose
   /// or a mixture of two, with a tenth to three tenths of such a draw on top. The root turns by any angle of its range
-  /// about y. Half of all are mirrored.
+  /// about y. Ears and jaws are always random, the right ear mostly as the left one. Half of all are mirrored.
   std::vector<Vec3d> sample_angles(Random& random) const {
     const double kind = random.uniform(), spread = random.uniform(), mixed = random.uniform();
     const std::size_t first = choice_(random), second = choice_(random);
@@ -118,10 +121,12 @@ class BasicPlanPoses {
                         range.low.y + (range.high.y - range.low.y) * at.y,
                         range.low.z + (range.high.z - range.low.z) * at.z};
       // Amounts of a joint's own keep limbs from bending all at once.
-      const double amount = free ? (0.3 + 0.7 * spread) * std::sqrt(own) : 0.1 + 0.2 * spread;
+      const double amount = free || appendage_[j] ? (0.3 + 0.7 * spread) * std::sqrt(own) : 0.1 + 0.2 * spread;
       angles[j] = drawn * amount;
       if (!free) angles[j] += poses_[first].angles[j] * share + poses_[second].angles[j] * (1 - share);
       if (j == 0) angles[j].y = drawn.y;
+      // Hanging or pricked: an animal's ears seldom differ.
+      if (appendage_[j] && mirrored_[j] < j) angles[j] = angles[j] * 0.25 + mirror(angles[mirrored_[j]]) * 0.75;
     }
     if (mirror_it) angles = mirror(as_span(angles));
     for (std::size_t j = 0; j < angles.size(); ++j) {
@@ -209,7 +214,8 @@ class BasicPlanPoses {
   }
 
   std::string source_, place_;
-  std::vector<std::size_t> mirrored_;
+  std::vector<std::size_t> mirrored_;  ///< [J]
+  std::vector<bool> appendage_;        ///< [J]
   std::vector<JointLimits> ranges_, limits_;
   std::vector<NamedPose> poses_;
   WeightedChoice choice_;

@@ -167,4 +167,14 @@ NPT_INLINE std::vector<double> sample_proportions(const BodyPlan& plan, Random& 
   return changes;
 }
 
+/// [own_shapes + K] Shape parameters of with_proportions(body, plan): the body's own, normal, then random proportions.
+NPT_INLINE std::vector<float> sample_character(const BodyPlan& plan, Random& random, std::size_t own_shapes) {
+  std::vector<float> betas;
+  for (std::size_t s = 0; s < own_shapes; ++s) betas.push_back(static_cast<float>(random.normal()));
+  const std::vector<double> changes = sample_proportions(plan, random);
+  for (std::size_t k = 0; k < changes.size(); ++k)
+    betas.push_back(static_cast<float>(changes[k] / plan.proportions[k].deviation));
+  return betas;
+}
+
 }  // namespace npt::inline NPT_ABI
