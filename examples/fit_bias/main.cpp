@@ -12,7 +12,10 @@
 #include <npt/base/sort.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
+#include <npt/body/mannequin/shape.hpp>
+#include <npt/body/people_kind.hpp>
 #include <npt/body/pose_sampler.hpp>
+#include <npt/body/proportions.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/estimate/body_estimator.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
@@ -37,7 +40,8 @@
 
 namespace {
 
-constexpr std::size_t joints = npt::smpl_joint_count, columns = npt::FitBias::columns, rows = npt::FitBias::rows;
+constexpr std::size_t joints = npt::smpl_joint_count, rows = 3 * joints, angles = rows - 3,
+                      columns = angles + npt::anatomy::mannequin_shape_count + npt::body_proportion_count;
 
 struct Arguments {
   std::filesystem::path reader, result;
@@ -116,8 +120,7 @@ std::vector<std::array<double, columns + 1>> learn(const std::vector<Sample>& sa
   for (int round = 0; round < 3; ++round) {
     constexpr std::size_t n = columns + 1;
     std::vector<double> matrix(n * n);
-    for (std::size_t i = 0; i < columns; ++i)
-      matrix[i * n + i] = i < npt::FitBias::angle_count ? arguments.ridge : arguments.shape_ridge;
+    for (std::size_t i = 0; i < columns; ++i) matrix[i * n + i] = i < angles ? arguments.ridge : arguments.shape_ridge;
     for (auto& row : b) row.fill(0);
     for (std::size_t s = 0; s < samples.size(); ++s)
       for (std::size_t i = 0; i < n; ++i) {
@@ -148,7 +151,7 @@ std::vector<std::array<double, columns + 1>> learn(const std::vector<Sample>& sa
 void run(const Arguments& arguments) {
   const npt::SafetensorsFile file = npt::SafetensorsFile::read(arguments.reader);
   const npt::BodyEstimator estimator(
-      npt::CorrespondenceEstimator(npt::correspondence_part(file), npt::DefaultExecutor(0)));
+      npt::CorrespondenceEstimator(npt::correspondence_part(file), npt::DefaultExecutor(0)), npt::people_kind());
   const std::vector<Sample> samples = measure(arguments, estimator);
   if (samples.size() < 2)
     throw npt::Error({.file = "bodies", .found = "no mesh that is recognised as a person", .expected = "at least one"});
@@ -160,7 +163,8 @@ void run(const Arguments& arguments) {
   std::vector<npt::FileTensor> tensors;
   for (const npt::FileTensor& tensor : file.tensors())
     if (tensor.name != name) tensors.push_back(tensor);
-  tensors.push_back({.name = name, .shape = npt::FitBias::shape(), .bytes = std::as_bytes(std::span(values))});
+  tensors.push_back(
+      {.name = name, .shape = npt::FitBias::shape(*npt::people_kind()), .bytes = std::as_bytes(std::span(values))});
   npt::write_safetensors(arguments.result, tensors, file.metadata());
   std::printf("%s: learned from %zu fits\n", arguments.result.string().c_str(), samples.size() / 2);
 }

@@ -212,7 +212,7 @@ void run(const Arguments& arguments) {
   for (const std::string& thing : arguments.things) add_thing(thing, arguments, cases);
   const npt::SafetensorsFile file = npt::SafetensorsFile::read(arguments.weights);
   const npt::BodyEstimator estimator(
-      npt::CorrespondenceEstimator(npt::correspondence_part(file), npt::DefaultExecutor(1)));
+      npt::CorrespondenceEstimator(npt::correspondence_part(file), npt::DefaultExecutor(1)), npt::people_kind());
   std::vector<std::pair<std::string, std::string>> rows(cases.size());
   program::Progress progress("meshes", cases.size());
   std::mutex mutex;

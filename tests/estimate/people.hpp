@@ -3,6 +3,7 @@
 
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
+#include <npt/body/people_kind.hpp>
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/body_estimator.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
@@ -13,6 +14,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -23,22 +25,28 @@ inline npt::CorrespondenceEstimator shipped_correspondences(int threads = 1) {
       std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/human.safetensors", threads);
 }
 
+/// The mannequin as people's kind, without proportions.
+inline const std::shared_ptr<const npt::BodyKind>& mannequins() {
+  static const auto kind = npt::people_kind(npt::borrowed(npt::mannequin()));
+  return kind;
+}
+
 /// The shipped body estimation and skinning, without the corrections of transfer/people.hpp.
 class Bodies {
  public:
-  explicit Bodies(int threads = 1) : estimator_(shipped_correspondences(threads)) {}
+  explicit Bodies(int threads = 1) : estimator_(shipped_correspondences(threads), npt::people_kind()) {}
 
-  const npt::BodyModel& fingered_body() const { return estimator_.fingered_body(); }
+  const npt::BodyKind& kind() const { return estimator_.kind(); }
   npt::BodyEstimate read(const npt::MeshView& mesh) const { return estimator_.read(mesh); }
   npt::BoundCharacter bind(const npt::MeshView& identity) const {
-    return npt::bind_character(fingered_body(), identity, read(identity));
+    return npt::bind_character(kind(), identity, read(identity));
   }
   void pose(const npt::BoundCharacter& identity, std::span<const float> angles, std::span<float> result) const {
-    identity.pose(fingered_body(), angles, result);
+    identity.pose(kind(), angles, result);
   }
   void pose(const npt::BoundCharacter& identity, const npt::BodyEstimate& pose, std::span<float> result) const {
     npt::expect_body(pose, "pose");
-    this->pose(identity, identity.angles(pose.fit.body.axis_angles, pose), result);
+    this->pose(identity, identity.angles(kind(), pose.fit.body.axis_angles, pose), result);
   }
 
  private:

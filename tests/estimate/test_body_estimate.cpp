@@ -1,5 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <npt/body/people_plan.hpp>
+#include <npt/body/skeleton.hpp>
 #include <npt/estimate/body_estimate.hpp>
 
 #include <vector>
@@ -14,8 +16,8 @@ npt::BodyEstimate usual_estimate() {
   estimate.fit.mesh_explained = estimate.fit.body_explained = 0.98;
   estimate.fit.correspondence_residual = 0.04;
   estimate.fit.relative_distance = 0.005;
-  estimate.fit.part_distances.fill(0.005);
-  estimate.joint_confidence.fill(0.9);
+  estimate.fit.part_distances.assign(24, 0.005);
+  estimate.joint_confidence.assign(24, 0.9);
   return estimate;
 }
 
@@ -26,19 +28,21 @@ TEST_CASE(
   npt::BodyEstimate estimate = usual_estimate();
   estimate.fit.body.betas.assign(26, 4.5F);
   estimate.confidence = 0.9;
-  CHECK(estimate.warnings().empty());
+  CHECK(estimate.warnings(npt::people_plan()).empty());
   estimate.joint_confidence[npt::joint_index(npt::SmplJoint::left_elbow)] = 0.45;
-  CHECK(estimate.warnings() == std::vector{npt::WarningCode::arms_uncertain});
+  CHECK(estimate.warnings(npt::people_plan()) == std::vector{npt::WarningCode::arms_uncertain});
   estimate.confidence = 0.7;
-  CHECK(estimate.warnings() == std::vector{npt::WarningCode::arms_uncertain, npt::WarningCode::unusual_proportions});
+  CHECK(estimate.warnings(npt::people_plan()) ==
+        std::vector{npt::WarningCode::arms_uncertain, npt::WarningCode::unusual_proportions});
 }
 
 TEST_CASE("a limb that keeps a greater distance than the others is in doubt") {
   npt::BodyEstimate estimate = usual_estimate();
-  CHECK_FALSE(estimate.doubtful(npt::LimbPair::arms));
+  const std::vector<npt::LimbPair> pairs = npt::people_plan().limb_pairs();
+  CHECK_FALSE(estimate.doubtful(pairs[1]));
   estimate.fit.part_distances[npt::joint_index(npt::SmplJoint::left_elbow)] = 0.02;
-  CHECK(estimate.doubtful(npt::LimbPair::arms));
-  CHECK_FALSE(estimate.doubtful(npt::LimbPair::legs));
+  CHECK(estimate.doubtful(pairs[1]));
+  CHECK_FALSE(estimate.doubtful(pairs[0]));
 }
 
 TEST_CASE("vertices in the body's coordinates: about the centre, in metres; a mesh without a body is refused") {

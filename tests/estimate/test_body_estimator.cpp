@@ -16,7 +16,7 @@ using people::Person;
 namespace {
 
 const npt::BodyEstimator& shipped_estimator() {
-  static const npt::BodyEstimator reader(people::shipped_correspondences());
+  static const npt::BodyEstimator reader(people::shipped_correspondences(), npt::people_kind());
   return reader;
 }
 
@@ -52,7 +52,7 @@ TEST_CASE("an upside-down person is read, and said to be") {
   const npt::BodyEstimate reading =
       shipped_estimator().read({mesh.coordinates(), npt::mannequin().triangles(), "handstand"});
   CHECK(reading.confidence > 0.85);
-  CHECK(reading.warnings() == std::vector{npt::WarningCode::upside_down});
+  CHECK(reading.warnings(npt::people_plan()) == std::vector{npt::WarningCode::upside_down});
 }
 
 TEST_CASE("what is no person has low confidence") {
@@ -101,7 +101,7 @@ TEST_CASE("a sequence that hardly reads goes on from the next frame that surely 
 }
 
 TEST_CASE("several threads read what one does, bit for bit, where limbs are searched, too") {
-  const npt::BodyEstimator two(people::shipped_correspondences(2));
+  const npt::BodyEstimator two(people::shipped_correspondences(2), npt::people_kind());
   const Person doubtful(26);
   const npt::BodyEstimate one = shipped_estimator().read(doubtful.view());
   REQUIRE(one.fit.body.starts == 0);  // it comes from a limb search, not from a reading

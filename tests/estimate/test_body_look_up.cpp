@@ -27,7 +27,7 @@ npt::BodyFit posed(std::uint64_t seed) {
 
 TEST_CASE("a body's own points belong where they are at rest") {
   const npt::BodyModel& body = npt::mannequin();
-  const npt::BodyLookUp look_up(body, posed(1), 1);
+  const npt::BodyLookUp look_up(body, posed(1), 1, body.joint_count());
   REQUIRE(look_up.body().size() == body.vertex_count());
   const std::vector<npt::Vec3d> outward = npt::area_vectors(look_up.body(), body.triangles());
   const std::vector<std::uint32_t> parts = body.tables().weights.heaviest_columns();
@@ -45,7 +45,7 @@ TEST_CASE("a body's own points belong where they are at rest") {
 TEST_CASE("a point belongs to the side that faces as it does, if that is known") {
   const npt::BodyModel& body = npt::mannequin();
   const npt::BodyFit fit = posed(2);
-  const npt::BodyLookUp outwards(body, fit, 1), inwards(body, fit, -1), either(body, fit, 0);
+  const npt::BodyLookUp outwards(body, fit, 1, 24), inwards(body, fit, -1, 24), either(body, fit, 0, 24);
   const std::vector<npt::Vec3d> outward = npt::area_vectors(outwards.body(), body.triangles());
   std::size_t other_side = 0, looked = 0;
   for (std::size_t v = 0; v < body.vertex_count(); v += 29, ++looked) {
@@ -62,7 +62,7 @@ TEST_CASE("fingers count as their hands") {
   const npt::BodyModel fingered = npt::with_finger_joints(npt::mannequin());
   npt::BodyFit fit;
   fit.axis_angles.assign(3 * fingered.joint_count(), 0.0F);
-  const npt::BodyLookUp look_up(fingered, fit, 1);
+  const npt::BodyLookUp look_up(fingered, fit, 1, npt::smpl_joint_count);
   std::uint32_t hint = npt::no_index;
   for (const npt::Vec3d p : look_up.body()) REQUIRE(look_up.place(look_up(p, {}, hint)).part < npt::smpl_joint_count);
 }

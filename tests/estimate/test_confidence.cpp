@@ -34,7 +34,7 @@ TEST_CASE("a probability of features, which falls as any of them grows") {
 
 TEST_CASE("a joint's confidence falls with what the correspondences about it say against it") {
   npt::EstimateResiduals residuals{.correspondences = 0.03, .surface = 0.006, .pose = 0.8, .shape = 20};
-  residuals.joints.fill(0.03);
+  residuals.joints.assign(24, 0.03);
   residuals.joints[4] = 0.3;
   const npt::ConfidenceModel model;
   const double before = model(residuals);

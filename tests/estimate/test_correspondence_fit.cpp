@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <estimate/people.hpp>
 #include <estimate/simulated_correspondences.hpp>
 
 #include <npt/base/error.hpp>
@@ -18,7 +19,7 @@ namespace {
 using npt::Vec3d;
 
 const npt::CorrespondenceFitter& fitter() {
-  static const npt::CorrespondenceFitter shared(npt::borrowed(npt::mannequin()));
+  static const npt::CorrespondenceFitter shared(people::mannequins());
   return shared;
 }
 
@@ -91,7 +92,7 @@ TEST_CASE("what isn't a body is trusted less") {
 
 TEST_CASE("half and one and a half times the size fit as well, with proportions") {
   static const npt::BodyModel model = npt::with_proportions(npt::mannequin(), npt::human_proportion_deviations);
-  static const npt::CorrespondenceFitter wide(npt::borrowed(model));
+  static const npt::CorrespondenceFitter wide(npt::people_kind(npt::borrowed(model)));
   for (const double scale : {0.5, 1.5}) {
     ReadBody c = read_body(13);
     for (Vec3d& p : c.posed.points) p *= scale;

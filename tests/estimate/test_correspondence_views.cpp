@@ -30,7 +30,7 @@ const npt::Matrix3 rotation_of_z_up = npt::rotation_matrix({-std::numbers::pi / 
 
 struct Seen {
   npt::CorrespondenceEstimator estimator = people::shipped_correspondences();
-  npt::CorrespondenceFitter fitter{std::make_shared<const npt::BodyModel>(npt::mannequin())};
+  npt::CorrespondenceFitter fitter{people::mannequins()};
   npt::CorrespondenceViews<npt::DefaultExecutor> views{estimator, fitter.correspondence_template(), {}};
 };
 

@@ -1,5 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <estimate/people.hpp>
+
 #include <npt/base/random.hpp>
 #include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
@@ -17,7 +19,7 @@
 namespace {
 
 const npt::FingerFitter& finger_fitter() {
-  static const npt::FingerFitter all(std::make_shared<const npt::BodyModel>(npt::with_finger_joints(npt::mannequin())));
+  static const npt::FingerFitter all(people::mannequins());
   return all;
 }
 
@@ -28,7 +30,8 @@ struct PersonWithHands {
 
   PersonWithHands(std::uint64_t seed, const std::array<npt::HandBend, 2>& hands)
       : fit(fit_in_natural_pose(seed)),
-        surface(npt::to_mesh(finger_fitter().model(), fit.body.betas, npt::with_fingers(fit.body.axis_angles, hands))
+        surface(npt::to_mesh(people::mannequins()->bound_body(), fit.body.betas,
+                             npt::with_fingers(fit.body.axis_angles, hands))
                     .coordinates(),
                 npt::mannequin().triangles()) {}
 
@@ -36,7 +39,7 @@ struct PersonWithHands {
   static npt::CorrespondenceFit fit_in_natural_pose(std::uint64_t seed) {
     npt::Random random(77, seed);
     npt::CorrespondenceFit fit;
-    fit.part_distances.fill(0.012);
+    fit.part_distances.assign(24, 0.012);
     const auto pose = npt::natural_poses().sample(random);
     fit.body.axis_angles.assign(pose.begin(), pose.end());
     fit.body.betas = npt::sample_shape(random, npt::mannequin().shape_count());
@@ -74,7 +77,7 @@ TEST_CASE("hands that lie on the fitted ones aren't looked at") {
   std::array<npt::HandBend, 2> hands;
   hands[1] = {.knuckles = 0.8, .middle = {1.4, 1.4, 1.4, 1.4}};
   PersonWithHands person(4, hands);
-  person.fit.part_distances.fill(0.003);
+  person.fit.part_distances.assign(24, 0.003);
   CHECK(finger_fitter()(person.surface, person.fit) == std::array<npt::HandBend, 2>{});
 }
 

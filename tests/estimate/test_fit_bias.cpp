@@ -3,6 +3,7 @@
 #include <npt/base/error.hpp>
 #include <npt/base/random.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/people_kind.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/estimate/fit_bias.hpp>
 #include <npt/io/safetensors.hpp>
@@ -22,7 +23,10 @@ namespace {
 using npt::joint_index;
 using npt::SmplJoint;
 
-constexpr std::size_t columns = npt::FitBias::columns, rows = npt::FitBias::rows;
+constexpr std::size_t angle_inputs = 69, shape_inputs = 26, columns = angle_inputs + shape_inputs,
+                      rows = angle_inputs + 3;
+
+npt::FitBias bias_of(std::vector<float> b) { return {std::move(b), *npt::people_kind()}; }
 
 /// A mesh in which a body lies with these angles, at the distance of another model's.
 npt::BodyEstimate reading_of(std::uint64_t seed, double distance = 0.006) {
@@ -31,8 +35,7 @@ npt::BodyEstimate reading_of(std::uint64_t seed, double distance = 0.006) {
   reading.fit.relative_distance = distance;
   for (std::size_t i = 0; i < rows; ++i)
     reading.fit.body.axis_angles.push_back(static_cast<float>(0.4 * random.normal()));
-  for (std::size_t i = 0; i < npt::FitBias::shape_count; ++i)
-    reading.fit.body.betas.push_back(static_cast<float>(random.normal()));
+  for (std::size_t i = 0; i < shape_inputs; ++i) reading.fit.body.betas.push_back(static_cast<float>(random.normal()));
   return reading;
 }
 
@@ -58,7 +61,7 @@ double difference(const npt::Matrix3& a, const npt::Matrix3& b) { return std::sq
 npt::FitBias pelvis_with(std::size_t input, float factor) {
   std::vector<float> b(rows * (columns + 1));
   b[(3 * joint_index(SmplJoint::pelvis) + 1) * (columns + 1) + input] = factor;
-  return npt::FitBias(b);
+  return bias_of(std::move(b));
 }
 /// The same with the left hip's angle about x.
 npt::FitBias pelvis_with_hip(float factor) { return pelvis_with(3 * (joint_index(SmplJoint::left_hip) - 1), factor); }
@@ -82,7 +85,7 @@ TEST_CASE("a joint turns in its own frame by what both poses' angles say, the ot
 TEST_CASE("a build's posture is taken out, and stays between meshes of one build") {
   npt::BodyEstimate identity = reading_of(1), pose = reading_of(2);
   constexpr std::size_t shape = 12;
-  const npt::FitBias bias = pelvis_with(npt::FitBias::angle_count + shape, 0.05F);
+  const npt::FitBias bias = pelvis_with(angle_inputs + shape, 0.05F);
   const double turn =
       0.05 * (static_cast<double>(pose.fit.body.betas[shape]) - static_cast<double>(identity.fit.body.betas[shape]));
   REQUIRE(std::abs(turn) > 0.01);
@@ -121,7 +124,7 @@ TEST_CASE("people at rest are fitted so that bias and constant take them to no t
   row(SmplJoint::left_hip, 0)[columns] = 0.1F;
   row(SmplJoint::left_knee, 0)[columns] = -0.05F;
   row(SmplJoint::left_knee, 0)[3 * (joint_index(SmplJoint::left_hip) - 1)] = 0.5F;
-  const auto rest = npt::FitBias(b).people_at_rest();
+  const auto rest = bias_of(b).people_at_rest();
   const double hip = rest[joint_index(SmplJoint::left_hip)].x, knee = rest[joint_index(SmplJoint::left_knee)].x;
   CHECK(hip == doctest::Approx(-0.1));
   CHECK(hip + knee + 0.5 * hip - 0.05 == doctest::Approx(0).epsilon(1e-6));
@@ -133,23 +136,24 @@ TEST_CASE("a file without the numbers, with others or with broken ones is refuse
     npt::write_safetensors(path, std::vector{tensor});
     const npt::SafetensorsFile file = npt::SafetensorsFile::read(path);
     std::filesystem::remove(path);
-    return npt::FitBias(file);
+    return npt::FitBias(file, *npt::people_kind());
   };
   std::vector<float> values(rows * (columns + 1), 0.01F);
-  CHECK_NOTHROW(opened(tensor_of(values, npt::FitBias::shape())));
+  CHECK_NOTHROW(opened(tensor_of(values, npt::FitBias::shape(*npt::people_kind()))));
   CHECK_THROWS_WITH_AS(opened(tensor_of(values, {24, 3, 6, 16})),
                        doctest::Contains("found [24, 3, 6, 16], expected [24, 3, 96]"), npt::Error);
-  npt::FileTensor other = tensor_of(values, npt::FitBias::shape());
+  npt::FileTensor other = tensor_of(values, npt::FitBias::shape(*npt::people_kind()));
   other.name = "another";
   CHECK_THROWS_WITH_AS(opened(other), doctest::Contains("no tensor 'joints'"), npt::Error);
   values[5] = std::numeric_limits<float>::quiet_NaN();
-  CHECK_THROWS_WITH_AS(opened(tensor_of(values, npt::FitBias::shape())), doctest::Contains("NaN"), npt::Error);
+  CHECK_THROWS_WITH_AS(opened(tensor_of(values, npt::FitBias::shape(*npt::people_kind()))), doctest::Contains("NaN"),
+                       npt::Error);
 }
 
 TEST_CASE("the shipped reader's file holds it, and it leaves the mannequin alone") {
   const npt::SafetensorsFile shipped =
       npt::SafetensorsFile::read(std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/human.safetensors");
-  const npt::FitBias bias(shipped.part("fit_bias/"));
+  const npt::FitBias bias(shipped.part("fit_bias/"), *npt::people_kind());
   const npt::BodyEstimate person = reading_of(3), same = reading_of(4);
   CHECK(bias.angles(person, same) != same.fit.body.axis_angles);
   CHECK(bias.angles(reading_of(3, 0.001), reading_of(4, 0.001)) == same.fit.body.axis_angles);

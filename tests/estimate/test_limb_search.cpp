@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <estimate/people.hpp>
 #include <estimate/simulated_correspondences.hpp>
 
 #include <npt/body/mannequin/mannequin.hpp>
@@ -15,8 +16,10 @@
 
 namespace {
 
+constexpr std::size_t legs = 0, arms = 1;  // as people_plan() has them
+
 const npt::CorrespondenceFitter& limb_fitter() {
-  static const npt::CorrespondenceFitter shared(npt::borrowed(npt::mannequin()));
+  static const npt::CorrespondenceFitter shared(people::mannequins());
   return shared;
 }
 
@@ -27,7 +30,7 @@ struct MislaidLimbs {
   npt::CorrespondenceFit right, wrong;
 };
 
-MislaidLimbs mislay(std::uint64_t seed, npt::LimbPair pair) {
+MislaidLimbs mislay(std::uint64_t seed, std::size_t pair) {
   npt::Random random(seed);
   const simulated::Posed posed = simulated::draw(npt::mannequin(), {}, random);
   const npt::FitSurface surface(posed.points, npt::mannequin().triangles());
@@ -37,8 +40,8 @@ MislaidLimbs mislay(std::uint64_t seed, npt::LimbPair pair) {
   const npt::CorrespondenceFit right = limb_fitter().fit(surface, reading);
   npt::CorrespondenceFit wrong = right;
   const npt::NaturalPoses::Pose other = npt::natural_poses().sample(random);
-  for (const std::size_t j : pair == npt::LimbPair::legs ? std::vector<std::size_t>{1, 2, 4, 5, 7, 8}
-                                                         : std::vector<std::size_t>{13, 14, 16, 17, 18, 19})
+  for (const std::size_t j :
+       pair == legs ? std::vector<std::size_t>{1, 2, 4, 5, 7, 8} : std::vector<std::size_t>{13, 14, 16, 17, 18, 19})
     for (std::size_t e = 3 * j; e < 3 * j + 3; ++e) wrong.body.axis_angles[e] = other[e];
   wrong.relative_distance = std::numeric_limits<double>::infinity();
   wrong = limb_fitter().nearest(surface, wrong, std::vector{wrong.body});
@@ -48,9 +51,9 @@ MislaidLimbs mislay(std::uint64_t seed, npt::LimbPair pair) {
 }  // namespace
 
 TEST_CASE("limbs in the wrong place are found again") {
-  const npt::LimbSearch search(npt::borrowed(npt::mannequin()));
+  const npt::LimbSearch search(people::mannequins());
   int mislaid = 0, found = 0;
-  for (const npt::LimbPair pair : {npt::LimbPair::arms, npt::LimbPair::legs})
+  for (const std::size_t pair : {arms, legs})
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
       const MislaidLimbs m = mislay(seed, pair);
       if (m.wrong.relative_distance < 2 * m.right.relative_distance) continue;  // the fit found back alone
@@ -66,11 +69,11 @@ TEST_CASE("limbs in the wrong place are found again") {
 }
 
 TEST_CASE("a search changes nothing but the limbs, and finds the same each time") {
-  const npt::LimbSearch search(npt::borrowed(npt::mannequin()));
-  const MislaidLimbs m = mislay(5, npt::LimbPair::legs);
+  const npt::LimbSearch search(people::mannequins());
+  const MislaidLimbs m = mislay(5, legs);
   const std::vector<npt::LimbSearch::Angles> read{m.right.body.axis_angles};
-  const std::vector<npt::BodyFit> fits = search(m.surface, m.wrong.body, npt::LimbPair::legs, 1, read, 5);
-  const std::vector<npt::BodyFit> again = search(m.surface, m.wrong.body, npt::LimbPair::legs, 1, read, 5);
+  const std::vector<npt::BodyFit> fits = search(m.surface, m.wrong.body, legs, 1, read, 5);
+  const std::vector<npt::BodyFit> again = search(m.surface, m.wrong.body, legs, 1, read, 5);
   REQUIRE(!fits.empty());
   REQUIRE(fits.size() == again.size());
   for (std::size_t i = 0; i < fits.size(); ++i) {
@@ -82,7 +85,7 @@ TEST_CASE("a search changes nothing but the limbs, and finds the same each time"
 }
 
 TEST_CASE("each part's own distance tells limbs in the wrong place") {
-  const MislaidLimbs m = mislay(2, npt::LimbPair::arms);
+  const MislaidLimbs m = mislay(2, arms);
   const auto of = [](const npt::CorrespondenceFit& fit, npt::SmplJoint j) {
     return fit.part_distances[npt::joint_index(j)];
   };

@@ -1,6 +1,10 @@
 #include <doctest/doctest.h>
 
+#include <estimate/people.hpp>
+
 #include <npt/body/mannequin/mannequin.hpp>
+#include <npt/body/people_plan.hpp>
+#include <npt/body/skeleton.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/limb_swap.hpp>
 
@@ -27,7 +31,8 @@ npt::BodyFit legs(float side) {
 }
 
 npt::LimbSwap tangle(const npt::BodyFit& fit, const std::vector<npt::Vec3d>& mesh) {
-  return {npt::BodyLookUp(npt::mannequin(), fit, 1), mesh, npt::mannequin().triangles()};
+  return {npt::people_plan(), npt::BodyLookUp(npt::mannequin(), fit, 1, npt::smpl_joint_count), mesh,
+          npt::mannequin().triangles()};
 }
 
 }  // namespace
@@ -53,7 +58,7 @@ TEST_CASE("crossed shins that were fitted as if they went apart are told, and fi
   REQUIRE(mended);
   CHECK(mended->size() > 1000);
 
-  const npt::CorrespondenceFitter fitter(npt::borrowed(npt::mannequin()));
+  const npt::CorrespondenceFitter fitter(people::mannequins());
   const npt::CorrespondenceFit fit = fitter.fit(npt::FitSurface(points, npt::mannequin().triangles()), *mended);
   const std::vector<npt::Vec3d> joints = npt::fitted_joints(npt::mannequin(), fit.body),
                                 truth = npt::fitted_joints(npt::mannequin(), right);
@@ -71,6 +76,7 @@ TEST_CASE("small pieces say nothing of legs, and a mesh of nothing else can't be
     for (const std::uint32_t v : t) corners.push_back(points[v]);
     apart.push_back({first, first + 1, first + 2});
   }
-  const npt::LimbSwap pieces(npt::BodyLookUp(npt::mannequin(), legs(1), 1), corners, apart);
+  const npt::LimbSwap pieces(npt::people_plan(), npt::BodyLookUp(npt::mannequin(), legs(1), 1, npt::smpl_joint_count),
+                             corners, apart);
   CHECK_FALSE(pieces.mended());
 }

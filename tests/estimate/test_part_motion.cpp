@@ -5,6 +5,8 @@
 #include <npt/base/error.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
+#include <npt/body/people_plan.hpp>
+#include <npt/body/skeleton.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/part_motion.hpp>
 
@@ -36,7 +38,7 @@ Case make(std::uint64_t seed, const simulated::Noise& noise) {
 
 const npt::CorrespondenceTemplate& rest() {
   static const npt::BodyLevel level(npt::mannequin(), 1200);
-  static const npt::CorrespondenceTemplate surface(npt::mannequin(), level);
+  static const npt::CorrespondenceTemplate surface(npt::mannequin(), level, npt::people_plan());
   return surface;
 }
 
@@ -90,7 +92,7 @@ TEST_CASE("a mesh in another unit has another size, and the same rotations") {
   for (std::size_t i = 0; i < 72; ++i) CHECK(std::abs(after.axis_angles[i] - before.axis_angles[i]) < 1e-6);
 }
 
-TEST_CASE("too few points, places that are no numbers, and a body with other joints are errors") {
+TEST_CASE("too few points, and places that are no numbers, are errors") {
   Case c = make(8, {});
   npt::Correspondences few(c.reading.begin(), c.reading.begin() + 19);
   CHECK_THROWS_AS(npt::part_motion(rest(), few), npt::Error);

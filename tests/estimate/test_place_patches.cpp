@@ -1,5 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <npt/body/people_plan.hpp>
+#include <npt/body/skeleton.hpp>
 #include <npt/estimate/place_patches.hpp>
 
 #include <cstddef>
@@ -26,19 +28,25 @@ struct Strip {
     triangles.push_back({next - 2, next, next - 1});
     triangles.push_back({next - 1, next, next + 1});
   }
-  npt::PlacePatches patches() const { return {points, triangles, npt::edges_of_triangles(triangles), places}; }
+  npt::PlacePatches patches() const {
+    return {npt::people_plan(), points, triangles, npt::edges_of_triangles(triangles), places};
+  }
 };
+
+bool continuous(const npt::BodyPlace& a, const npt::BodyPlace& b, double distance) {
+  return npt::continuous_places(npt::people_plan(), npt::smpl_parents, a, b, distance);
+}
 
 }  // namespace
 
 TEST_CASE("places are continuous along a limb and between thighs, not from leg to leg") {
-  CHECK(npt::continuous_places(left_thigh, left_thigh, 0));
-  CHECK(npt::continuous_places(left_thigh, {{0.06, -0.38, 0}, 4}, 0.02));
-  CHECK(npt::continuous_places({{0.01, -0.1, 0}, 1}, {{-0.01, -0.1, 0}, 2}, 0.02));
-  CHECK_FALSE(npt::continuous_places(left_thigh, right_thigh, 0.02));
-  CHECK_FALSE(npt::continuous_places(left_shin, right_thigh, 0.3));
-  CHECK_FALSE(npt::continuous_places(left_shin, right_shin, 0.01));
-  CHECK_FALSE(npt::continuous_places(left_thigh, left_shin, 0.02));
+  CHECK(continuous(left_thigh, left_thigh, 0));
+  CHECK(continuous(left_thigh, {{0.06, -0.38, 0}, 4}, 0.02));
+  CHECK(continuous({{0.01, -0.1, 0}, 1}, {{-0.01, -0.1, 0}, 2}, 0.02));
+  CHECK_FALSE(continuous(left_thigh, right_thigh, 0.02));
+  CHECK_FALSE(continuous(left_shin, right_thigh, 0.3));
+  CHECK_FALSE(continuous(left_shin, right_shin, 0.01));
+  CHECK_FALSE(continuous(left_thigh, left_shin, 0.02));
 }
 
 TEST_CASE("patches end where places jump; what is cut off from most of its piece is torn") {

@@ -1,8 +1,11 @@
 #include <doctest/doctest.h>
 
+#include <estimate/people.hpp>
+
 #include <npt/base/random.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
+#include <npt/body/people_plan.hpp>
 #include <npt/estimate/pose_prior.hpp>
 #include <npt/solve/normal_equations.hpp>
 
@@ -23,7 +26,8 @@ TEST_CASE("gradient and curvature of the pose prior agree with differences") {
   npt::Random random(3);
   std::vector<double> theta(72), gradient, before, after;
   for (double& t : theta) t = 0.5 * random.normal();
-  for (const npt::PosePrior& prior : {npt::PosePrior(npt::mannequin()), npt::PosePrior::natural(npt::mannequin())}) {
+  for (const npt::PosePrior& prior :
+       {npt::PosePrior(npt::mannequin(), npt::people_plan()), npt::PosePrior::natural(*people::mannequins())}) {
     value(prior, theta, gradient);
     npt::NormalEquations equations(75);
     prior.add_curvature(theta, 0.7, 0.4, 3, equations);
@@ -41,7 +45,7 @@ TEST_CASE("gradient and curvature of the pose prior agree with differences") {
 }
 
 TEST_CASE("natural poses are likelier than wild ones under the natural prior") {
-  const npt::PosePrior prior = npt::PosePrior::natural(npt::mannequin());
+  const npt::PosePrior prior = npt::PosePrior::natural(*people::mannequins());
   npt::Random random(4);
   std::vector<double> gradient;
   for (int i = 0; i < 20; ++i) {

@@ -12,7 +12,7 @@ namespace {
 /// Of a person.
 npt::EstimateResiduals usual_residuals() {
   npt::EstimateResiduals residuals{.correspondences = 0.03, .surface = 0.006, .pose = 0.8, .shape = 20};
-  residuals.joints.fill(0.03);
+  residuals.joints.assign(24, 0.03);
   return residuals;
 }
 

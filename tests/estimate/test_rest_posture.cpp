@@ -3,6 +3,7 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/people_kind.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/rest_posture.hpp>
@@ -18,14 +19,14 @@ using enum npt::SmplJoint;
 
 /// How people at rest are fitted: the head a little back.
 constexpr double back = 0.047;
-std::array<npt::Vec3d, npt::smpl_joint_count> people() {
-  std::array<npt::Vec3d, npt::smpl_joint_count> rest{};
+std::vector<npt::Vec3d> at_ease() {
+  std::vector<npt::Vec3d> rest(npt::smpl_joint_count);
   rest[npt::joint_index(head)] = {-back, 0, 0};
   return rest;
 }
-double own_rest(const npt::BodyEstimate& estimate) { return npt::own_rest(people(), estimate); }
+double own_rest(const npt::BodyEstimate& estimate) { return npt::own_rest(*npt::people_kind(), at_ease(), estimate); }
 std::vector<float> from_own_rest(const npt::BodyEstimate& identity, const std::vector<float>& angles) {
-  return npt::from_own_rest(people(), identity, angles);
+  return npt::from_own_rest(*npt::people_kind(), at_ease(), identity, angles);
 }
 
 /// A T pose, a joint turned about x beyond people's.

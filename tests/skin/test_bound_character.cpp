@@ -68,12 +68,12 @@ TEST_CASE("a skeleton's motions, blended by all weights, are the pose; its joint
   const npt::BodyEstimate reading = transfer.read(b.view());
   std::vector<float> result(a.mesh.coordinates().size());
   transfer.pose(character, reading, result);
-  const npt::SkinnedSkeleton skeleton = character.skeleton(transfer.fingered_body(), npt::JointNames::mixamo);
-  const std::vector<npt::Affine> motions =
-      character.motions_in_place(transfer.fingered_body(), character.angles(reading.fit.body.axis_angles, reading));
+  const npt::SkinnedSkeleton skeleton = character.skeleton(transfer.kind());
+  const std::vector<npt::Affine> motions = character.motions_in_place(
+      transfer.kind(), character.angles(transfer.kind(), reading.fit.body.axis_angles, reading));
   REQUIRE(skeleton.joint_count() == npt::fingered_joint_count);
-  CHECK(skeleton.names[0] == "mixamorig:Hips");
-  CHECK(character.skeleton(transfer.fingered_body()).names[15] == npt::joint_name(15, npt::JointNames::vrm));
+  CHECK(skeleton.names[15] == npt::joint_name(15, npt::JointNames::vrm));
+  CHECK(npt::joint_name(0, npt::JointNames::mixamo) == "mixamorig:Hips");
   CHECK(npt::joint_name(20, npt::JointNames::smpl) == "l_wrist");
   CHECK(npt::joint_name(npt::middle_finger_joint(0, 0), npt::JointNames::vrm) == "leftIndexIntermediate");
   CHECK(npt::joint_name(npt::middle_finger_joint(1, 3) + 1, npt::JointNames::mixamo) == "mixamorig:RightHandPinky3");

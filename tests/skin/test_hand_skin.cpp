@@ -1,6 +1,8 @@
 // Through body_weights(), which uses it for closed hands.
 #include <doctest/doctest.h>
 
+#include <estimate/people.hpp>
+
 #include <npt/body/kinematics.hpp>
 #include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
@@ -17,10 +19,7 @@ namespace {
 
 using npt::Vec3d;
 
-const npt::BodyModel& fingered_mannequin() {
-  static const npt::BodyModel body = npt::with_finger_joints(npt::mannequin());
-  return body;
-}
+const npt::BodyModel& fingered_mannequin() { return people::mannequins()->bound_body(); }
 
 constexpr npt::HandBend fist{.knuckles = 0.7, .middle = {1.5, 1.5, 1.5, 1.5}};
 const std::vector<float> straight(3 * npt::smpl_joint_count, 0.0F);
@@ -41,7 +40,7 @@ npt::SparseMatrix fist_weights(double off, std::array<npt::skeleton::internal::H
   for (double& m : other.middle) m += off;
   npt::BodyFit fit;
   fit.axis_angles = npt::with_fingers(straight, {other, other});
-  return npt::body_weights(fingered_mannequin(), fit, skin_points(npt::with_fingers(straight, {fist, fist})),
+  return npt::body_weights(*people::mannequins(), fit, skin_points(npt::with_fingers(straight, {fist, fist})),
                            fingered_mannequin().triangles(), {.closed = {closed, closed}}, measured);
 }
 
@@ -113,7 +112,7 @@ TEST_CASE("hands without fingers, and what is no hand, bend with the hand's join
   fit.axis_angles = npt::with_fingers(straight, {});
   const auto fingers_of = [&](std::span<const Vec3d> mesh, std::span<const npt::Triangle> triangles) {
     std::array<npt::skeleton::internal::HandMeasure, 2> measured;
-    const npt::SparseMatrix weights = npt::body_weights(fingered_mannequin(), fit, mesh, triangles, {}, &measured);
+    const npt::SparseMatrix weights = npt::body_weights(*people::mannequins(), fit, mesh, triangles, {}, &measured);
     const bool bend = std::ranges::any_of(weights.column, [](std::uint32_t j) { return j >= npt::smpl_joint_count; });
     CHECK(bend == (measured[0].fingers || measured[1].fingers));
     return std::array{measured[0].fingers, measured[1].fingers};

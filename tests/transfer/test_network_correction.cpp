@@ -69,10 +69,10 @@ struct Pair {
 };
 
 std::vector<float> fitted(const Pair& pair) {
-  return pair.character.angles(pair.reading.fit.body.axis_angles, pair.reading);
+  return pair.character.angles(bodies().kind(), pair.reading.fit.body.axis_angles, pair.reading);
 }
 std::vector<float> asked(const Pair& pair) {
-  return correction().angles(bodies().fingered_body(), pair.character, pair.reading, fitted(pair));
+  return correction().angles(bodies().kind(), pair.character, pair.reading, fitted(pair));
 }
 
 }  // namespace

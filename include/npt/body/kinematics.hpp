@@ -11,10 +11,19 @@
 #include <npt/config.hpp>
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
+
+/// How many bones lead from one joint to another.
+/// Requires  every joint after its parent
+constexpr std::size_t bones_between(std::span<const int> parents, std::uint32_t a, std::uint32_t b) {
+  std::size_t bones = 0;
+  for (; a != b; ++bones) (a > b ? a : b) = static_cast<std::uint32_t>(parents[a > b ? a : b]);
+  return bones;
+}
 
 /// Joint j of axis angles [J, 3] as a rotation in its parent's frame.
 NPT_INLINE Matrix3 joint_rotation(std::span<const float> axis_angles, std::size_t j) {

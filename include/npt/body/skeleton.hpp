@@ -7,7 +7,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string_view>
 
 namespace npt::inline NPT_ABI {
@@ -71,13 +70,5 @@ inline constexpr std::array<std::string_view, smpl_joint_count> smpl_joint_names
     "pelvis",     "l_hip",      "r_hip",   "spine1",  "l_knee",  "r_knee",   "spine2",   "l_ankle",
     "r_ankle",    "spine3",     "l_foot",  "r_foot",  "neck",    "l_collar", "r_collar", "head",
     "l_shoulder", "r_shoulder", "l_elbow", "r_elbow", "l_wrist", "r_wrist",  "l_hand",   "r_hand"};
-
-/// How many bones lead from one joint to another.
-/// Requires  every joint after its parent
-constexpr std::size_t bones_between(std::span<const int> parents, std::uint32_t a, std::uint32_t b) {
-  std::size_t bones = 0;
-  for (; a != b; ++bones) (a > b ? a : b) = static_cast<std::uint32_t>(parents[a > b ? a : b]);
-  return bones;
-}
 
 }  // namespace npt::inline NPT_ABI

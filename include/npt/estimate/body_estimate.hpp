@@ -1,5 +1,5 @@
 /// How a body lies in a mesh, and what can be said of it: how reliable it is, what a user should know.
-/// Shapes    fit: as BodyFit, of SMPL's 24 joints
+/// Shapes    fit: as BodyFit, of the J joints of a kind's plan
 /// Units     metres, radians; centre in the mesh's unit
 #pragma once
 
@@ -7,14 +7,13 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/sort.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/body_plan.hpp>
+#include <npt/body/hands.hpp>
 #include <npt/body/kinematics.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/confidence.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
-#include <npt/estimate/finger_fit.hpp>
 #include <npt/estimate/fit_surface.hpp>
-#include <npt/estimate/limb_search.hpp>
 #include <npt/estimate/residuals.hpp>
 #include <npt/estimate/surface_track.hpp>
 #include <npt/estimate/warning_code.hpp>
@@ -47,28 +46,30 @@ struct BasicBodyEstimate {
   std::size_t followed = 0;                   ///< how many frames ago a mesh of the sequence was read for itself
   EstimateResiduals residuals;                ///< what speaks against it
   double confidence = 0;                      ///< ConfidenceModel of the residuals
-  std::array<double, smpl_joint_count> joint_confidence{};  ///< the same of each joint alone
+  std::vector<double> joint_confidence;       ///< [J] the same of each joint alone
 
-  /// Whether an arm or a leg is that much farther from the surface than the other parts that it may be in the wrong
+  /// Whether a limb of a pair is that much farther from the surface than the other parts that it may be in the wrong
   /// place. Of 300 mannequins estimated right 18 are in doubt; of 60 people of another model's shapes 4, one of them
   /// rightly.
-  bool doubtful(LimbPair pair) const {
-    std::array<double, smpl_joint_count> all = fit.part_distances;
+  bool doubtful(const LimbPair& pair) const {
+    std::vector<double> all = fit.part_distances;
     double off = 0;
     for (const std::size_t j : joints_of(pair)) off = std::max(off, all[j]);
     return off > std::max(0.003, 1.7 * median(std::span<double>(all)));
   }
   /// Of the joints of both limbs.
-  double least_joint_confidence(LimbPair pair) const {
+  double least_joint_confidence(const LimbPair& pair) const {
     double least = 1;
-    for (const std::size_t j : joints_of(pair)) least = std::min(least, joint_confidence[j]);
+    for (const std::size_t j : joints_of(pair))
+      least = std::min(least, joint_confidence.empty() ? 0 : joint_confidence[j]);
     return least;
   }
-  static constexpr std::array<std::size_t, 6> joints_of(LimbPair pair) {
-    using enum SmplJoint;
-    return pair == LimbPair::legs
-               ? joint_indices(left_hip, right_hip, left_knee, right_knee, left_ankle, right_ankle)
-               : joint_indices(left_shoulder, right_shoulder, left_elbow, right_elbow, left_wrist, right_wrist);
+  /// From where a limb begins to where its end does.
+  static std::vector<std::size_t> joints_of(const LimbPair& pair) {
+    std::vector<std::size_t> all;
+    for (const std::vector<std::size_t>& joints : pair.joints)
+      for (std::size_t k = pair.first; k <= pair.middle() + 1; ++k) all.push_back(joints[k]);
+    return all;
   }
   /// The body's own vertical axis, from pelvis to chest, in the mesh's coordinates; unit.
   Vec3d up() const { return fit.body.axis_angles.empty() ? Vec3d{0, 1, 0} : joint_rotation(0) * Vec3d{0, 1, 0}; }
@@ -80,8 +81,8 @@ struct BasicBodyEstimate {
     return rotation_matrix({0, -std::atan2(front.x, front.z), 0});
   }
   static constexpr double odd_shape = 450;  ///< CorrespondenceFit::shape_deviation from which on a user is told
-  /// What a user should know of the mesh, or nothing.
-  std::vector<WarningCode> warnings() const {
+  /// What a user should know of the mesh, or nothing. Limbs behind a girdle count as arms, the others as legs.
+  std::vector<WarningCode> warnings(const BodyPlan& plan) const {
     using enum WarningCode;
     std::vector<WarningCode> codes;
     const Vec3d axis = up();
@@ -90,8 +91,10 @@ struct BasicBodyEstimate {
     else if (axis.y < 0.5)
       codes.push_back(std::abs(axis.z) > 0.85 ? lying_or_z_up : lying);
     // Where more of these than not are wrong.
-    if (least_joint_confidence(LimbPair::arms) < 0.5) codes.push_back(arms_uncertain);
-    if (least_joint_confidence(LimbPair::legs) < 0.5) codes.push_back(legs_uncertain);
+    bool arms = false, legs = false;
+    for (const LimbPair& pair : plan.limb_pairs()) (pair.first > 0 ? arms : legs) |= least_joint_confidence(pair) < 0.5;
+    if (arms) codes.push_back(arms_uncertain);
+    if (legs) codes.push_back(legs_uncertain);
     if (confidence < high_confidence && fit.shape_deviation() > odd_shape) codes.push_back(unusual_proportions);
     if (fit.facing < 0) codes.push_back(faces_inward);
     if (!figure.empty()) codes.push_back(part_of_mesh);

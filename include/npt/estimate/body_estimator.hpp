@@ -1,6 +1,6 @@
-/// Estimates how a body lies in a mesh: a network says where each point belongs on a resting body, and the body with
-/// proportions is fitted to points, their places and the surface. Of several fits the one stays that the least speaks
-/// against (estimate_search.hpp).
+/// Estimates how a body of a kind lies in a mesh: a network says where each point belongs on a resting body, and the
+/// body with proportions is fitted to points, their places and the surface. Of several fits the one stays that the
+/// least speaks against (estimate_search.hpp).
 /// Shapes    meshes: [V, 3] floats with triangles
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Numerics  the same bits for any number of threads
@@ -12,10 +12,8 @@
 #include <npt/base/default_executor.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/mannequin/finger_joints.hpp>
-#include <npt/body/mannequin/mannequin.hpp>
-#include <npt/body/proportions.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/confidence.hpp>
@@ -55,19 +53,18 @@ struct BodyEstimatorOptions {
 template <class Exec = DefaultExecutor>
 class BasicBodyEstimator {
  public:
-  explicit BasicBodyEstimator(BasicCorrespondenceEstimator<Exec> reader, BodyEstimatorOptions options = {})
+  /// reader: of places on the kind's body at rest
+  BasicBodyEstimator(BasicCorrespondenceEstimator<Exec> reader, std::shared_ptr<const BodyKind> kind,
+                     BodyEstimatorOptions options = {})
       : reader_(std::move(reader)),
         options_(std::move(options)),
-        fitter_(std::make_unique<CorrespondenceFitter>(
-            std::make_shared<const BodyModel>(with_proportions(mannequin(), human_proportion_deviations)),
-            options_.fit)),
-        fingers_(std::make_shared<const BodyModel>(with_finger_joints(fitter_->model()))),
-        limbs_(fitter_->shared_model()) {}
+        fitter_(std::make_unique<CorrespondenceFitter>(kind, options_.fit)),
+        fingers_(kind),
+        limbs_(std::move(kind)) {}
 
-  /// SMPL's 24 joints: what is fitted.
+  const BodyKind& kind() const noexcept { return fitter_->kind(); }
+  /// What is fitted.
   const BodyModel& body() const noexcept { return fitter_->model(); }
-  /// With finger joints, 40.
-  const BodyModel& fingered_body() const noexcept { return fingers_.model(); }
 
   /// How a body lies in a mesh, or in some of its pieces where the whole is no person: on a floor, beside another.
   BodyEstimate read(const MeshView& mesh, const Control& control = {}) const {
@@ -119,6 +116,8 @@ class BasicBodyEstimator {
   BodyEstimate read_whole(const MeshView& mesh, const Control& control) const {
     control.step(0);
     BodyEstimate nothing;
+    nothing.fit.part_distances.resize(kind().joint_count());
+    nothing.joint_confidence.resize(kind().joint_count());
     nothing.surface = surface_of(mesh, nothing);
     if (mesh.xyz.size() < 3 * fewest_vertices) return nothing;
     const auto all = nothing.surface->samples();

@@ -8,7 +8,6 @@
 
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/mesh/closest_point.hpp>
@@ -26,22 +25,23 @@ namespace npt::inline NPT_ABI {
 /// A place on a body.
 struct BodyPlace {
   Vec3d rest;              ///< on the mean shape at rest
-  std::uint32_t part = 0;  ///< the SMPL joint that moves it most; a finger counts as its hand
+  std::uint32_t part = 0;  ///< the joint that moves it most
 };
 
 NPT_INLINE_CLASS(class, BodyLookUp);
 template <class>
 class BasicBodyLookUp {
  public:
-  /// facing: 1: the mesh's triangles turn outwards; -1: inwards; 0: that is not known
-  BasicBodyLookUp(const BodyModel& model, const BodyFit& fit, double facing)
+  /// facing: 1: the mesh's triangles turn outwards; -1: inwards; 0: that is not known. joints: how many count as parts
+  /// of their own; one behind them, a finger's, counts as what it hangs from
+  BasicBodyLookUp(const BodyModel& model, const BodyFit& fit, double facing, std::size_t joints)
       : model_(model), facing_(facing), body_(fitted_points(model, fit)), tree_(body_, model.triangles()) {
     normals_.reserve(model.triangles().size());
     for (const Triangle& t : model.triangles())
       normals_.push_back(normalised(cross(body_[t[1]] - body_[t[0]], body_[t[2]] - body_[t[0]])));
     parts_ = model.tables().weights.heaviest_columns();
     for (std::uint32_t& part : parts_)
-      while (part >= smpl_joint_count) part = static_cast<std::uint32_t>(model.tables().parents[part]);
+      while (part >= joints) part = static_cast<std::uint32_t>(model.tables().parents[part]);
   }
 
   /// [V] the body's vertices as fitted

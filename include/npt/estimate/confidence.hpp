@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <string>
 #include <system_error>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
@@ -70,8 +71,8 @@ struct ConfidenceModel {
 
   double operator()(const EstimateResiduals& residuals) const { return estimate(residuals.features()); }
   /// That of a joint: by the correspondences about it, and by the odds of the whole.
-  std::array<double, smpl_joint_count> of_joints(const EstimateResiduals& residuals) const {
-    std::array<double, smpl_joint_count> all{};
+  std::vector<double> of_joints(const EstimateResiduals& residuals) const {
+    std::vector<double> all(residuals.joints.size());
     const double odds = estimate.odds(residuals.features());
     for (std::size_t j = 0; j < all.size(); ++j) all[j] = joint({residuals.joint_feature(j), odds});
     return all;

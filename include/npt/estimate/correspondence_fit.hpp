@@ -8,7 +8,7 @@
 ///                as under clothes, the places count too
 /// Distances are taken along normals: the step is that of "point to plane"; where a point has left the other surface's
 /// end, along the line to it.
-/// Shapes    x as DifferentiableBody's: [translation, axis angles 24 x 3, betas S]
+/// Shapes    x as DifferentiableBody's: [translation, axis angles J x 3, betas S]
 /// Units     those of the model, metres; E in square centimetres
 /// Numerics  double; some 20 steps, 75 to 100 ms on one core of an EPYC with AVX-512, whatever the mesh's size. Of 50
 ///           mannequins in natural poses, read with errors of 5 cm, a tenth of the places wild and limbs swapped, 47
@@ -25,8 +25,9 @@
 #include <npt/base/executor.hpp>
 #include <npt/base/sort.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/skeleton.hpp>
+#include <npt/body/body_plan.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_level.hpp>
 #include <npt/estimate/correspondence_problem.hpp>
@@ -78,7 +79,7 @@ struct CorrespondenceFit {
   double facing = 1;                   ///< 1: the mesh's triangles turn outwards, -1: inwards, 0: can't be said
   double pose_deviation = 0;           ///< how improbable the pose is: the mean of squared deviations of natural poses
   /// As relative_distance, of each part alone.
-  std::array<double, smpl_joint_count> part_distances{};
+  std::vector<double> part_distances;
 
   /// The shape's sum of squared deviations: people up to 60, bodies with random proportions 270, a frog with a head of
   /// a third of his height 850; a tree 2800, a lamp 1900, a table, to which a body can be flattened, 700 to 1300.
@@ -92,16 +93,23 @@ NPT_INLINE_CLASS(class, CorrespondenceFitter);
 template <class>
 class BasicCorrespondenceFitter {
  public:
-  explicit BasicCorrespondenceFitter(std::shared_ptr<const BodyModel> model, CorrespondenceFitOptions options = {})
-      : model_(checked(std::move(model))),
+  explicit BasicCorrespondenceFitter(std::shared_ptr<const BodyKind> kind, CorrespondenceFitOptions options = {})
+      : kind_(checked_kind(std::move(kind))),
+        model_(kind_->body),
         options_(std::move(options)),
         coarse_(*model_, options_.coarse_vertices),
         full_(BodyLevel::full(*model_, options_.probes)),
         coarse_tree_(coarse_.rest_points(), coarse_.triangles()),
         full_tree_(full_.rest_points(), full_.triangles()),
-        template_(*model_, coarse_),
-        prior_(PosePrior::natural(*model_)),
-        main_part_(model_->tables().weights.heaviest_columns()) {
+        template_(*model_, coarse_, kind_->plan),
+        prior_(PosePrior::natural(*kind_)),
+        main_part_(model_->tables().weights.heaviest_columns()),
+        turns_freely_(kind_->joint_count()) {
+    for (std::size_t j = 0; j < turns_freely_.size(); ++j)
+      turns_freely_[j] = kind_->plan.joints[j].kind == JointKind::tip;
+    for (const LimbPair& limb : template_.limbs())
+      for (const auto& joints : limb.joints)
+        if (limb.first > 0) turns_freely_[joints[limb.middle() + 1]] = true;
     for (const Triangle& t : full_.triangles()) {
       const std::span<const Vec3d> rest = full_.rest_points();
       area_ += 0.5 * length(cross(rest[t[1]] - rest[t[0]], rest[t[2]] - rest[t[0]]));
@@ -111,7 +119,7 @@ class BasicCorrespondenceFitter {
   BasicCorrespondenceFitter& operator=(const BasicCorrespondenceFitter&) = delete;
 
   const BodyModel& model() const noexcept { return *model_; }
-  std::shared_ptr<const BodyModel> shared_model() const noexcept { return model_; }
+  const BodyKind& kind() const noexcept { return *kind_; }
   /// The resting body that places are read on.
   const CorrespondenceTemplate& correspondence_template() const noexcept { return template_; }
   const CorrespondenceFitOptions& options() const noexcept { return options_; }
@@ -191,7 +199,7 @@ class BasicCorrespondenceFitter {
 
   struct Candidate {
     std::size_t reading = 0;
-    SwappedLimbs swapped;
+    SwappedLimbs swapped = 0;
     PartMotion motion;
     std::vector<double> x;
     double value = std::numeric_limits<double>::infinity();
@@ -204,12 +212,6 @@ class BasicCorrespondenceFitter {
   static void for_each_of(std::vector<Candidate>& candidates, const Exec& executor, const F& f) {
     executor.for_each(static_cast<int>(candidates.size()),
                       [&](int i, int) { f(candidates[static_cast<std::size_t>(i)]); });
-  }
-
-  static std::shared_ptr<const BodyModel> checked(std::shared_ptr<const BodyModel> model) {
-    if (!model) throw Error({.file = "body", .found = "none", .expected = "a body model"});
-    if (model->triangles().empty()) throw Error({.file = "body", .found = "no triangles", .expected = "a surface"});
-    return model;
   }
 
   /// Half and one and a half times the body's size fit as well as its own.
@@ -234,7 +236,7 @@ class BasicCorrespondenceFitter {
       c.motion = part_motion(template_, std::span(r).first(std::min(options_.ranked_points, r.size())), swapped);
     };
     const auto sort = [&] { stable_sort_by(all, [](const Candidate& c) { return c.motion.residual; }); };
-    for (std::size_t i = 0; i < readings.size(); ++i) add(i, {});
+    for (std::size_t i = 0; i < readings.size(); ++i) add(i, 0);
     sort();
     const double size = all.front().motion.size;
     std::erase_if(all, [](const Candidate& c) { return !has_body_size(c.motion); });
@@ -244,9 +246,7 @@ class BasicCorrespondenceFitter {
                    .expected = "about its size: the model's unit, metres"});
     const std::size_t whole = std::min<std::size_t>(all.size(), 2);
     for (std::size_t i = 0; i < whole; ++i)
-      for (const SwappedLimbs swapped :
-           {SwappedLimbs{true, false}, SwappedLimbs{false, true}, SwappedLimbs{true, true}})
-        add(all[i].reading, swapped);
+      for (SwappedLimbs swapped = 1; swapped >> template_.limbs().size() == 0; ++swapped) add(all[i].reading, swapped);
     sort();
     std::vector<Candidate> kept;
     for (Candidate& c : all) {
@@ -260,11 +260,10 @@ class BasicCorrespondenceFitter {
 
   /// Whether two motions are too much alike for two fits.
   bool same(const PartMotion& a, const PartMotion& b) const {
-    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+    for (std::size_t j = 0; j < a.parts.size(); ++j) {
       const Vec3d joint = template_.joints()[j];
       if (length(a.parts[j](joint) - b.parts[j](joint)) > 0.05 * a.size) return false;
-      const bool end = j >= joint_index(SmplJoint::left_wrist) || smpl_parents[j] == 7 || smpl_parents[j] == 8;
-      if (!end && (a.parts[j].rotation - b.parts[j].rotation).squared_norm() > 0.5) return false;
+      if (!turns_freely_[j] && (a.parts[j].rotation - b.parts[j].rotation).squared_norm() > 0.5) return false;
     }
     return true;
   }
@@ -340,7 +339,8 @@ class BasicCorrespondenceFitter {
     result.relative_distance = result.body.distance / size;
     const std::size_t probes = problem.probe_matches();
     double body = 0, mesh = 0, body_all = 0, mesh_all = 0;
-    std::array<double, smpl_joint_count> part_sums{}, part_weights{};
+    const std::size_t joints = model_->joint_count();
+    std::vector<double> part_sums(joints), part_weights(joints);
     for (std::size_t i = 0; i < problem.matches().size(); ++i) {
       const auto& m = problem.matches()[i];
       if (i < probes || m.squared >= 0) {
@@ -353,7 +353,8 @@ class BasicCorrespondenceFitter {
       (i < probes ? body_all : mesh_all) += m.weight;
       if (near) (i < probes ? body : mesh) += m.weight;
     }
-    for (std::size_t j = 0; j < smpl_joint_count; ++j)
+    result.part_distances.resize(joints);
+    for (std::size_t j = 0; j < joints; ++j)
       if (part_weights[j] > 0) result.part_distances[j] = std::sqrt(part_sums[j] / part_weights[j]) / size;
     result.body_explained = body_all > 0 ? body / body_all : 0;
     result.mesh_explained = mesh_all > 0 ? mesh / mesh_all : 0;
@@ -372,13 +373,15 @@ class BasicCorrespondenceFitter {
     return result;
   }
 
-  std::shared_ptr<const BodyModel> model_;
+  std::shared_ptr<const BodyKind> kind_;
+  std::shared_ptr<const BodyModel> model_;  ///< the kind's
   CorrespondenceFitOptions options_;
   BodyLevel coarse_, full_;
   TriangleTree coarse_tree_, full_tree_;  ///< at rest: fits move copies
   CorrespondenceTemplate template_;
   PosePrior prior_;
   std::vector<std::uint32_t> main_part_;  ///< [V] joint with the greatest weight
+  std::vector<bool> turns_freely_;  ///< [J] what has hardly a direction of its own: tips, and hands about their arms
   double area_ = 0;
 };
 

@@ -1,6 +1,6 @@
 /// One fit of a body to a read surface, by Levenberg and Marquardt's method: what is summed, its derivatives, steps.
 /// reading_fit.hpp says which stages follow each other, and gives E.
-/// Shapes    x as DifferentiableBody's: [translation, axis angles 24 x 3, betas S]
+/// Shapes    x as DifferentiableBody's: [translation, axis angles J x 3, betas S]
 /// Units     metres; E in square centimetres
 /// Threads   one problem belongs to one thread
 /// Source    Chen and Medioni, "Object modelling by registration of multiple range images", 1992 (point to plane);

@@ -13,8 +13,8 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/body_plan.hpp>
 #include <npt/body/kinematics.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/body_look_up.hpp>
@@ -104,7 +104,7 @@ class EstimateSearch {
     points.reserve(welding.point_count());
     for (const std::uint32_t v : welding.vertex_of) points.push_back(all[v]);
     const auto swap_of = [&](const CorrespondenceFit& fit) {
-      return LimbSwap(BodyLookUp(fitter_.model(), fit.body, fit.facing), points, triangles);
+      return LimbSwap(plan(), look_up(fit), points, triangles);
     };
     const LimbSwap now = swap_of(best_.fit);
     best_.residuals.torn = now.torn();
@@ -117,6 +117,11 @@ class EstimateSearch {
   }
 
  private:
+  const BodyPlan& plan() const noexcept { return fitter_.kind().plan; }
+  BodyLookUp look_up(const CorrespondenceFit& fit) const {
+    return {fitter_.model(), fit.body, fit.facing, plan().joint_count()};
+  }
+
   /// Beyond it views are no person's, in metres: people have 0.02 to 0.12 and some 0.17 before limbs are swapped, a
   /// tetrahedron or a cube 0.2 and more; without it a tetrahedron takes 3 s.
   static constexpr double hopeless_residual = 0.19;
@@ -153,9 +158,9 @@ class EstimateSearch {
   void measure_correspondences(BodyEstimate& estimate) const {
     const auto few = views_.few(samples_);
     const Correspondences seen = views_.one(few, estimate.joint_rotation(0).transposed());
-    const BodyLookUp body(fitter_.model(), estimate.fit.body, estimate.fit.facing);
+    const BodyLookUp body = look_up(estimate.fit);
     Mean all;
-    std::array<Mean, smpl_joint_count> parts{};
+    std::vector<Mean> parts(plan().joint_count());
     std::uint32_t hint = no_index;
     for (std::size_t i = 0; i < few.size(); ++i) {
       const BodyPlace place = body.place(body(few[i].point, few[i].normal, hint));
@@ -164,9 +169,10 @@ class EstimateSearch {
       parts[place.part].add(off);
     }
     estimate.residuals.correspondences = all.value();
+    estimate.residuals.joints.resize(parts.size());
     for (std::size_t j = 0; j < parts.size(); ++j) {
       Mean both = parts[j];
-      if (smpl_parents[j] >= 0) both.add(parts[static_cast<std::size_t>(smpl_parents[j])]);
+      if (j > 0) both.add(parts[parent(j)]);
       estimate.residuals.joints[j] = both.count > 0 ? both.value() : all.value();
     }
   }
@@ -177,15 +183,17 @@ class EstimateSearch {
     double value() const { return sum / count; }
   };
 
-  /// Other poses of arms or legs that lie far from the surface.
+  std::size_t parent(std::size_t j) const { return static_cast<std::size_t>(plan().joints[j].parent); }
+
+  /// Other poses of pairs of limbs that lie far from the surface.
   void search_limbs(std::span<const Correspondences> views) {
     constexpr int rounds = 2;
     constexpr std::size_t starts = 8;
     std::vector<LimbSearch::Angles> seen;
     for (int round = 0; found() && round < rounds; ++round) {
       bool better = false;
-      for (const LimbPair pair : {LimbPair::legs, LimbPair::arms}) {
-        if (!best_.doubtful(pair) || !is_new(pair)) continue;
+      for (std::size_t pair = 0; pair < limbs_.pairs().size(); ++pair) {
+        if (!best_.doubtful(limbs_.pairs()[pair]) || !is_new(pair)) continue;
         if (seen.empty()) seen = angles_of(views);
         BodyEstimate other = nothing_;
         other.fit = fitter_.nearest(
@@ -199,25 +207,24 @@ class EstimateSearch {
 
   /// Of each view the angles of the parts' motion, limbs attached to the trunk as it is fitted.
   std::vector<LimbSearch::Angles> angles_of(std::span<const Correspondences> views) const {
-    constexpr std::array limb_roots =
-        joint_indices(SmplJoint::left_hip, SmplJoint::right_hip, SmplJoint::left_collar, SmplJoint::right_collar);
     std::vector<LimbSearch::Angles> all;
     const BodyFit& body = best_.fit.body;
     const std::vector<Rigid> fitted = fitter_.model().bone_motions(as_span(body.betas), as_span(body.axis_angles));
     for (const Correspondences& view : views) {
       const PartMotion motion = views_.motion_of(view);
       LimbSearch::Angles& angles = all.emplace_back(motion.axis_angles.begin(), motion.axis_angles.end());
-      for (const std::size_t j : limb_roots) {
-        const auto parent = static_cast<std::size_t>(smpl_parents[j]);
-        set_joint_rotation(as_span(angles), j, fitted[parent].rotation.transposed() * motion.parts[j].rotation);
-      }
+      for (const LimbPair& pair : limbs_.pairs())
+        for (const std::vector<std::size_t>& joints : pair.joints) {
+          const std::size_t j = joints.front();
+          set_joint_rotation(as_span(angles), j, fitted[parent(j)].rotation.transposed() * motion.parts[j].rotation);
+        }
     }
     return all;
   }
 
   /// Whether limbs of this pair weren't searched from where the joints are: another view mostly ends where the first
   /// one did, and a search from there finds the same again.
-  bool is_new(LimbPair pair) {
+  bool is_new(std::size_t pair) {
     constexpr double apart = 0.01;  // metres
     std::vector<Vec3d> joints = fitted_joints(fitter_.model(), best_.fit.body);
     for (const auto& [known, from] : searched_)
@@ -234,7 +241,7 @@ class EstimateSearch {
   const MeshView& mesh_;
   std::span<const FitSurface::Sample> samples_;
   BodyEstimate nothing_, best_;
-  std::vector<std::pair<LimbPair, std::vector<Vec3d>>> searched_;
+  std::vector<std::pair<std::size_t, std::vector<Vec3d>>> searched_;  ///< pairs, and where the joints were
 };
 
 }  // namespace npt::inline NPT_ABI

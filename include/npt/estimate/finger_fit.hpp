@@ -1,5 +1,5 @@
-/// How far the hands of a mesh are closed: the bend of the fingers that brings a fitted body's nearest to the mesh's,
-/// with all else as it is.
+/// How far the hands of a mesh are closed, of a kind with hands: the bend of the fingers that brings a fitted body's
+/// nearest to the mesh's, with all else as it is.
 ///   E(bend) = mean_i rho(|v_i - mesh|^2) + mean_k rho(|q_k - hand|^2),   rho(d^2) = d^2 s^2 / (d^2 + s^2)
 /// v_i the body's fingers, q_k the surface's samples that lie nearer to this hand than to any other part.
 /// Fingers stay as they were fitted unless bending them takes a good share of E: of 10 meshes of two people, 20 hands,
@@ -9,9 +9,10 @@
 #pragma once
 
 #include <npt/base/vec3.hpp>
+#include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/hands.hpp>
 #include <npt/body/kinematics.hpp>
-#include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
@@ -48,9 +49,9 @@ NPT_INLINE_CLASS(class, FingerSearch);
 template <class>
 class BasicFingerSearch {
  public:
-  BasicFingerSearch(const BodyModel& model, const HandPart& hand, std::size_t side, const BodyFit& fit,
+  BasicFingerSearch(const BodyKind::Hands& kind, const HandPart& hand, std::size_t side, const BodyFit& fit,
                     const FitSurface& surface, double facing)
-      : model_(model), hand_(hand), side_(side), fit_(fit), facing_(facing) {
+      : kind_(kind), model_(*kind.fingered), hand_(hand), side_(side), fit_(fit), facing_(facing) {
     choose_samples(surface);
     place({});
     least_.assign(samples_.size(), none);
@@ -119,9 +120,8 @@ class BasicFingerSearch {
   }
 
   void choose_samples(const FitSurface& surface) {
-    const std::size_t joint = joint_index(SmplJoint::left_hand) + side_,
-                      wrist = joint_index(SmplJoint::left_wrist) + side_;
-    const std::vector<float> angles = with_fingers(as_span(fit_.axis_angles), {});
+    const std::size_t joint = kind_.joints[side_].hand, wrist = kind_.joints[side_].wrist;
+    const std::vector<float> angles = with_fingers(as_span(fit_.axis_angles), {}, kind_.joints);
     const std::vector<Rigid> motions = model_.bone_motions(as_span(fit_.betas), as_span(angles));
     const std::vector<Vec3d> rest = model_.joints(as_span(fit_.betas));
     const Vec3d knuckles = motions[joint](rest[joint]) + fit_.translation;
@@ -157,7 +157,8 @@ class BasicFingerSearch {
     std::array<HandBend, 2> both;
     both[side_] = bend;
     std::vector<float> xyz(3 * vertices.size());
-    model_.posed(as_span(fit_.betas), as_span(with_fingers(as_span(fit_.axis_angles), both)), vertices, as_span(xyz));
+    const std::vector<float> angles = with_fingers(as_span(fit_.axis_angles), both, kind_.joints);
+    model_.posed(as_span(fit_.betas), as_span(angles), vertices, as_span(xyz));
     std::vector<Vec3d> points;
     points.reserve(vertices.size());
     for (std::size_t i = 0; i < xyz.size(); i += 3)
@@ -197,6 +198,7 @@ class BasicFingerSearch {
     return body / static_cast<double>(hand_.fingers) + mesh / static_cast<double>(samples_.size()) + together * apart;
   }
 
+  const BodyKind::Hands& kind_;
   const BodyModel& model_;
   const HandPart& hand_;
   std::size_t side_;
@@ -216,18 +218,15 @@ NPT_INLINE_CLASS(class, FingerFitter);
 template <class>
 class BasicFingerFitter {
  public:
-  /// `fingered`: a body with finger joints.
-  explicit BasicFingerFitter(std::shared_ptr<const BodyModel> fingered) : model_(std::move(fingered)) {
-    NPT_ASSERT(model_->joint_count() == fingered_joint_count);
-    const std::vector<std::uint32_t> part = model_->tables().weights.heaviest_columns();
+  /// Of a kind without hands it finds none closed.
+  explicit BasicFingerFitter(std::shared_ptr<const BodyKind> kind) : kind_(std::move(kind)) {
+    if (!kind_->hands) return;
+    const BodyModel& model = *kind_->hands->fingered;
+    const std::vector<std::uint32_t> part = model.tables().weights.heaviest_columns();
     for (std::size_t side = 0; side < 2; ++side) {
-      const std::size_t wrist = joint_index(SmplJoint::left_wrist) + side, hand = wrist + 2;
-      const auto is_finger = [&](std::size_t j) {
-        const std::size_t first = middle_finger_joint(side, 0);
-        return j == hand || (j >= first && j < first + 2 * finger_count);
-      };
+      const HandJoints& joints = kind_->hands->joints[side];
       fit::internal::HandPart& h = hands_[side];
-      std::vector<std::uint32_t> own(model_->vertex_count(), no_index);
+      std::vector<std::uint32_t> own(model.vertex_count(), no_index);
       const auto take = [&](const auto& which) {
         for (std::uint32_t v = 0; v < part.size(); ++v) {
           if (!which(part[v])) continue;
@@ -235,34 +234,33 @@ class BasicFingerFitter {
           h.vertices.push_back(v);
         }
       };
-      take(is_finger);
+      take([&joints](std::size_t j) { return j == joints.hand || joints.has_finger(j); });
       h.fingers = h.vertices.size();
-      take([wrist](std::size_t j) { return j == wrist; });
-      for (const Triangle& t : model_->triangles())
+      take([&joints](std::size_t j) { return j == joints.wrist; });
+      for (const Triangle& t : model.triangles())
         if (own[t[0]] != no_index && own[t[1]] != no_index && own[t[2]] != no_index)
           h.triangles.push_back({own[t[0]], own[t[1]], own[t[2]]});
     }
   }
 
-  const BodyModel& model() const noexcept { return *model_; }
-
-  /// Of both hands, left and right, for a fit of SMPL's 24 joints. `start`: of the last frame of a sequence.
+  /// Of both hands, left and right, for a fit of the plan's joints. `start`: of the last frame of a sequence.
   std::array<HandBend, 2> operator()(const FitSurface& surface, const CorrespondenceFit& fit,
                                      const std::array<HandBend, 2>& start = {}) const {
     std::array<HandBend, 2> result;
+    if (!kind_->hands) return result;
     for (std::size_t side = 0; side < 2; ++side)
-      if (fit.part_distances[joint_index(SmplJoint::left_hand) + side] > least_distance)
-        result[side] =
-            fit::internal::FingerSearch(*model_, hands_[side], side, fit.body, surface, fit.facing).best(start[side]);
+      if (fit.part_distances[kind_->hands->joints[side].hand] > least_distance)
+        result[side] = fit::internal::FingerSearch(*kind_->hands, hands_[side], side, fit.body, surface, fit.facing)
+                           .best(start[side]);
     return result;
   }
 
  private:
-  /// CorrespondenceFit::part_distances of a hand below which its fingers are as they were fitted: of the hands that are told
-  /// above the fists have 0.010 to 0.015, most others less than this, which saves their search, 5 ms a hand.
+  /// CorrespondenceFit::part_distances of a hand below which its fingers are as they were fitted: of the hands that are
+  /// told above the fists have 0.010 to 0.015, most others less than this, which saves their search, 5 ms a hand.
   static constexpr double least_distance = 0.007;
 
-  std::shared_ptr<const BodyModel> model_;
+  std::shared_ptr<const BodyKind> kind_;
   std::array<fit::internal::HandPart, 2> hands_;  ///< left and right
 };
 

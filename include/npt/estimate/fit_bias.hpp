@@ -12,8 +12,8 @@
 /// Measured, PMD x 1e-4 from angles alone and from the build, too: two people that no body model made, every pose in
 /// every other, 7.3 and 5.8; human_6890 in natural poses 4.9 and 4.4, on the paper's protocol, seen poses, 3.5 and 2.6.
 /// Angles alone had taken 9.2 to 8.3 for the two people.
-/// Shapes    B and c: [24, 3, 95 + 1], radians by radians (23 x 3) and by units of shape (26); rotations by joint, in
-///           space
+/// Shapes    B and c: [J, 3, 3 (J - 1) + S + 1], radians by radians and by units of shape: people's [24, 3, 95 + 1];
+///           rotations by joint, in space
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Errors    npt::Error for a file without B, for another shape, and for numbers that aren't finite
 /// Source    ours
@@ -21,10 +21,8 @@
 
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/body_kind.hpp>
 #include <npt/body/kinematics.hpp>
-#include <npt/body/mannequin/shape.hpp>
-#include <npt/body/proportions.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/build.hpp>
@@ -46,16 +44,20 @@ NPT_INLINE_CLASS(class, FitBias);
 template <class>
 class BasicFitBias {
  public:
-  static constexpr std::size_t angle_count = 3 * (smpl_joint_count - 1);
-  static constexpr std::size_t shape_count = anatomy::mannequin_shape_count + body_proportion_count;
-  static constexpr std::size_t columns = angle_count + shape_count, rows = 3 * smpl_joint_count;
-  using Rotations = std::array<Matrix3, smpl_joint_count>;
+  using Rotations = std::vector<Matrix3>;
 
   static constexpr const char* tensor = "joints";
-  static TensorShape shape() { return {smpl_joint_count, 3, columns + 1}; }
+  /// How many numbers x has.
+  static std::size_t input_count(const BodyKind& kind) {
+    return 3 * (kind.joint_count() - 1) + kind.body->shape_count();
+  }
+  static TensorShape shape(const BodyKind& kind) { return {kind.joint_count(), 3, input_count(kind) + 1}; }
 
-  explicit BasicFitBias(const SafetensorsFile& file) : BasicFitBias(read(file)) {}
-  explicit BasicFitBias(std::vector<float> b) : b_(std::move(b)) { NPT_ASSERT(b_.size() == rows * (columns + 1)); }
+  BasicFitBias(const SafetensorsFile& file, const BodyKind& kind) : BasicFitBias(read(file, kind), kind) {}
+  BasicFitBias(std::vector<float> b, const BodyKind& kind)
+      : b_(std::move(b)), parents_(kind.plan.parents()), columns_(input_count(kind)) {
+    NPT_ASSERT(b_.size() == 3 * parents_.size() * (columns_ + 1));
+  }
 
   /// How much it counts for a pair, from 0 to 1: where both meshes are people's, and not the mannequin's. A stylised
   /// man, whose joints are his own, would have 24e-4 with it instead of 19e-4.
@@ -65,27 +67,26 @@ class BasicFitBias {
   }
 
   /// x of a fit: its angles of all joints but the root, and its shape.
-  static std::array<double, columns> inputs(const BodyFit& fit) {
-    std::array<double, columns> x{};
-    for (std::size_t i = 0; i < angle_count; ++i) x[i] = static_cast<double>(fit.axis_angles[3 + i]);
-    for (std::size_t i = 0; i < shape_count; ++i) x[angle_count + i] = static_cast<double>(fit.betas[i]);
+  static std::vector<double> inputs(const BodyFit& fit) {
+    std::vector<double> x(fit.axis_angles.begin() + 3, fit.axis_angles.end());
+    x.insert(x.end(), fit.betas.begin(), fit.betas.end());
     return x;
   }
 
-  /// [24] exp(share B x) of a mesh's fit, in the joints' own frames.
+  /// [J] exp(share B x) of a mesh's fit, in the joints' own frames.
   Rotations correction(const BodyEstimate& reading, double share = 1) const {
     return rotations(inputs(reading.fit.body), share, 0);
   }
 
-  /// [24] Axis angles of the mannequin as it fits people at rest: those that B and c take to none.
-  std::array<Vec3d, smpl_joint_count> people_at_rest() const {
+  /// [J] Axis angles of the body as it fits people at rest: those that B and c take to none.
+  std::vector<Vec3d> people_at_rest() const {
     constexpr int rounds = 5;  // each takes a tenth of what is left
-    std::array<Vec3d, smpl_joint_count> rest{};
-    std::array<double, columns> x{};
+    std::vector<Vec3d> rest(parents_.size());
+    std::vector<double> x(columns_);
     for (int round = 0; round < rounds; ++round) {
       const Rotations off = rotations(x, 1, 1);
-      for (std::size_t j = 0; j < smpl_joint_count; ++j) {
-        const int parent = smpl_parents[j];
+      for (std::size_t j = 0; j < rest.size(); ++j) {
+        const int parent = parents_[j];
         const Matrix3 fitted = off[j].transposed();
         rest[j] = axis_angle(parent < 0 ? fitted : off[static_cast<std::size_t>(parent)] * fitted);
         if (j == 0) continue;
@@ -95,15 +96,15 @@ class BasicFitBias {
     return rest;
   }
 
-  /// [24, 3] the joint angles for the identity in the pose.
+  /// [J, 3] the joint angles for the identity in the pose.
   std::vector<float> angles(const BodyEstimate& identity, const BodyEstimate& pose) const {
     std::vector<float> result = pose.fit.body.axis_angles;
     const double share = FitBias::share(identity, pose);
     if (!(share > 0)) return result;
     const Rotations of_identity = correction(identity, share), of_pose = correction(pose, share);
-    Rotations fitted, turned;
-    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
-      const int parent = smpl_parents[j];
+    Rotations fitted(parents_.size()), turned(parents_.size());
+    for (std::size_t j = 0; j < parents_.size(); ++j) {
+      const int parent = parents_[j];
       const Matrix3 own = pose.joint_rotation(j);
       fitted[j] = parent < 0 ? own : fitted[static_cast<std::size_t>(parent)] * own;
       turned[j] = fitted[j] * of_pose[j] * of_identity[j].transposed();
@@ -117,15 +118,16 @@ class BasicFitBias {
   /// Radians: poses that the learning never saw take no joint farther.
   static constexpr double most = 0.35;
 
-  /// [24] exp(share B x + constant c)
-  Rotations rotations(const std::array<double, columns>& x, double share, double constant) const {
-    Rotations result;
-    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+  /// [J] exp(share B x + constant c)
+  Rotations rotations(std::span<const double> x, double share, double constant) const {
+    NPT_ASSERT(x.size() == columns_);
+    Rotations result(parents_.size());
+    for (std::size_t j = 0; j < result.size(); ++j) {
       std::array<double, 3> turn{};
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::span<const float> row = std::span(b_).subspan((3 * j + k) * (columns + 1), columns + 1);
-        for (std::size_t i = 0; i < columns; ++i) turn[k] += share * static_cast<double>(row[i]) * x[i];
-        turn[k] += constant * static_cast<double>(row[columns]);
+        const std::span<const float> row = std::span(b_).subspan((3 * j + k) * (columns_ + 1), columns_ + 1);
+        for (std::size_t i = 0; i < columns_; ++i) turn[k] += share * static_cast<double>(row[i]) * x[i];
+        turn[k] += constant * static_cast<double>(row[columns_]);
       }
       const Vec3d v{turn[0], turn[1], turn[2]};
       result[j] = rotation_matrix(v * (most / std::max(most, length(v))));
@@ -133,13 +135,15 @@ class BasicFitBias {
     return result;
   }
 
-  static std::vector<float> read(const SafetensorsFile& file) {
+  static std::vector<float> read(const SafetensorsFile& file, const BodyKind& kind) {
     const FileTensor& found = file.at(tensor);
-    if (found.shape != shape()) invalid_tensor(file.name(), tensor, to_string(found.shape), to_string(shape()));
+    if (found.shape != shape(kind)) invalid_tensor(file.name(), tensor, to_string(found.shape), to_string(shape(kind)));
     return to_float(found);
   }
 
-  std::vector<float> b_;  ///< [rows, columns + 1]
+  std::vector<float> b_;  ///< [J, 3, columns + 1]
+  std::vector<int> parents_;
+  std::size_t columns_;
 };
 
 }  // namespace npt::inline NPT_ABI

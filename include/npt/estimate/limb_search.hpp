@@ -1,7 +1,7 @@
-/// Other poses of a fitted body's arms or legs that a surface allows: where limbs cross, lie close or were read wrong,
-/// a fit ends in the wrong valley, and no small step leads out of it.
-/// 1. poses of each limb alone: draws from the prior of natural poses, and what the caller read; each judged by how far
-///    its points are from the surface
+/// Other poses of a fitted body's pairs of limbs that a surface allows: where limbs cross, lie close or were read
+/// wrong, a fit ends in the wrong valley, and no small step leads out of it.
+/// 1. poses of each limb alone: the kind's natural ones, and what the caller read; each judged by how far its points
+///    are from the surface
 /// 2. the best ones of the left limb with the best ones of the right, judged also by how much of the surface that the
 ///    rest of the body leaves alone lies near one of the two
 /// Shapes    fits: as BodyFit, with other axis angles of the limbs
@@ -18,10 +18,10 @@
 #include <npt/base/rigid.hpp>
 #include <npt/base/sort.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/body_plan.hpp>
 #include <npt/body/kinematics.hpp>
-#include <npt/body/natural_poses.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/fitted_body.hpp>
@@ -41,47 +41,48 @@
 
 namespace npt::inline NPT_ABI {
 
-enum class LimbPair { arms, legs };
 NPT_INLINE_CLASS(class, LimbSearch);
 template <class>
 class BasicLimbSearch {
  public:
-  /// Axis angles [24, 3], of which a limb's are taken.
+  /// Axis angles [J, 3], of which a limb's are taken.
   using Angles = std::vector<float>;
 
-  explicit BasicLimbSearch(std::shared_ptr<const BodyModel> model) : model_(std::move(model)) {
-    const BodyTables& tables = model_->tables();
+  explicit BasicLimbSearch(std::shared_ptr<const BodyKind> kind)
+      : kind_(checked_kind(std::move(kind))), pairs_(kind_->plan.limb_pairs()) {
+    for (const LimbPair& pair : pairs_)
+      for (const std::vector<std::size_t>& joints : pair.joints) limbs_.push_back({joints, pair.middle(), {}});
+    const BodyTables& tables = kind_->body->tables();
     const std::vector<std::uint32_t> part = tables.weights.heaviest_columns();
     const auto at = [&tables](std::uint32_t v) {
       return Vec3f{tables.v_template[3 * v], tables.v_template[3 * v + 1], tables.v_template[3 * v + 2]}.as<double>();
     };
     std::vector<Vec3d> normals(part.size());
-    for (const Triangle& t : model_->triangles()) {
+    for (const Triangle& t : kind_->body->triangles()) {
       const Vec3d normal = cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0]));
       for (const std::uint32_t v : t) normals[v] += normal;
     }
     Random random(20260620);
     for (const std::uint32_t v : random_permutation(static_cast<std::uint32_t>(part.size()), random)) {
       const Vec3d normal = normalised(normals[v]);
-      for (std::size_t l = 0; l < limbs.size(); ++l)
-        if (in_limb(l, part[v]) && points_[l].size() < points_of_limb) points_[l].push_back({v, part[v], normal});
+      for (Limb& l : limbs_)
+        if (l.has(part[v]) && l.points.size() < points_of_limb) l.points.push_back({v, part[v], normal});
       if (others_.size() < points_of_body) others_.push_back({v, part[v], normal});
-    }
-    for (std::size_t i = 0; i < draws; ++i) {
-      Random own(20260620, i);
-      const auto pose = natural_poses().sample(own);
-      natural_.emplace_back(pose.begin(), pose.end());
     }
   }
 
+  /// The plan's.
+  std::span<const LimbPair> pairs() const noexcept { return as_span(pairs_); }
+
   /// At most `count` fits with other poses of a pair of limbs, the best first; may hold the pose that the fit has.
-  /// read: other angles of the whole body, as the motions of other readings; facing: as CorrespondenceFit's.
+  /// pair: its number; read: other angles of the whole body, as the motions of other readings; facing: as
+  /// CorrespondenceFit's.
   template <class Exec = SerialExecutor>
-  std::vector<BodyFit> operator()(const FitSurface& surface, const BodyFit& fit, LimbPair pair, double facing,
+  std::vector<BodyFit> operator()(const FitSurface& surface, const BodyFit& fit, std::size_t pair, double facing,
                                   std::span<const Angles> read, std::size_t count,
                                   const Exec& executor = Exec()) const {
     const Posed posed = pose(fit);
-    const std::array<std::size_t, 2> sides{pair == LimbPair::arms ? 0U : 2U, pair == LimbPair::arms ? 1U : 3U};
+    const std::array<std::size_t, 2> sides{2 * pair, 2 * pair + 1};
     const std::vector<Vec3d> left_alone = uncovered(surface, posed, sides);
     std::array<std::vector<Hypothesis>, 2> best;
     executor.for_each(2, [&](int i, int) {
@@ -94,43 +95,38 @@ class BasicLimbSearch {
   }
 
  private:
-  static constexpr std::size_t draws = 1500, points_of_limb = 40, screened_points = 8, screened = 300,
-                               points_of_body = 900, kept_of_limb = 60, mesh_points = 600;
+  static constexpr std::size_t points_of_limb = 40, screened_points = 8, screened = 300, points_of_body = 900,
+                               kept_of_limb = 60, mesh_points = 600;
   /// Metres, of the robust kernel.
   static constexpr double scale = 0.05;
 
   static constexpr std::size_t shaken = 12, shakes = 20;
-
-  struct Limb {
-    std::array<std::size_t, 5> joints;
-    std::size_t count;
-    /// Which of them is the elbow or the knee; the next one is the limb's end.
-    constexpr std::size_t middle() const { return count - 3; }
-  };
-  using LimbAngles = std::array<float, 15>;
-  /// Left arm, right arm, left leg, right leg; the joint that a limb is attached to is fixed.
-  static constexpr std::array<Limb, 4> limbs = [] {
-    using enum SmplJoint;
-    return std::array<Limb, 4>{{{joint_indices(left_collar, left_shoulder, left_elbow, left_wrist, left_hand), 5},
-                                {joint_indices(right_collar, right_shoulder, right_elbow, right_wrist, right_hand), 5},
-                                {joint_indices(left_hip, left_knee, left_ankle, left_foot, left_foot), 4},
-                                {joint_indices(right_hip, right_knee, right_ankle, right_foot, right_foot), 4}}};
-  }();
 
   struct Point {
     std::uint32_t vertex = 0;
     std::uint32_t part = 0;
     Vec3d normal;  ///< of the resting body
   };
+  /// Left and right limb of the first pair, then of the next; the joint that a limb is attached to is fixed.
+  struct Limb {
+    std::vector<std::size_t> joints;
+    std::size_t middle;  ///< as LimbPair's
+    std::vector<Point> points;
+
+    std::size_t step_of(std::size_t part) const {
+      return static_cast<std::size_t>(std::find(joints.begin(), joints.end(), part) - joints.begin());
+    }
+    bool has(std::size_t part) const { return step_of(part) < joints.size(); }
+  };
   struct Posed {
-    std::vector<Vec3d> joints;               ///< of the shaped body at rest
-    std::vector<Rigid> motions;              ///< with the fit's translation
-    std::array<std::vector<Vec3d>, 4> rest;  ///< a limb's points, shaped
-    std::vector<Vec3d> others;               ///< points of the whole body, posed
+    std::vector<Vec3d> joints;             ///< of the shaped body at rest
+    std::vector<Rigid> motions;            ///< with the fit's translation
+    std::vector<std::vector<Vec3d>> rest;  ///< each limb's points, shaped
+    std::vector<Vec3d> others;             ///< points of the whole body, posed
   };
   struct Hypothesis {
-    LimbAngles angles{};
-    std::array<Rigid, 5> motions;
+    Angles angles;  ///< of the limb's joints
+    std::vector<Rigid> motions;
     Vec3d middle, end;  ///< where elbow and wrist, or knee and ankle, are
     double distance = 0;
     std::vector<float> reach;  ///< squared distance of each point that the rest leaves alone
@@ -138,30 +134,28 @@ class BasicLimbSearch {
 
   Posed pose(const BodyFit& fit) const {
     Posed posed;
-    posed.joints = model_->joints(as_span(fit.betas));
-    posed.motions = model_->bone_motions(as_span(fit.betas), as_span(fit.axis_angles));
+    posed.joints = kind_->body->joints(as_span(fit.betas));
+    posed.motions = kind_->body->bone_motions(as_span(fit.betas), as_span(fit.axis_angles));
     for (Rigid& m : posed.motions) m.shift += fit.translation;
     const std::vector<float> rest_angles(fit.axis_angles.size());
     std::vector<std::uint32_t> vertices;
-    for (const auto& points : points_)
-      for (const Point& p : points) vertices.push_back(p.vertex);
+    for (const Limb& l : limbs_)
+      for (const Point& p : l.points) vertices.push_back(p.vertex);
     for (const Point& p : others_) vertices.push_back(p.vertex);
     std::vector<float> xyz(3 * vertices.size());
-    model_->posed(as_span(fit.betas), as_span(rest_angles), as_span(vertices), as_span(xyz));
+    kind_->body->posed(as_span(fit.betas), as_span(rest_angles), as_span(vertices), as_span(xyz));
     std::size_t at = 0;
     const auto next = [&] {
       const Vec3d p = Vec3f{xyz[3 * at], xyz[3 * at + 1], xyz[3 * at + 2]}.as<double>();
       ++at;
       return p;
     };
-    for (std::size_t l = 0; l < limbs.size(); ++l)
-      for (std::size_t i = 0; i < points_[l].size(); ++i) posed.rest[l].push_back(next());
+    for (const Limb& l : limbs_) {
+      std::vector<Vec3d>& rest = posed.rest.emplace_back();
+      while (rest.size() < l.points.size()) rest.push_back(next());
+    }
     for (const Point& p : others_) posed.others.push_back(posed.motions[p.part](next()));
     return posed;
-  }
-
-  static bool in_limb(std::size_t limb, std::size_t part) {
-    return std::find(limbs[limb].joints.begin(), limbs[limb].joints.end(), part) != limbs[limb].joints.end();
   }
 
   /// Points of the surface that nothing but the two limbs can be near.
@@ -172,7 +166,7 @@ class BasicLimbSearch {
     for (const FitSurface::Sample& s : samples) {
       bool near = false;
       for (std::size_t i = 0; i < others_.size() && !near; ++i) {
-        if (in_limb(sides[0], others_[i].part) || in_limb(sides[1], others_[i].part)) continue;
+        if (limbs_[sides[0]].has(others_[i].part) || limbs_[sides[1]].has(others_[i].part)) continue;
         const Vec3d d = posed.others[i] - s.point;
         near = dot(d, d) < 0.06 * 0.06;
       }
@@ -189,32 +183,36 @@ class BasicLimbSearch {
     std::size_t limb;
     double facing;
 
-    Hypothesis operator()(const LimbAngles& angles, std::size_t points = points_of_limb) const {
+    const Limb& own() const { return search.limbs_[limb]; }
+    const Rigid& parent(const Hypothesis& h, std::size_t step) const {
+      if (step > 0) return h.motions[step - 1];
+      return posed.motions[static_cast<std::size_t>(search.kind_->plan.joints[own().joints[0]].parent)];
+    }
+
+    Hypothesis operator()(Angles angles, std::size_t points = points_of_limb) const {
       Hypothesis h;
-      h.angles = angles;
+      h.angles = std::move(angles);
+      h.motions.resize(own().joints.size());
       move(h);
       measure(h, points);
       return h;
     }
 
     void move(Hypothesis& h) const {
-      const Limb& l = limbs[limb];
-      for (std::size_t k = 0; k < l.count; ++k) {
-        const std::size_t j = l.joints[k];
-        const Rigid& parent = k == 0 ? posed.motions[static_cast<std::size_t>(smpl_parents[j])] : h.motions[k - 1];
-        h.motions[k] = parent * Rigid::about(posed.joints[j], joint_rotation(h.angles, k));
-      }
-      h.middle = h.motions[l.middle()](posed.joints[l.joints[l.middle()]]);
-      h.end = h.motions[l.middle() + 1](posed.joints[l.joints[l.middle() + 1]]);
+      const Limb& l = own();
+      for (std::size_t k = 0; k < l.joints.size(); ++k)
+        h.motions[k] = parent(h, k) * Rigid::about(posed.joints[l.joints[k]], joint_rotation(h.angles, k));
+      h.middle = h.motions[l.middle](posed.joints[l.joints[l.middle]]);
+      h.end = h.motions[l.middle + 1](posed.joints[l.joints[l.middle + 1]]);
     }
 
     void measure(Hypothesis& h, std::size_t count) const {
-      const std::vector<Point>& points = search.points_[limb];
+      const std::vector<Point>& points = own().points;
       count = std::min(count, points.size());
       h.distance = 0;
       std::uint32_t hint = no_index;
       for (std::size_t i = 0; i < count; ++i) {
-        const Rigid& motion = h.motions[step_of(limbs[limb], points[i].part)];
+        const Rigid& motion = h.motions[own().step_of(points[i].part)];
         const Vec3d normal = motion.rotation * points[i].normal;
         const ClosestPoint c = surface.tree().closest(
             motion(posed.rest[limb][i]),
@@ -230,28 +228,28 @@ class BasicLimbSearch {
     }
   };
 
-  static LimbAngles angles_of(const Limb& l, std::span<const float> all) {
-    LimbAngles angles{};
-    for (std::size_t k = 0; k < l.count; ++k)
-      for (std::size_t e = 0; e < 3; ++e) angles[3 * k + e] = all[3 * l.joints[k] + e];
+  static Angles angles_of(const Limb& l, std::span<const float> all) {
+    Angles angles;
+    for (const std::size_t j : l.joints)
+      for (std::size_t e = 0; e < 3; ++e) angles.push_back(all[3 * j + e]);
     return angles;
   }
 
-  /// Poses of one limb: the fit's, with the other side's ends, what was read, draws; and the best ones shaken.
+  /// Poses of one limb: the fit's, with the other side's ends, what was read, natural ones; and the best ones shaken.
   std::vector<Hypothesis> hypotheses(const Judge& judge, const BodyFit& fit, std::span<const Angles> read,
                                      std::size_t other) const {
-    const Limb& l = limbs[judge.limb];
+    const Limb& l = judge.own();
     std::vector<Hypothesis> all;
-    for (const Angles& a : natural_) all.push_back(judge(angles_of(l, a), screened_points));
+    for (const Angles& a : kind_->poses) all.push_back(judge(angles_of(l, a), screened_points));
     stable_sort_by(all, &Hypothesis::distance);
     all.resize(std::min(screened, all.size()));
     for (Hypothesis& h : all) judge.measure(h, points_of_limb);
     const Hypothesis now = judge(angles_of(l, fit.axis_angles));
     all.push_back(now);
     for (const Angles& a : read) all.push_back(judge(angles_of(l, a)));
-    const Limb& o = limbs[other];
-    const Vec3d other_middle = judge.posed.motions[o.joints[o.middle()]](judge.posed.joints[o.joints[o.middle()]]),
-                other_end = judge.posed.motions[o.joints[o.middle() + 1]](judge.posed.joints[o.joints[o.middle() + 1]]);
+    const auto place = [&](std::size_t joint) { return judge.posed.motions[joint](judge.posed.joints[joint]); };
+    const Limb& o = limbs_[other];
+    const Vec3d other_middle = place(o.joints[o.middle]), other_end = place(o.joints[o.middle + 1]);
     all.push_back(judge(aimed(judge, now, other_middle, other_end)));
     all.push_back(judge(aimed(judge, now, now.middle, other_end)));
     stable_sort_by(all, &Hypothesis::distance);
@@ -259,27 +257,23 @@ class BasicLimbSearch {
     Random random(20260621);
     for (std::size_t i = 0, n = best.size(); i < n; ++i)
       for (std::size_t k = 0; k < shakes; ++k) {
-        LimbAngles angles = best[i].angles;
+        Angles angles = best[i].angles;
         for (float& a : angles) a += 0.2F * static_cast<float>(random.normal());
-        all.push_back(judge(angles));
+        all.push_back(judge(std::move(angles)));
       }
     stable_sort_by(all, &Hypothesis::distance);
     return distinct(all, kept_of_limb, 0.05);
   }
 
   /// The limb turned so that its middle joint and its end lie in the directions of two places.
-  LimbAngles aimed(const Judge& judge, Hypothesis h, Vec3d middle, Vec3d end) const {
-    const Limb& l = limbs[judge.limb];
-    const std::size_t m = l.middle();
+  Angles aimed(const Judge& judge, Hypothesis h, Vec3d middle, Vec3d end) const {
+    const std::size_t m = judge.own().middle;
     const auto turn = [&](std::size_t step, Vec3d from, Vec3d to) {
-      const std::size_t j = l.joints[step];
-      const Vec3d joint = h.motions[step](judge.posed.joints[j]);
+      const Vec3d joint = h.motions[step](judge.posed.joints[judge.own().joints[step]]);
       const Vec3d a = normalised(from - joint), b = normalised(to - joint), axis = cross(a, b);
       const Matrix3 turned =
           rotation_matrix(normalised(axis) * std::atan2(length(axis), dot(a, b))) * h.motions[step].rotation;
-      const Matrix3& parent = step == 0 ? judge.posed.motions[static_cast<std::size_t>(smpl_parents[j])].rotation
-                                        : h.motions[step - 1].rotation;
-      set_joint_rotation(h.angles, step, parent.transposed() * turned);
+      set_joint_rotation(h.angles, step, judge.parent(h, step).rotation.transposed() * turned);
       judge.move(h);
     };
     turn(m - 1, h.middle, middle);
@@ -287,27 +281,24 @@ class BasicLimbSearch {
     return h.angles;
   }
 
-  static std::size_t step_of(const Limb& l, std::size_t part) {
-    return static_cast<std::size_t>(std::find(l.joints.begin(), l.joints.end(), part) - l.joints.begin());
-  }
-
   /// The best ones of a sorted list that differ.
-  static std::vector<Hypothesis> distinct(std::vector<Hypothesis>& sorted, std::size_t count, double apart) {
+  static std::vector<Hypothesis> distinct(std::span<const Hypothesis> sorted, std::size_t count, double apart) {
     std::vector<Hypothesis> kept;
-    for (Hypothesis& h : sorted) {
+    for (const Hypothesis& h : sorted) {
       if (kept.size() == count) break;
       if (std::none_of(kept.begin(), kept.end(), [&](const Hypothesis& other) {
             return length(h.middle - other.middle) < apart && length(h.end - other.end) < apart;
           }))
-        kept.push_back(std::move(h));
+        kept.push_back(h);
     }
     return kept;
   }
 
   void cover(std::span<const Vec3d> points, const Posed& posed, std::size_t limb, Hypothesis& h) const {
     h.reach.assign(points.size(), std::numeric_limits<float>::infinity());
-    for (std::size_t i = 0; i < points_[limb].size(); ++i) {
-      const Vec3d p = h.motions[step_of(limbs[limb], points_[limb][i].part)](posed.rest[limb][i]);
+    const Limb& l = limbs_[limb];
+    for (std::size_t i = 0; i < l.points.size(); ++i) {
+      const Vec3d p = h.motions[l.step_of(l.points[i].part)](posed.rest[limb][i]);
       for (std::size_t u = 0; u < points.size(); ++u) {
         const Vec3d d = points[u] - p;
         h.reach[u] = std::min(h.reach[u], static_cast<float>(dot(d, d)));
@@ -349,18 +340,18 @@ class BasicLimbSearch {
       BodyFit& changed = result.emplace_back(fit);
       for (std::size_t s = 0; s < 2; ++s) {
         const Hypothesis& h = best[s][s == 0 ? p.left : p.right];
-        const Limb& l = limbs[sides[s]];
-        for (std::size_t k = 0; k < l.count; ++k)
+        const Limb& l = limbs_[sides[s]];
+        for (std::size_t k = 0; k < l.joints.size(); ++k)
           for (std::size_t e = 0; e < 3; ++e) changed.axis_angles[3 * l.joints[k] + e] = h.angles[3 * k + e];
       }
     }
     return result;
   }
 
-  std::shared_ptr<const BodyModel> model_;
-  std::array<std::vector<Point>, 4> points_;  ///< of each limb
-  std::vector<Point> others_;                 ///< of the whole body
-  std::vector<Angles> natural_;
+  std::shared_ptr<const BodyKind> kind_;
+  std::vector<LimbPair> pairs_;
+  std::vector<Limb> limbs_;
+  std::vector<Point> others_;  ///< of the whole body
 };
 
 }  // namespace npt::inline NPT_ABI

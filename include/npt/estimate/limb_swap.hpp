@@ -13,7 +13,8 @@
 #include <npt/base/vec3.hpp>
 #include <npt/base/weighted_choice.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/skeleton.hpp>
+#include <npt/body/body_plan.hpp>
+#include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
@@ -39,7 +40,8 @@ namespace npt::inline NPT_ABI {
 /// Whether parts of a fitted body that aren't grown together come within `near` of each other. Without that limbs can't
 /// have been taken for each other.
 NPT_INLINE bool limbs_touch(const BodyModel& model, const BodyFit& fit, double near = 0.06) {
-  constexpr std::size_t stride = 7;  // a thousand of the mannequin's vertices, 4 cm apart
+  // About a thousand vertices, of a person 4 cm apart.
+  const std::size_t stride = std::max<std::size_t>(1, (model.vertex_count() + 500) / 1000);
   const std::vector<std::uint32_t> parts = model.tables().weights.heaviest_columns();
   const std::vector<Vec3d> points = fitted_points(model, fit);
   for (std::size_t a = 0; a < points.size(); a += stride)
@@ -56,12 +58,14 @@ NPT_INLINE_CLASS(class, LimbSwap);
 template <class>
 class BasicLimbSwap {
  public:
-  /// points: [P], of a mesh whose vertices in one place are one
-  BasicLimbSwap(const BodyLookUp& body, std::span<const Vec3d> points, std::span<const Triangle> triangles)
-      : points_(points),
+  /// points: [P], of a mesh whose vertices in one place are one. The plan must outlive it.
+  BasicLimbSwap(const BodyPlan& plan, const BodyLookUp& body, std::span<const Vec3d> points,
+                std::span<const Triangle> triangles)
+      : plan_(plan),
+        points_(points),
         triangles_(triangles),
         places_(looked_up(body, points, triangles)),
-        patches_(points, triangles, edges_of_triangles(triangles), places_) {}
+        patches_(plan, points, triangles, edges_of_triangles(triangles), places_) {}
 
   /// PlacePatches::torn
   double torn() const { return patches_.torn(); }
@@ -112,15 +116,16 @@ class BasicLimbSwap {
     return places;
   }
 
-  static BodyPlace mirrored(BodyPlace place) {
+  BodyPlace mirrored(BodyPlace place) const {
     place.rest.x = -place.rest.x;
-    place.part = static_cast<std::uint32_t>(smpl_mirrored_joints[place.part]);
+    place.part = static_cast<std::uint32_t>(plan_.joints[place.part].mirrored);
     return place;
   }
 
   /// [P] at the least point of each patch: from the greatest ones outwards, each by most edges to what is judged.
   std::vector<State> judged() const {
     std::vector<State> states(points_.size(), State::doubted);
+    const std::vector<int> parents = plan_.parents();
     for (std::uint32_t p = 0; p < points_.size(); ++p)
       if (patches_.most_of_piece(p)) states[patches_.patch(p)] = State::believed;
     struct Votes {
@@ -136,7 +141,8 @@ class BasicLimbSwap {
           Votes& v = votes[patches_.patch(own)];
           ++v.all;
           const BodyPlace there = around == State::mirrored ? mirrored(places_[other]) : places_[other];
-          if (continuous_places(mirrored(places_[own]), there, length(points_[own] - points_[other]))) ++v.mirrored;
+          if (continuous_places(plan_, parents, mirrored(places_[own]), there, length(points_[own] - points_[other])))
+            ++v.mirrored;
         }
       for (std::size_t p = 0; p < votes.size(); ++p)
         if (2 * votes[p].mirrored > votes[p].all) states[p] = State::mirrored, changed = true;
@@ -148,6 +154,7 @@ class BasicLimbSwap {
     return cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]]);
   }
 
+  const BodyPlan& plan_;
   std::span<const Vec3d> points_;
   std::span<const Triangle> triangles_;
   std::vector<BodyPlace> places_;

@@ -4,12 +4,12 @@
 /// 1. The trunk's similarity, then each part's along the kinematic tree, weighted by skin weight and certainty of the
 ///    reading, wild points counted out by iterated weights. A part begins where its parent puts the joint between them;
 ///    the fewer and the rounder its points, the more of its motion is the parent's.
-/// 2. Points of a limb whose mirrored place explains them, and their own does not, are taken for the other side's:
-///    first by their distance from the joint that the limb is attached to, which no rotation changes; then by the motion.
-/// Shapes    parts, residuals: [24], SMPL's joints; axis angles: [24, 3], relative to the parent
+/// 2. Points of a limb whose mirrored place explains them, and their own does not, are taken for the other side's: first
+///    by their distance from the joint that the limb is attached to, which no rotation changes; then by the motion.
+/// Shapes    parts, residuals: [J] of a plan's joints; axis angles: [J, 3], relative to the parent
 /// Units     metres, or any for the points: `size` is their unit in the body's
 /// Threads   a template may be shared by threads
-/// Errors    npt::Error for fewer than 20 points, for values that are not finite, and for a body without SMPL's joints
+/// Errors    npt::Error for fewer than 20 points, and for values that are not finite
 /// Source    rotations: Horn, 1987, Umeyama, 1991 (nearest_rotation.hpp); weights: Geman and McClure, "Statistical
 ///           methods for tomographic image reconstruction", 1987
 #pragma once
@@ -20,7 +20,7 @@
 #include <npt/base/similarity.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/skeleton.hpp>
+#include <npt/body/body_plan.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_level.hpp>
 #include <npt/mesh/closest_point.hpp>
@@ -36,6 +36,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -56,28 +57,30 @@ struct BodyPoint {
 };
 
 NPT_INLINE_CLASS(class, CorrespondenceTemplate);
-/// The resting body that places are read on. The level must outlive it.
+/// The resting body that places are read on. Level and plan must outlive it.
 template <class>
 class BasicCorrespondenceTemplate {
  public:
-  using Skin = std::array<double, smpl_joint_count>;
+  using Skin = std::vector<double>;  ///< [J]
 
-  BasicCorrespondenceTemplate(const BodyModel& model, const BodyLevel& level)
-      : level_(level), tree_(level.rest_points(), level.triangles()), joints_(model.joints({})) {
-    const std::vector<int>& parents = model.tables().parents;
-    if (!std::equal(parents.begin(), parents.end(), smpl_parents.begin(), smpl_parents.end()))
-      throw Error({.file = "body",
-                   .found = std::to_string(model.joint_count()) + " joints",
-                   .expected = "the 24 joints of SMPL's skeleton"});
+  /// Requires  a body of the plan's joints
+  BasicCorrespondenceTemplate(const BodyModel& model, const BodyLevel& level, const BodyPlan& plan)
+      : level_(level),
+        plan_(plan),
+        limbs_(plan.limb_pairs()),
+        tree_(level.rest_points(), level.triangles()),
+        joints_(model.joints({})) {
     const SparseMatrix& weights = model.tables().weights;
     for (const std::uint32_t v : level.body().vertices()) {
-      Skin& skin = skins_.emplace_back();
+      Skin& skin = skins_.emplace_back(plan.joint_count());
       for (std::size_t i = weights.start[v]; i < weights.start[v + 1]; ++i)
         skin[weights.column[i]] = static_cast<double>(weights.value[i]);
     }
   }
 
-  /// [24] of the mean shape.
+  const BodyPlan& plan() const noexcept { return plan_; }
+  const std::vector<LimbPair>& limbs() const noexcept { return limbs_; }
+  /// [J] of the mean shape.
   std::span<const Vec3d> joints() const noexcept { return as_span(joints_); }
 
   /// The surface's point that is closest to a place.
@@ -88,7 +91,7 @@ class BasicCorrespondenceTemplate {
 
   /// The point's weights, which sum to 1.
   Skin skin(const BodyPoint& at) const {
-    Skin sum{};
+    Skin sum(plan_.joint_count());
     for (std::size_t c = 0; c < 3; ++c)
       if (at.weights[c] > 0)
         for (std::size_t j = 0; j < sum.size(); ++j) sum[j] += at.weights[c] * skins_[at.corners[c]][j];
@@ -97,22 +100,22 @@ class BasicCorrespondenceTemplate {
 
  private:
   const BodyLevel& level_;
+  const BodyPlan& plan_;
+  std::vector<LimbPair> limbs_;
   TriangleTree tree_;
   std::vector<Vec3d> joints_;
   std::vector<Skin> skins_;  ///< by vertex of the level
 };
 
-/// Which places are mirrored before the motion is found: candidates beside what was read.
-struct SwappedLimbs {
-  bool arms = false, legs = false;
-};
+/// Pairs of limbs whose places are mirrored before the motion is found, as bits: candidates beside what was read.
+using SwappedLimbs = std::uint64_t;
 
 struct PartMotion {
-  std::array<Similarity, smpl_joint_count> parts;    ///< from the places to the points
-  double size = 1;                                   ///< of the trunk
-  Vec3d translation;                                 ///< as BodyFit's, for a body of the mean shape
-  std::vector<double> axis_angles;                   ///< [24, 3] relative to the parent, as BodyFit's
-  std::array<double, smpl_joint_count> residuals{};  ///< mean distance of a part's points from where they were read, m
+  std::vector<Similarity> parts;    ///< [J] from the places to the points
+  double size = 1;                  ///< of the trunk
+  Vec3d translation;                ///< as BodyFit's, for a body of the mean shape
+  std::vector<double> axis_angles;  ///< [J, 3] relative to the parent, as BodyFit's
+  std::vector<double> residuals;    ///< [J] mean distance of a part's points from where they were read, m
   /// Of all points and joints, in metres of the body, each distance cut off at 0.3 m. Of readings with errors of 5 cm
   /// and a tenth of the places wild: 0.07 to 0.10, and 0.10 to 0.17 where both legs were taken for each other.
   double residual = 0;
@@ -127,7 +130,11 @@ class BasicPartMotionSolver {
  public:
   BasicPartMotionSolver(const CorrespondenceTemplate& rest, std::span<const PointCorrespondence> points,
                         SwappedLimbs swapped)
-      : rest_(rest), points_(points) {
+      : rest_(rest), plan_(rest.plan()), points_(points), limb_of_(plan_.joint_count(), no_limb) {
+    for (std::size_t j = 0; j < limb_of_.size(); ++j)
+      for (std::size_t l = 0; l < rest.limbs().size(); ++l)
+        for (const auto& joints : rest.limbs()[l].joints)
+          if (plan_.joints[j].limb == plan_.joints[joints.back()].limb) limb_of_[j] = l;
     if (points.size() < 20)
       throw Error({.file = "reading", .found = std::to_string(points.size()) + " points", .expected = "at least 20"});
     for (const PointCorrespondence& p : points) {
@@ -139,7 +146,7 @@ class BasicPartMotionSolver {
       r.certainty = 0.05 / std::max(p.spread, 0.01);
       total_ += r.certainty;
       r.limb = limb_of(r.skin);
-      if ((r.limb == Limb::arm && swapped.arms) || (r.limb == Limb::leg && swapped.legs)) mirror(r);
+      if (r.limb != no_limb && (swapped >> r.limb & 1U) != 0) mirror(r);
     }
     unit_ = total_ / 600;
   }
@@ -156,63 +163,30 @@ class BasicPartMotionSolver {
   }
 
  private:
-  enum class Limb { none, arm, leg };
+  static constexpr std::size_t no_limb = BodyPlan::no_joint;
 
   struct Read {
     BodyPoint own;
-    CorrespondenceTemplate::Skin skin{};
+    CorrespondenceTemplate::Skin skin;
     double certainty = 1;
-    Limb limb = Limb::none;
+    std::size_t limb = no_limb;  ///< number of the pair
     bool mirrored = false;
   };
 
-  static double sum_of(const CorrespondenceTemplate::Skin& skin, std::initializer_list<SmplJoint> joints) {
-    double sum = 0;
-    for (const SmplJoint j : joints) sum += skin[joint_index(j)];
-    return sum;
-  }
-  static Limb limb_of(const CorrespondenceTemplate::Skin& skin) {
-    using enum SmplJoint;
-    if (sum_of(skin, {left_shoulder, right_shoulder, left_elbow, right_elbow, left_wrist, right_wrist, left_hand,
-                      right_hand}) > 0.5)
-      return Limb::arm;
-    if (sum_of(skin, {left_hip, right_hip, left_knee, right_knee, left_ankle, right_ankle, left_foot, right_foot}) >
-        0.5)
-      return Limb::leg;
-    return Limb::none;
-  }
-  static bool in_trunk(std::size_t j) {
-    using enum SmplJoint;
-    switch (static_cast<SmplJoint>(j)) {
-      case pelvis:
-      case spine1:
-      case spine2:
-      case spine3:
-      case left_collar:
-      case right_collar:
-        return true;
-      default:
-        return false;
+  std::size_t limb_of(const CorrespondenceTemplate::Skin& skin) const {
+    for (std::size_t l = 0; l < rest_.limbs().size(); ++l) {
+      double sum = 0;
+      for (std::size_t j = 0; j < skin.size(); ++j)
+        if (limb_of_[j] == l) sum += skin[j];
+      if (sum > 0.5) return l;
     }
+    return no_limb;
   }
   /// Parts that are too small or too round to be asked alone.
-  static bool is_small(std::size_t j) {
-    using enum SmplJoint;
-    switch (static_cast<SmplJoint>(j)) {
-      case left_collar:
-      case right_collar:
-      case left_hand:
-      case right_hand:
-      case left_foot:
-      case right_foot:
-      case spine1:
-      case spine2:
-      case spine3:
-      case neck:
-        return true;
-      default:
-        return false;
-    }
+  bool is_small(std::size_t j) const {
+    using enum JointKind;
+    const JointKind kind = plan_.joints[j].kind;
+    return kind == girdle || kind == tip || kind == spine || kind == neck || kind == appendage;
   }
 
   /// The place with x negated, and the joints' weights exchanged.
@@ -220,9 +194,9 @@ class BasicPartMotionSolver {
     Vec3d place = r.own.rest;
     place.x = -place.x;
     r.own = rest_.locate(place);
-    CorrespondenceTemplate::Skin skin;
-    for (std::size_t j = 0; j < skin.size(); ++j) skin[smpl_mirrored_joints[j]] = r.skin[j];
-    r.skin = skin;
+    CorrespondenceTemplate::Skin skin(r.skin.size());
+    for (std::size_t j = 0; j < skin.size(); ++j) skin[plan_.joints[j].mirrored] = r.skin[j];
+    r.skin = std::move(skin);
     r.mirrored = !r.mirrored;
   }
 
@@ -239,9 +213,8 @@ class BasicPartMotionSolver {
     double stiffness = 0;     ///< how firmly the rotation and the size stay, in weighted square metres
   };
 
-  /// Weighted Procrustes with weights iterated from `scales`; share(i) is a point's part in it.
-  template <class Share>
-  Similarity solve(const Hold& hold, std::initializer_list<double> scales, bool by_reach, const Share& share) const {
+  /// Weighted Procrustes with weights iterated from `scales`, of points by their share_ in the part.
+  Similarity solve(const Hold& hold, std::initializer_list<double> scales, bool by_reach) const {
     Similarity part = hold.from;
     const Vec3d joint = hold.from(hold.joint);
     bool first = true;
@@ -250,7 +223,7 @@ class BasicPartMotionSolver {
       Vec3d p_centre = joint * hold.joint_weight, q_centre = hold.joint * hold.joint_weight;
       weights_.assign(reads_.size(), 0.0);
       for (std::size_t i = 0; i < reads_.size(); ++i) {
-        double w = share(i);
+        double w = share_[i];
         if (w < 0.02) continue;
         const Vec3d p = points_[i].point, q = reads_[i].own.rest;
         w *= reads_[i].certainty;
@@ -293,12 +266,10 @@ class BasicPartMotionSolver {
   }
 
   void solve_trunk() {
-    const auto share = [this](std::size_t i) {
-      double sum = 0;
-      for (std::size_t j = 0; j < smpl_joint_count; ++j)
-        if (in_trunk(j)) sum += reads_[i].skin[j];
-      return sum;
-    };
+    share_.assign(reads_.size(), 0.0);
+    for (std::size_t j = 0; j < plan_.joint_count(); ++j)
+      if (plan_.in_trunk(j))
+        for (std::size_t i = 0; i < reads_.size(); ++i) share_[i] += reads_[i].skin[j];
     // The overall size as a start, from how far the points are from their mean; a bent body is smaller.
     Vec3d p_mean, q_mean;
     for (std::size_t i = 0; i < reads_.size(); ++i) {
@@ -313,39 +284,39 @@ class BasicPartMotionSolver {
     Hold hold;
     hold.from.scale = q_squares > 0 && p_squares > 0 ? std::sqrt(p_squares / q_squares) : 1;
     hold.from.shift = p_mean - q_mean * hold.from.scale;
-    trunk_ = solve(hold, {1.0, 0.3, 0.2, 0.12, 0.1, 0.1}, false, share);
-    parts_.fill(trunk_);
+    trunk_ = solve(hold, {1.0, 0.3, 0.2, 0.12, 0.1, 0.1}, false);
+    parts_.assign(plan_.joint_count(), trunk_);
   }
 
   void solve_parts() {
-    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+    for (std::size_t j = 0; j < parts_.size(); ++j) {
       Hold hold;
       hold.joint = rest_.joints()[j];
       if (j == 0) {
         hold.from = trunk_;
         hold.stiffness = 0.1 * unit_;
       } else {
-        hold.from = parts_[static_cast<std::size_t>(smpl_parents[j])];
+        hold.from = parts_[parent(j)];
         hold.joint_weight = 8 * unit_;
         hold.stiffness = (is_small(j) ? 0.1 : 0.02) * unit_;
       }
-      parts_[j] =
-          solve(hold, {0.15, 0.3, 0.15, 0.1, 0.1}, j > 0, [this, j](std::size_t i) { return reads_[i].skin[j]; });
+      for (std::size_t i = 0; i < reads_.size(); ++i) share_[i] = reads_[i].skin[j];
+      parts_[j] = solve(hold, {0.15, 0.3, 0.15, 0.1, 0.1}, j > 0);
     }
   }
+
+  std::size_t parent(std::size_t j) const { return static_cast<std::size_t>(plan_.joints[j].parent); }
 
   Vec3d predicted(const Read& r) const {
     return skinned(r.skin, [&](std::size_t j) { return parts_[j](r.own.rest); });
   }
 
   void choose_sides_by_reach() {
-    using enum SmplJoint;
     for (std::size_t i = 0; i < reads_.size(); ++i) {
       Read& r = reads_[i];
-      if (r.limb == Limb::none) continue;
-      const bool arm = r.limb == Limb::arm, left = r.own.rest.x > 0;
-      const std::size_t own = joint_index(arm ? left ? left_shoulder : right_shoulder : left ? left_hip : right_hip);
-      const std::size_t other = smpl_mirrored_joints[own];
+      if (r.limb == no_limb) continue;
+      const LimbPair& limb = rest_.limbs()[r.limb];
+      const std::size_t own = limb.joints[r.own.rest.x > 0 ? 0 : 1][limb.first], other = plan_.joints[own].mirrored;
       const double radius = length(r.own.rest - rest_.joints()[own]) * trunk_.scale;
       const double excess = length(points_[i].point - trunk_(rest_.joints()[own])) - radius;
       const double mirrored = length(points_[i].point - trunk_(rest_.joints()[other])) - radius;
@@ -356,7 +327,7 @@ class BasicPartMotionSolver {
   void choose_sides_by_residual() {
     for (std::size_t i = 0; i < reads_.size(); ++i) {
       Read& r = reads_[i];
-      if (r.limb == Limb::none) continue;
+      if (r.limb == no_limb) continue;
       const double own = length(predicted(r) - points_[i].point) / trunk_.scale;
       if (own < 0.12) continue;
       Read other = r;
@@ -369,22 +340,24 @@ class BasicPartMotionSolver {
     PartMotion m;
     m.parts = parts_;
     m.size = trunk_.scale;
-    m.axis_angles.resize(3 * smpl_joint_count);
-    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+    const std::size_t joints = parts_.size();
+    m.axis_angles.resize(3 * joints);
+    m.residuals.resize(joints);
+    for (std::size_t j = 0; j < joints; ++j) {
       Matrix3 relative = parts_[j].rotation;
-      if (j > 0) relative = parts_[static_cast<std::size_t>(smpl_parents[j])].rotation.transposed() * relative;
+      if (j > 0) relative = parts_[parent(j)].rotation.transposed() * relative;
       const Vec3d a = axis_angle(relative);
       m.axis_angles[3 * j] = a.x, m.axis_angles[3 * j + 1] = a.y, m.axis_angles[3 * j + 2] = a.z;
     }
     m.translation = parts_[0](rest_.joints()[0]) - rest_.joints()[0];
-    std::array<double, smpl_joint_count> share{};
+    std::vector<double> share(joints);
     double all = 0;
     for (std::size_t i = 0; i < reads_.size(); ++i) {
       const Read& r = reads_[i];
       const double off = std::min(length(predicted(r) - points_[i].point) / trunk_.scale, cut_off);
       // A place that had to be mirrored was read wrong.
       all += r.certainty * (r.mirrored ? std::max(off, 0.1) : off);
-      for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+      for (std::size_t j = 0; j < joints; ++j) {
         m.residuals[j] += r.certainty * r.skin[j] * off;
         share[j] += r.certainty * r.skin[j];
       }
@@ -392,12 +365,12 @@ class BasicPartMotionSolver {
       m.certainty.push_back(r.certainty);
     }
     double gaps = 0;
-    for (std::size_t j = 0; j < smpl_joint_count; ++j) {
+    for (std::size_t j = 0; j < joints; ++j) {
       if (share[j] > 0) m.residuals[j] /= share[j];
       if (j == 0) continue;
       const Vec3d joint = rest_.joints()[j];
-      const Vec3d gap = parts_[j](joint) - parts_[static_cast<std::size_t>(smpl_parents[j])](joint);
-      gaps += std::min(length(gap) / trunk_.scale, cut_off) / static_cast<double>(smpl_joint_count - 1);
+      const Vec3d gap = parts_[j](joint) - parts_[parent(j)](joint);
+      gaps += std::min(length(gap) / trunk_.scale, cut_off) / static_cast<double>(joints - 1);
     }
     m.residual = all / total_ + 0.5 * gaps;
     return m;
@@ -406,11 +379,14 @@ class BasicPartMotionSolver {
   static constexpr double cut_off = 0.3;
 
   const CorrespondenceTemplate& rest_;
+  const BodyPlan& plan_;
   std::span<const PointCorrespondence> points_;
+  std::vector<std::size_t> limb_of_;  ///< [J] number of the pair whose limb a joint belongs to
   std::vector<Read> reads_;
   double total_ = 0, unit_ = 1;
   Similarity trunk_;
-  std::array<Similarity, smpl_joint_count> parts_;
+  std::vector<Similarity> parts_;
+  std::vector<double> share_;  ///< of each point in the part that is solved for
   mutable std::vector<double> weights_;
 };
 
@@ -418,7 +394,7 @@ class BasicPartMotionSolver {
 
 /// The motion of a body's parts from read points.
 NPT_INLINE PartMotion part_motion(const CorrespondenceTemplate& rest, std::span<const PointCorrespondence> points,
-                                  SwappedLimbs swapped = {}) {
+                                  SwappedLimbs swapped = 0) {
   return fit::internal::PartMotionSolver(rest, points, swapped)();
 }
 

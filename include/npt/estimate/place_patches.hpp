@@ -5,7 +5,8 @@
 #pragma once
 
 #include <npt/base/vec3.hpp>
-#include <npt/body/skeleton.hpp>
+#include <npt/body/body_plan.hpp>
+#include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
 #include <npt/mesh/mesh.hpp>
@@ -23,26 +24,25 @@ namespace npt::inline NPT_ABI {
 
 /// Whether a surface may lead from one place to the other over so many metres. From a left limb to a right one only
 /// where they are grown together: between thighs or collars, and not as far as legs stand apart at rest.
-NPT_INLINE bool continuous_places(const BodyPlace& a, const BodyPlace& b, double distance) {
-  const auto side = [](std::uint32_t part) {
-    const std::size_t other = smpl_mirrored_joints[part];
-    return other > part ? 1 : other < part ? -1 : 0;
-  };
-  const bool across = side(a.part) * side(b.part) < 0;
+/// parents: the plan's
+NPT_INLINE bool continuous_places(const BodyPlan& plan, std::span<const int> parents, const BodyPlace& a,
+                                  const BodyPlace& b, double distance) {
+  const bool across = plan.side(a.part) * plan.side(b.part) < 0;
   return length(a.rest - b.rest) <= (across ? 0.03 + 2 * distance : 0.1 + 3 * distance) &&
-         bones_between(smpl_parents, a.part, b.part) <= (across ? 2 : 3);
+         bones_between(parents, a.part, b.part) <= (across ? 2 : 3);
 }
 
 NPT_INLINE_CLASS(class, PlacePatches);
 template <class>
 class BasicPlacePatches {
  public:
-  BasicPlacePatches(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::span<const Edge> edges,
-                    std::span<const BodyPlace> places) {
+  BasicPlacePatches(const BodyPlan& plan, std::span<const Vec3d> points, std::span<const Triangle> triangles,
+                    std::span<const Edge> edges, std::span<const BodyPlace> places) {
+    const std::vector<int> parents = plan.parents();
     UnionFind patches(points.size()), pieces(points.size());
     for (const Edge& e : edges) {
       pieces.unite(e[0], e[1]);
-      if (continuous_places(places[e[0]], places[e[1]], length(points[e[0]] - points[e[1]])))
+      if (continuous_places(plan, parents, places[e[0]], places[e[1]], length(points[e[0]] - points[e[1]])))
         patches.unite(e[0], e[1]);
       else
         broken_.push_back(e);

@@ -3,17 +3,16 @@
 /// By itself each joint has K = stiffness (I + twist a a^T), where a is the bone's direction in the rest pose: turning
 /// about the bone itself costs more, since it hardly moves the surface, and a search would take it for a way out.
 /// natural() has one K for all joints together: a pelvis and a spine that bend against each other are unlikely, though
-/// neither bend is. Hinges are joints that bend to one side only.
+/// neither bend is. Hinges are joints that bend to one side only. Stiffness and hinges are a plan's.
 /// Shapes    theta: [J] axis angles
 /// Source    Bogo et al., "Keep it SMPL", ECCV 2016, section 3.3, for the one-sided joints (eq. 4); the rest is ours
 #pragma once
 
 #include <npt/base/matrix3.hpp>
-#include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/natural_poses.hpp>
-#include <npt/body/skeleton.hpp>
+#include <npt/body/body_plan.hpp>
 #include <npt/config.hpp>
 #include <npt/solve/dense_cholesky.hpp>
 #include <npt/solve/normal_equations.hpp>
@@ -37,38 +36,42 @@ class BasicPosePrior {
     Vec3d axis;
   };
 
+  /// Each joint by itself, all alike.
   explicit BasicPosePrior(const BodyModel& model) : means_(model.joint_count()), stiffness_(model.joint_count()) {
     const std::vector<Vec3d> joints = model.joints({});
-    const bool human = model.joint_count() == smpl_joint_count;
     for (std::size_t j = 1; j < joints.size(); ++j) {
       Vec3d bone;
       for (std::size_t c = j + 1; c < joints.size(); ++c)
         if (model.tables().parents[c] == static_cast<int>(j)) bone += normalised(joints[c] - joints[j]);
       bone = normalised(bone);
-      stiffness_[j] = (Matrix3::identity() + outer(bone, bone) * twist) * (human ? human_stiffness(j) : 1.0);
+      stiffness_[j] = Matrix3::identity() + outer(bone, bone) * twist;
     }
-    stiffness_[0] = {};
-    if (human)
-      hinges_ = {{joint_index(SmplJoint::left_knee), {-1, 0, 0}},
-                 {joint_index(SmplJoint::right_knee), {-1, 0, 0}},
-                 {joint_index(SmplJoint::left_elbow), {0, 1, 0}},
-                 {joint_index(SmplJoint::right_elbow), {0, -1, 0}}};
-    for (const Hinge& hinge : hinges_)
-      stiffness_[hinge.joint] =
-          (Matrix3::identity() - outer(hinge.axis, hinge.axis)) * stiff + outer(hinge.axis, hinge.axis) * loose;
   }
 
-  /// The angles of all joints but the root together as a Gaussian of natural poses (natural_poses.hpp) with a wide
-  /// margin, and the one-sided part.
-  /// Requires  SMPL's joints
-  static BasicPosePrior natural(const BodyModel& model) {
-    NPT_ASSERT(model.joint_count() == smpl_joint_count);
+  /// Each joint by itself, as the plan says.
+  /// Requires  the plan's joints
+  BasicPosePrior(const BodyModel& model, const BodyPlan& plan) : BasicPosePrior(model) {
+    NPT_ASSERT(model.joint_count() == plan.joint_count());
+    for (std::size_t j = 1; j < stiffness_.size(); ++j) {
+      const JointPlan& joint = plan.joints[j];
+      stiffness_[j] = stiffness_[j] * joint.stiffness;
+      if (joint.hinge == Vec3d{}) continue;
+      hinges_.push_back({j, joint.hinge});
+      const Matrix3 about = outer(joint.hinge, joint.hinge);
+      stiffness_[j] = (Matrix3::identity() - about) * joint.stiffness + about;
+    }
+  }
+
+  /// The angles of all joints but the root together as a Gaussian of the kind's poses with a wide margin, and the
+  /// one-sided part; each joint by itself where the kind knows no moments.
+  static BasicPosePrior natural(const BodyKind& kind) {
     // On 20 pairs of people that no body model of ours made: a mean squared distance of 17.7e-4 m^2 from the truth with
     // each joint by itself (at a strength of 0.3), 15.9 so; a strength of 1 gave 16.8.
     constexpr double margin = 0.15, strength = 3;
-    BasicPosePrior prior(model);
-    const Moments& natural = natural_moments();
-    std::vector<double> covariance = natural.covariance;
+    BasicPosePrior prior(*kind.body, kind.plan);
+    if (kind.moments.mean.empty()) return prior;
+    const std::size_t coupled = 3 * (kind.joint_count() - 1);
+    std::vector<double> covariance = kind.moments.covariance;
     for (std::size_t i = 0; i < coupled; ++i) covariance[i * coupled + i] += margin * margin;
     const DenseCholesky factor(coupled, std::move(covariance));
     prior.coupling_.resize(coupled * coupled);
@@ -78,7 +81,7 @@ class BasicPosePrior {
       factor.solve_lower(row);
       factor.solve_upper(row);
     }
-    prior.means_ = natural.mean;
+    prior.means_ = kind.moments.mean;
     prior.stiffness_.assign(prior.stiffness_.size(), Matrix3{});
     return prior;
   }
@@ -125,7 +128,8 @@ class BasicPosePrior {
       }
     };
     for (std::size_t j = 0; j < stiffness_.size(); ++j) add(j, stiffness_[j] * weight);
-    for (std::size_t i = 0; i < coupling_.size() / coupled; ++i)
+    const std::size_t coupled = coupling_.empty() ? 0 : 3 * (means_.size() - 1);
+    for (std::size_t i = 0; i < coupled; ++i)
       for (std::size_t c = 0; c <= i; ++c)
         equations.add_to_matrix(first + 3 + i, first + 3 + c, weight * coupling_[i * coupled + c]);
     for (const Hinge& hinge : hinges_) {
@@ -138,43 +142,11 @@ class BasicPosePrior {
   }
 
  private:
-  /// Angles of SMPL's joints but the root, which may look anywhere.
-  static constexpr std::size_t coupled = 3 * (smpl_joint_count - 1);
-
-  struct Moments {
-    std::vector<Vec3d> mean;         ///< [24]
-    std::vector<double> covariance;  ///< [coupled, coupled]
-  };
-
-  /// Of natural poses, over draws.
-  static const Moments& natural_moments() {
-    static const Moments all = [] {
-      constexpr int draws = 2000;
-      Moments moments{std::vector<Vec3d>(smpl_joint_count), std::vector<double>(coupled * coupled)};
-      std::vector<double> mean(coupled);
-      Random random(1);
-      for (int d = 0; d < draws; ++d) {
-        const NaturalPoses::Pose pose = natural_poses().sample(random);
-        for (std::size_t i = 0; i < coupled; ++i) {
-          const double a = static_cast<double>(pose[3 + i]) / draws;
-          mean[i] += a;
-          for (std::size_t k = 0; k <= i; ++k)
-            moments.covariance[i * coupled + k] += a * static_cast<double>(pose[3 + k]);
-        }
-      }
-      for (std::size_t i = 0; i < coupled; ++i)
-        for (std::size_t k = 0; k <= i; ++k) moments.covariance[i * coupled + k] -= mean[i] * mean[k];
-      for (std::size_t j = 1; j < smpl_joint_count; ++j)
-        moments.mean[j] = {mean[3 * j - 3], mean[3 * j - 2], mean[3 * j - 1]};
-      return moments;
-    }();
-    return all;
-  }
-
   /// What the coupled joints add.
   double coupled_value(std::span<const double> theta, double weight, std::span<double> gradient) const {
-    std::array<double, coupled> off{};
-    for (std::size_t j = 1; j < smpl_joint_count; ++j) {
+    const std::size_t coupled = 3 * (means_.size() - 1);
+    std::vector<double> off(coupled);
+    for (std::size_t j = 1; j < means_.size(); ++j) {
       off[3 * j - 3] = theta[3 * j] - means_[j].x;
       off[3 * j - 2] = theta[3 * j + 1] - means_[j].y;
       off[3 * j - 1] = theta[3 * j + 2] - means_[j].z;
@@ -189,24 +161,8 @@ class BasicPosePrior {
     return value;
   }
 
-  static constexpr double twist = 20, stiff = 10, loose = 1;
-  static constexpr double most_bend = 2.4;  ///< radians, of knees and elbows
-
-  /// Hips, shoulders, elbows and knees move most; the trunk and the ends of the limbs little.
-  static double human_stiffness(std::size_t joint) {
-    switch (static_cast<SmplJoint>(joint)) {
-      case SmplJoint::left_hip:
-      case SmplJoint::right_hip:
-      case SmplJoint::left_shoulder:
-      case SmplJoint::right_shoulder:
-        return loose;
-      case SmplJoint::left_collar:
-      case SmplJoint::right_collar:
-        return 1;
-      default:
-        return stiff;
-    }
-  }
+  static constexpr double twist = 20;
+  static constexpr double most_bend = 2.4;  ///< radians, of hinges
 
   std::vector<Vec3d> means_;
   std::vector<Matrix3> stiffness_;

@@ -10,12 +10,12 @@
 /// Units     metres; pose: squared deviations of natural poses
 #pragma once
 
-#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <vector>
 
 namespace npt::inline NPT_ABI {
 
@@ -24,8 +24,8 @@ struct EstimateResiduals {
   /// body says, and where the fitted body has them: the mean, each counted up to `most_correspondence`.
   double correspondences = 0;
   static constexpr double most_correspondence = 0.5;
-  /// The same of the points of the two parts that meet at a joint.
-  std::array<double, smpl_joint_count> joints{};
+  /// [J] The same of the points of the two parts that meet at a joint.
+  std::vector<double> joints{};
   double surface = 0;  ///< CorrespondenceFit::relative_distance
   double pose = 0;     ///< CorrespondenceFit::pose_deviation
   double shape = 0;    ///< CorrespondenceFit::shape_deviation

@@ -19,10 +19,9 @@
 #include <npt/base/error.hpp>
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
-#include <npt/body/mannequin/finger_joints.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
@@ -55,7 +54,7 @@ struct BodyWeightsOptions {
   /// that down to which what is connected to it does. Clothes keep up to 0.1; tails, wings and blades end 0.2 to 0.4
   /// away.
   double far = 0.1, off = 0.04;
-  /// Whether the left and the right hand are closed; for a body with finger joints.
+  /// Whether the left and the right hand are closed; for a kind with hands.
   std::array<bool, 2> closed{};
 };
 
@@ -64,14 +63,15 @@ NPT_INLINE_CLASS(class, BodyWeights);
 template <class>
 class BasicBodyWeights {
  public:
-  BasicBodyWeights(const BodyModel& model, const BodyFit& fit, std::vector<Vec3d> points,
-                   std::vector<Triangle> triangles, const BodyWeightsOptions& options)
-      : model_(model),
+  BasicBodyWeights(const BodyKind& kind, const BodyFit& fit, std::vector<Vec3d> points, std::vector<Triangle> triangles,
+                   const BodyWeightsOptions& options)
+      : kind_(kind),
+        model_(kind.bound_body()),
         fit_(fit),
         points_(std::move(points)),
         triangles_(std::move(triangles)),
         options_(options),
-        joints_(model.joint_count()),
+        joints_(model_.joint_count()),
         stride_((joints_ + lanes - 1) / lanes * lanes) {
     locate();
     edges_ = edges_of_triangles(as_span(triangles_));
@@ -79,7 +79,7 @@ class BasicBodyWeights {
     doubt_patches();
     doubt_far();
     solve();
-    if (joints_ == fingered_joint_count) measure_hands();
+    if (kind_.hands) measure_hands();
     RigidPieces(points_, triangles_, model_.tables().parents, certain_).move(as_span(weights_), stride_);
   }
 
@@ -115,7 +115,7 @@ class BasicBodyWeights {
   }
 
   void locate() {
-    const BodyLookUp look_up(model_, fit_, options_.facing);
+    const BodyLookUp look_up(model_, fit_, options_.facing, kind_.joint_count());
     body_.assign(look_up.body().begin(), look_up.body().end());
     const std::vector<Vec3d> outward = area_vectors(as_span(points_), as_span(triangles_));
     weights_.assign(points_.size() * stride_, 0.0F);
@@ -153,7 +153,7 @@ class BasicBodyWeights {
   /// Points beside tears, and small patches with others around, but where one is the most of its piece and lies on the
   /// body: of a shoe that touches the other leg, what was looked up on its own foot.
   void doubt_patches() {
-    const PlacePatches patches(points_, triangles_, edges_, places_);
+    const PlacePatches patches(kind_.plan, points_, triangles_, edges_, places_);
     std::vector<double> distance(points_.size()), count(points_.size());
     for (std::uint32_t p = 0; p < points_.size(); ++p)
       distance[patches.patch(p)] += distances_[p], ++count[patches.patch(p)];
@@ -243,20 +243,21 @@ class BasicBodyWeights {
     const Neighbours around = neighbours(as_span(edges_of_triangles(model_.triangles())), model_.vertex_count());
     const std::vector<Rigid> motions = model_.bone_motions(as_span(fit_.betas), as_span(fit_.axis_angles));
     for (std::size_t side = 0; side < 2; ++side) {
-      const HandSkin of_body({body_, &around, skin, joints_}, side);
-      HandSkin hand({points_, &around_, weights_, stride_}, side);
+      const HandJoints& joints = kind_.hands->joints[side];
+      const HandSkin of_body({body_, &around, skin, joints_}, joints);
+      HandSkin hand({points_, &around_, weights_, stride_}, joints);
       measured_[side].fingers = hand.like(of_body);
       if (!measured_[side].fingers) {
         hand.stiffen();
       } else if (options_.closed[side]) {
-        const Matrix3& turn = motions[joint_index(SmplJoint::left_hand) + side].rotation;
-        measured_[side].closed = hand.beside(of_body, turn * finger_hinge(side));
+        measured_[side].closed = hand.beside(of_body, motions[joints.hand].rotation * joints.hinge);
         hand.take(of_body);
       }
     }
   }
 
-  const BodyModel& model_;
+  const BodyKind& kind_;
+  const BodyModel& model_;  ///< the kind's that characters are bound to
   const BodyFit& fit_;
   std::array<HandMeasure, 2> measured_{};
   std::vector<Vec3d> body_;  ///< its vertices as fitted
@@ -275,9 +276,9 @@ class BasicBodyWeights {
 
 }  // namespace skeleton::internal
 
-/// measured: the fingers, for a body with finger joints
-/// Requires  finite points, triangles of numbers below V, a fit of this model
-NPT_INLINE SparseMatrix body_weights(const BodyModel& model, const BodyFit& fit, std::span<const Vec3d> points,
+/// measured: the fingers, for a kind with hands
+/// Requires  finite points, triangles of numbers below V, a fit of the body that characters are bound to
+NPT_INLINE SparseMatrix body_weights(const BodyKind& kind, const BodyFit& fit, std::span<const Vec3d> points,
                                      std::span<const Triangle> triangles, const BodyWeightsOptions& options = {},
                                      std::array<skeleton::internal::HandMeasure, 2>* measured = nullptr) {
   std::vector<float> xyz;
@@ -288,7 +289,7 @@ NPT_INLINE SparseMatrix body_weights(const BodyModel& model, const BodyFit& fit,
   std::vector<Vec3d> welded;
   welded.reserve(welding.vertex_of.size());
   for (const std::uint32_t v : welding.vertex_of) welded.push_back(points[v]);
-  const skeleton::internal::BodyWeights bound(model, fit, std::move(welded), welding.welded(triangles), options);
+  const skeleton::internal::BodyWeights bound(kind, fit, std::move(welded), welding.welded(triangles), options);
   if (measured != nullptr) *measured = bound.measured();
   return bound.weights().gathered(as_span(welding.point_of));
 }

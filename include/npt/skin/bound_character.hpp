@@ -1,5 +1,5 @@
 /// An identity bound to the body that was fitted to it: its joints, skin weights and hands, and how angles move it.
-/// Shapes    joint angles [40, 3]: SMPL's 24 and the fingers'
+/// Shapes    J joints of a kind's plan, J' with those of fingers; people's are 24 and 40
 /// Units     metres and radians, in the body's coordinates
 #pragma once
 
@@ -8,10 +8,10 @@
 #include <npt/base/error.hpp>
 #include <npt/base/rigid.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/joint_names.hpp>
+#include <npt/body/hands.hpp>
 #include <npt/body/kinematics.hpp>
-#include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
@@ -43,33 +43,33 @@ NPT_INLINE_CLASS(struct, BoundCharacter);
 template <class>
 struct BasicBoundCharacter {
   BodyEstimate estimate;
-  BodyFit body;                   ///< the estimate's, with finger joints: 40
-  std::vector<Vec3d> joints;      ///< [40] where they are, in the body's coordinates
+  BodyFit body;                   ///< the estimate's, with finger joints: J'
+  std::vector<Vec3d> joints;      ///< [J'] where they are, in the body's coordinates
   std::array<HandBend, 2> hands;  ///< as measured on the mesh itself
   std::array<bool, 2> fingers{};  ///< whether the hands have any
   std::vector<Vec3d> points;      ///< [V] in the body's coordinates
-  SparseMatrix weights;           ///< [V, 40]; an empty row: a vertex that no joint moves
+  SparseMatrix weights;           ///< [V, J']; an empty row: a vertex that no joint moves
 
-  /// [40, 3] the pose's joint angles [24, 3] with its hands, where this character has fingers to close.
-  std::vector<float> angles(std::span<const float> axis_angles, const BodyEstimate& pose) const {
-    return with_fingers(axis_angles, {fingers[0] ? pose.hands[0] : hands[0], fingers[1] ? pose.hands[1] : hands[1]});
+  /// [J', 3] the pose's joint angles [J, 3] with its hands, where this character has fingers to close.
+  std::vector<float> angles(const BodyKind& kind, std::span<const float> axis_angles, const BodyEstimate& pose) const {
+    return kind.bound_angles(axis_angles,
+                             {fingers[0] ? pose.hands[0] : hands[0], fingers[1] ? pose.hands[1] : hands[1]});
   }
 
-  /// [40] How the joints move to joint angles [40, 3], in the body's coordinates. `fingered`: the body with finger
-  /// joints
-  std::vector<Rigid> motions(const BodyModel& fingered, std::span<const float> axis_angles) const {
-    std::vector<Rigid> result = skeleton_motions(fingered, body, axis_angles);
-    for (std::size_t j = smpl_joint_count; j < result.size(); ++j) {
-      const auto parent = static_cast<std::size_t>(fingered.tables().parents[j]);
+  /// [J'] How the joints move to joint angles [J', 3], in the body's coordinates.
+  std::vector<Rigid> motions(const BodyKind& kind, std::span<const float> axis_angles) const {
+    std::vector<Rigid> result = skeleton_motions(kind.bound_body(), body, axis_angles);
+    for (std::size_t j = kind.joint_count(); j < result.size(); ++j) {
+      const auto parent = static_cast<std::size_t>(kind.bound_body().tables().parents[j]);
       result[j].shift = result[parent](joints[j]) - result[j].rotation * joints[j];
     }
     return result;
   }
 
-  /// [40] How the joints move to joint angles [40, 3], in the mesh's own unit and place.
-  std::vector<Affine> motions_in_place(const BodyModel& fingered, std::span<const float> axis_angles) const {
+  /// [J'] How the joints move to joint angles [J', 3], in the mesh's own unit and place.
+  std::vector<Affine> motions_in_place(const BodyKind& kind, std::span<const float> axis_angles) const {
     std::vector<Affine> result;
-    for (const Rigid& m : motions(fingered, axis_angles)) {
+    for (const Rigid& m : motions(kind, axis_angles)) {
       const Vec3d centre = estimate.centre;
       result.push_back({m.rotation, m.shift / estimate.metres + centre - m.rotation * centre});
     }
@@ -77,13 +77,13 @@ struct BasicBoundCharacter {
     return result;
   }
 
-  /// Writes the vertices with joint angles [40, 3], in the mesh's own unit and place. result: [V, 3]
-  void pose(const BodyModel& fingered, std::span<const float> axis_angles, std::span<float> result) const {
+  /// Writes the vertices with joint angles [J', 3], in the mesh's own unit and place. result: [V, 3]
+  void pose(const BodyKind& kind, std::span<const float> axis_angles, std::span<float> result) const {
     if (result.size() != 3 * points.size())
       throw Error({.file = "result",
                    .found = std::to_string(result.size()) + " numbers",
                    .expected = "three for each of " + std::to_string(points.size()) + " vertices"});
-    const std::vector<Rigid> all = motions(fingered, axis_angles);
+    const std::vector<Rigid> all = motions(kind, axis_angles);
     for (std::size_t v = 0; v < points.size(); ++v) {
       const Vec3f p = (moved(v, all) / estimate.metres + estimate.centre).template as<float>();
       result[3 * v] = p.x, result[3 * v + 1] = p.y, result[3 * v + 2] = p.z;
@@ -91,11 +91,11 @@ struct BasicBoundCharacter {
   }
 
   /// The skeleton and skin weights, in the mesh's own unit, place and pose.
-  SkinnedSkeleton skeleton(const BodyModel& fingered, JointNames names = JointNames::vrm) const {
+  SkinnedSkeleton skeleton(const BodyKind& kind) const {
     SkinnedSkeleton result;
     for (std::size_t j = 0; j < joints.size(); ++j) {
-      const int parent = fingered.tables().parents[j];
-      result.names.emplace_back(joint_name(j, names));
+      const int parent = kind.bound_body().tables().parents[j];
+      result.names.push_back(kind.skeleton_names[j]);
       result.parents.push_back(parent < 0 ? SkinnedSkeleton::no_parent : static_cast<std::size_t>(parent));
       result.joints.push_back(joints[j] / estimate.metres + estimate.centre);
     }
@@ -122,7 +122,7 @@ struct BasicBoundCharacter {
   /// Of the joint that a skeleton has for such vertices, behind the body's.
   static constexpr const char* still_joint_name = "scenery";
 
-  /// Where the joints' motions [J] bring a vertex, in the body's coordinates.
+  /// Where the joints' motions [J'] bring a vertex, in the body's coordinates.
   Vec3d moved(std::size_t v, std::span<const Rigid> motions) const {
     if (is_still(v)) return points[v];
     return skinned(weights.columns_of(v), weights.values_of(v), [&](std::size_t j) { return motions[j](points[v]); });
@@ -135,17 +135,17 @@ namespace skin::internal {
 inline constexpr double least_closed = 0.8;
 
 /// How far the hands are closed after the fingers of closed ones were measured; their joints' places, too.
-NPT_INLINE std::array<HandBend, 2> measured_hands(const BodyEstimate& estimate,
+NPT_INLINE std::array<HandBend, 2> measured_hands(const BodyKind& kind, const BodyEstimate& estimate,
                                                   const std::array<skeleton::internal::HandMeasure, 2>& measured,
                                                   std::span<Vec3d> joints) {
   // Radians that no finger bends: then it was measured wrongly.
   constexpr double least = -0.4, most = 2.1;
   std::array<HandBend, 2> hands = estimate.hands;
-  for (std::size_t side = 0; side < 2; ++side)
+  for (std::size_t side = 0; kind.hands && side < 2; ++side)
     for (std::size_t f = 0; f < finger_count; ++f) {
       const skeleton::internal::FingerMeasure& finger = measured[side].closed[f];
       for (std::size_t k = 0; k < 2; ++k)
-        if (finger.joints[k]) joints[middle_finger_joint(side, f) + k] = *finger.joints[k];
+        if (finger.joints[k]) joints[kind.hands->joints[side].middles[f] + k] = *finger.joints[k];
       const double middle = hands[side].middle[f] + finger.turns[0];
       const double end = hands[side].middle[f] * 2 / 3 + finger.turns[1] - finger.turns[0];
       if (std::min(middle, end) < least || std::max(middle, end) > most) continue;
@@ -171,15 +171,15 @@ NPT_INLINE SparseMatrix weights_of_figure(const SparseMatrix& all, std::span<con
 
 }  // namespace skin::internal
 
-/// Binds a mesh to the body that was estimated for it. fingered: the body model with finger joints
+/// Binds a mesh to the body that was estimated for it.
 /// Errors    npt::Error for an estimate without a body
-NPT_INLINE BoundCharacter bind_character(const BodyModel& fingered, const MeshView& mesh, BodyEstimate estimate) {
+NPT_INLINE BoundCharacter bind_character(const BodyKind& kind, const MeshView& mesh, BodyEstimate estimate) {
   BoundCharacter character;
   character.estimate = std::move(estimate);
   const BodyEstimate& e = character.estimate;
   expect_body(e, mesh.name);
   character.body = e.fit.body;
-  character.body.axis_angles = with_fingers(as_span(e.fit.body.axis_angles), e.hands);
+  character.body.axis_angles = kind.bound_angles(as_span(e.fit.body.axis_angles), e.hands);
   character.points = e.points_of(mesh);
   const auto closed = [&e](std::size_t side) {
     const auto& bend = e.hands[side].middle;
@@ -188,16 +188,13 @@ NPT_INLINE BoundCharacter bind_character(const BodyModel& fingered, const MeshVi
   std::array<skeleton::internal::HandMeasure, 2> measured;
   std::vector<Triangle> kept;
   const std::span<const Triangle> own = figure_triangles(mesh, e.figure, kept);
-  character.weights = body_weights(fingered, character.body, character.points, own,
+  character.weights = body_weights(kind, character.body, character.points, own,
                                    {.facing = e.fit.facing, .closed = {closed(0), closed(1)}}, &measured);
   if (!e.figure.empty()) character.weights = skin::internal::weights_of_figure(character.weights, own);
-  const std::vector<Vec3d> rest = fingered.joints(as_span(e.fit.body.betas));
-  const auto motions = fingered.bone_motions(as_span(e.fit.body.betas), as_span(character.body.axis_angles));
-  for (std::size_t j = 0; j < rest.size(); ++j)
-    character.joints.push_back(motions[j](rest[j]) + e.fit.body.translation);
-  character.hands = skin::internal::measured_hands(e, measured, as_span(character.joints));
+  character.joints = fitted_joints(kind.bound_body(), character.body);
+  character.hands = skin::internal::measured_hands(kind, e, measured, as_span(character.joints));
   character.fingers = {measured[0].fingers, measured[1].fingers};
-  character.body.axis_angles = with_fingers(as_span(e.fit.body.axis_angles), character.hands);
+  character.body.axis_angles = kind.bound_angles(as_span(e.fit.body.axis_angles), character.hands);
   return character;
 }
 

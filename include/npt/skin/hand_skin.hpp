@@ -11,6 +11,7 @@
 
 #include <npt/base/sort.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/hands.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/geodesics.hpp>
@@ -59,13 +60,10 @@ NPT_INLINE_CLASS(class, HandSkin);
 template <class>
 class BasicHandSkin {
  public:
-  /// side: 0 left, 1 right
-  BasicHandSkin(const WeightRows& mesh, std::size_t side)
-      : mesh_(mesh),
-        forearm_(joint_index(SmplJoint::left_elbow) + side),
-        wrist_(joint_index(SmplJoint::left_wrist) + side),
-        side_(side) {
-    const auto forearm = [this](std::size_t p) { return static_cast<double>(mesh_.row(p)[forearm_]) > of_hand(p); };
+  BasicHandSkin(const WeightRows& mesh, const HandJoints& joints) : mesh_(mesh), hand_(joints) {
+    const auto forearm = [this](std::size_t p) {
+      return static_cast<double>(mesh_.row(p)[hand_.forearm]) > of_hand(p);
+    };
     std::vector<std::uint32_t> wrist;
     for (std::uint32_t p = 0; p < mesh_.points.size(); ++p) {
       const std::span<const std::uint32_t> ring = mesh_.around->of(p);
@@ -103,9 +101,10 @@ class BasicHandSkin {
       const std::size_t low = std::min(static_cast<std::size_t>(at), profile.size() - 2);
       const double share = at - static_cast<double>(low);
       float* row = mesh_.row(p);
-      const double all = 1 - static_cast<double>(row[forearm_]);
-      std::fill_n(row, forearm_, 0.0F);
-      std::fill_n(row + forearm_ + 1, mesh_.stride - forearm_ - 1, 0.0F);
+      const float forearm = row[hand_.forearm];
+      const double all = 1 - static_cast<double>(forearm);
+      std::fill_n(row, mesh_.stride, 0.0F);
+      row[hand_.forearm] = forearm;
       const std::array<std::size_t, 4> joints = joints_of(fingers[tip_of_[p]]);
       for (std::size_t k = 0; k < joints.size(); ++k)
         row[joints[k]] = static_cast<float>(all * ((1 - share) * profile[low][k] + share * profile[low + 1][k]));
@@ -117,7 +116,7 @@ class BasicHandSkin {
     for (std::size_t p = 0; p < mesh_.points.size(); ++p) {
       float* row = mesh_.row(p);
       for (std::size_t f = 0; f < finger_count; ++f)
-        for (const std::size_t k : {2U, 3U}) row[wrist_ + 2] += std::exchange(row[joints_of(f)[k]], 0.0F);
+        for (const std::size_t k : {2U, 3U}) row[hand_.hand] += std::exchange(row[joints_of(f)[k]], 0.0F);
     }
   }
 
@@ -155,13 +154,13 @@ class BasicHandSkin {
 
   /// Those of wrist and hand, and of a finger.
   std::array<std::size_t, 4> joints_of(std::size_t finger) const {
-    const std::size_t middle = middle_finger_joint(side_, finger);
-    return {wrist_, wrist_ + 2, middle, middle + 1};
+    const std::size_t middle = hand_.middles[finger];
+    return {hand_.wrist, hand_.hand, middle, middle + 1};
   }
   /// Shares of wrist, hand, middle and end joints at a point.
   std::array<double, 4> shares(std::size_t p) const {
     const float* row = mesh_.row(p);
-    std::array<double, 4> sum{static_cast<double>(row[wrist_]), static_cast<double>(row[wrist_ + 2])};
+    std::array<double, 4> sum{static_cast<double>(row[hand_.wrist]), static_cast<double>(row[hand_.hand])};
     for (std::size_t f = 0; f < finger_count; ++f)
       for (std::size_t k = 2; k < 4; ++k) sum[k] += static_cast<double>(row[joints_of(f)[k]]);
     return sum;
@@ -269,7 +268,7 @@ class BasicHandSkin {
   }
 
   WeightRows mesh_;
-  std::size_t forearm_, wrist_, side_;
+  HandJoints hand_;
   std::vector<std::uint32_t> tips_, thumb_;  ///< the fingers' tips, without the thumb's; points of the thumb
   std::vector<double> place_;                ///< [P] r; below 0 outside of the hand
   std::vector<std::uint32_t> tip_of_;        ///< [P] number of the nearest tip

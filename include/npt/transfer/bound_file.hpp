@@ -1,6 +1,6 @@
 /// A bound character as tensors of a file, and back with the same bits.
-///   estimate.numbers [n] F64, estimate.axis_angles, estimate.betas, estimate.part_distances,
-///   estimate.joint_confidence [24] F64, body.axis_angles, joints [40, 3] F64, hands F64, points [V, 3] F64,
+///   estimate.numbers [n] F64, estimate.axis_angles, estimate.betas, estimate.part_distances [J] F64,
+///   estimate.joint_confidence [J] F64, body.axis_angles, joints [J', 3] F64, hands F64, points [V, 3] F64,
 ///   weights.start [V + 1] U32, weights.column U32, weights.value
 /// The surface of the estimate isn't kept: poses need it, identities don't.
 #pragma once
@@ -8,7 +8,7 @@
 #include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/vec3.hpp>
-#include <npt/body/skeleton.hpp>
+#include <npt/body/body_kind.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
@@ -118,10 +118,10 @@ NPT_INLINE void save_bound(const BoundCharacter& character, TensorList& out) {
   out.add("weights.value", character.weights.value);
 }
 
-/// joints: of the body with fingers; shapes: of the body
 /// Errors    npt::Error that names the file and the tensor, for one that is missing or doesn't fit the others
-NPT_INLINE BoundCharacter load_bound(const SafetensorsFile& file, std::size_t joints, std::size_t shapes) {
+NPT_INLINE BoundCharacter load_bound(const SafetensorsFile& file, const BodyKind& kind) {
   using namespace transfer::internal;
+  const std::size_t joints = kind.bound_body().joint_count();
   BoundCharacter character;
   BodyEstimate& e = character.estimate;
   std::size_t count = 0, bends = 0;
@@ -130,14 +130,12 @@ NPT_INLINE BoundCharacter load_bound(const SafetensorsFile& file, std::size_t jo
   const auto numbers = expect_values<double>(file, "estimate.numbers", count);
   std::size_t i = 0;
   for_each_number(e, [&](double& x) { x = numbers[i++]; });
-  e.fit.body.axis_angles = expect_values<float>(file, "estimate.axis_angles", 3 * smpl_joint_count);
-  e.fit.body.betas = expect_values<float>(file, "estimate.betas", shapes);
-  const auto distances = expect_values<double>(file, "estimate.part_distances", e.fit.part_distances.size());
-  std::copy(distances.begin(), distances.end(), e.fit.part_distances.begin());
-  e.joint_confidence.fill(e.confidence);
+  e.fit.body.axis_angles = expect_values<float>(file, "estimate.axis_angles", 3 * kind.joint_count());
+  e.fit.body.betas = expect_values<float>(file, "estimate.betas", kind.body->shape_count());
+  e.fit.part_distances = expect_values<double>(file, "estimate.part_distances", kind.joint_count());
+  e.joint_confidence.assign(kind.joint_count(), e.confidence);
   if (file.find("estimate.joint_confidence") != nullptr)  // files that were made before have none
-    std::ranges::copy(expect_values<double>(file, "estimate.joint_confidence", e.joint_confidence.size()),
-                      e.joint_confidence.begin());
+    e.joint_confidence = expect_values<double>(file, "estimate.joint_confidence", kind.joint_count());
   const auto flags = expect_values<std::int64_t>(file, "flags", 2);
   character.fingers = {flags[0] != 0, flags[1] != 0};
   const auto hands = expect_values<double>(file, "hands", 2 * bends);

@@ -2,7 +2,7 @@
 /// fitted body's own build, the body takes on its posture (a heavy person's lean, a spine under clothes), which the
 /// identity then gets; a network trained on pairs of different bodies errs elsewhere, and between both is the truth.
 ///   const npt::NetworkCorrection opinion(file, npt::DefaultExecutor(0));
-///   std::vector<float> angles = opinion.angles(body, character, reading, fitted);    [40, 3], fingers as they were
+///   std::vector<float> angles = opinion.angles(kind, character, reading, fitted);    [J', 3], fingers as they were
 /// Points of both meshes, facing the way the network was trained on, go through it; the identity's angles are then
 /// those that bring its points nearest to where body and network put them, by Gauss-Newton with the body's as a prior.
 /// It counts only where it can be of use:
@@ -23,9 +23,9 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/kinematics.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/build.hpp>
@@ -74,14 +74,14 @@ class BasicNetworkCorrection {
            (1 - std::max(unlike_people(identity), unlike_people(pose))) * rising(difference, 1, 4);
   }
 
-  /// [40, 3] the joint angles for the identity in the pose, from what the body says; as they are where the network
-  /// doesn't count. body: with finger joints
-  std::vector<float> angles(const BodyModel& body, const BoundCharacter& identity, const BodyEstimate& pose,
+  /// [J', 3] the joint angles for the identity in the pose, from what the body says; as they are where the network
+  /// doesn't count.
+  std::vector<float> angles(const BodyKind& kind, const BoundCharacter& identity, const BodyEstimate& pose,
                             std::vector<float> angles) const {
     double share = BasicNetworkCorrection::share(identity.estimate, pose);
     if (!(share > 0)) return angles;
     const Points points = choose(identity);
-    std::vector<Vec3d> own = posed(body, identity, points, as_span(angles)), other = by_network(identity, points, pose);
+    std::vector<Vec3d> own = posed(kind, identity, points, as_span(angles)), other = by_network(identity, points, pose);
     centre(own);
     centre(other);
     double square = 0;
@@ -89,7 +89,7 @@ class BasicNetworkCorrection {
     share *= 1 - rising(std::sqrt(square / static_cast<double>(own.size())), 0.045, 0.07);
     if (!(share > 0)) return angles;
     for (std::size_t i = 0; i < own.size(); ++i) own[i] += (other[i] - own[i]) * share;
-    fit(body, identity, points, as_span(own), angles);
+    fit(kind, identity, points, as_span(own), angles);
     return angles;
   }
 
@@ -124,9 +124,9 @@ class BasicNetworkCorrection {
     for (Vec3d& p : points) p -= mean;
   }
 
-  static std::vector<Vec3d> posed(const BodyModel& body, const BoundCharacter& identity, const Points& points,
+  static std::vector<Vec3d> posed(const BodyKind& kind, const BoundCharacter& identity, const Points& points,
                                   std::span<const float> angles) {
-    const std::vector<Rigid> motions = identity.motions(body, angles);
+    const std::vector<Rigid> motions = identity.motions(kind, angles);
     std::vector<Vec3d> result;
     result.reserve(points.size());
     for (const std::size_t v : points) result.push_back(identity.moved(v, as_span(motions)));
@@ -176,18 +176,19 @@ class BasicNetworkCorrection {
   };
 
   /// Angles that bring the points nearest to `target`, both about their centres.
-  static void fit(const BodyModel& body, const BoundCharacter& identity, const Points& points,
+  static void fit(const BodyKind& kind, const BoundCharacter& identity, const Points& points,
                   std::span<const Vec3d> target, std::vector<float>& angles) {
     const BodyFit& fitted = identity.body;
-    constexpr std::size_t joints = smpl_joint_count;  // no network knows fingers
+    const BodyModel& body = kind.bound_body();
+    const std::size_t joints = kind.joint_count();  // no network knows fingers
     PosedBody at{.parents = as_span(body.tables().parents), .rest = body.joints(as_span(fitted.betas))};
     std::vector<double> turned(3 * joints, 0.0);
     NormalEquations equations(3 * joints + 3);
     for (int step = 0; step < steps; ++step) {
       at.bones = body.bone_motions(as_span(fitted.betas), as_span(angles));
-      at.motions = identity.motions(body, as_span(angles));
+      at.motions = identity.motions(kind, as_span(angles));
       equations.clear();
-      for (std::size_t i = 0; i < points.size(); ++i) add_point(identity, points[i], target[i], at, equations);
+      for (std::size_t i = 0; i < points.size(); ++i) add_point(identity, points[i], target[i], at, joints, equations);
       const double hold = stiffness * static_cast<double>(points.size());
       for (std::size_t k = 0; k < turned.size(); ++k) {
         equations.add_to_matrix(k, k, hold);
@@ -208,13 +209,13 @@ class BasicNetworkCorrection {
 
   /// Three rows: a point's place by turns of all joints above it, and by a shift of all.
   static void add_point(const BoundCharacter& identity, std::size_t vertex, Vec3d target, const PosedBody& at,
-                        NormalEquations& equations) {
+                        std::size_t joints, NormalEquations& equations) {
     const SparseMatrix& weights = identity.weights;
     const Vec3d root = identity.body.translation;
     std::array<std::vector<double>, 3> rows;
     for (std::size_t k = 0; k < 3; ++k) {
-      rows[k].assign(3 * smpl_joint_count + 3, 0.0);
-      rows[k][3 * smpl_joint_count + k] = 1;
+      rows[k].assign(3 * joints + 3, 0.0);
+      rows[k][3 * joints + k] = 1;
     }
     Vec3d place;
     for (std::size_t i = weights.start[vertex]; i < weights.start[vertex + 1]; ++i) {
@@ -224,7 +225,7 @@ class BasicNetworkCorrection {
       for (int joint = static_cast<int>(weights.column[i]); joint >= 0;) {
         const auto j = static_cast<std::size_t>(joint);
         joint = at.parents[j];
-        if (j >= smpl_joint_count) continue;
+        if (j >= joints) continue;
         const Vec3d arm = (moved - at.bones[j](at.rest[j]) - root) * weight;  // a turn w moves it by w x arm
         rows[0][3 * j + 1] += arm.z, rows[0][3 * j + 2] -= arm.y;
         rows[1][3 * j] -= arm.z, rows[1][3 * j + 2] += arm.x;

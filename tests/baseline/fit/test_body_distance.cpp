@@ -71,7 +71,7 @@ TEST_CASE("a level's probes share the area, and its triangles are a closed surfa
 TEST_CASE("the distance's gradient agrees with differences") {
   const npt::FitTarget target = some_target();
   const npt::BodyLevel level(npt::mannequin(), 300);
-  const npt::PosePrior prior(npt::mannequin());
+  const npt::PosePrior prior(npt::mannequin(), npt::people_plan());
   npt::BodyDistance distance(
       level, target, {.scale = 0.2, .pose_prior = 0.1, .shape_prior = 0.02, .bend_prior = 0.1, .mesh_points = 400},
       prior);
@@ -112,7 +112,7 @@ TEST_CASE("the distance of a body from itself is nothing, and hints of earlier c
 }
 
 TEST_CASE("the prior's gradient agrees with differences, and wrong bends cost more than right ones") {
-  const npt::PosePrior prior(npt::mannequin());
+  const npt::PosePrior prior(npt::mannequin(), npt::people_plan());
   npt::Random random(4);
   std::vector<double> theta(72), gradient(72, 0.0), ignored(72);
   for (double& angle : theta) angle = 1.5 * random.normal();

@@ -22,6 +22,7 @@
 #include <npt/baseline/fit/lbfgs.hpp>
 #include <npt/baseline/fit/start_poses.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/people_plan.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_level.hpp>
@@ -62,7 +63,7 @@ class BodyFitter {
         tiny_(*model_, BodySketch::vertices),
         coarse_(*model_, options.coarse_vertices),
         full_(BodyLevel::full(*model_, options.probes)),
-        prior_(*model_) {}
+        prior_(model_->joint_count() == smpl_joint_count ? PosePrior(*model_, people_plan()) : PosePrior(*model_)) {}
 
   const BodyModel& model() const noexcept { return *model_; }
   std::shared_ptr<const BodyModel> shared_model() const noexcept { return model_; }

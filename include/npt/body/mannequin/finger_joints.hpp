@@ -3,14 +3,12 @@
 ///   const npt::BodyModel fingered = npt::with_finger_joints(npt::mannequin());
 ///   angles = npt::with_fingers(axis_angles, {HandBend{.middle = {1, 1, 1, 1}}, HandBend{}});    [24, 3] -> [40, 3]
 /// Shapes    joints: SMPL's 24, then as middle_finger_joint() says
-/// Source    Rijpkema and Girard, "Computer animation of knowledge-based human grasping", SIGGRAPH 1991: the end joint
-///           bends by two thirds of the middle one
 #pragma once
 
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
-#include <npt/body/kinematics.hpp>
+#include <npt/body/hands.hpp>
 #include <npt/body/mannequin/anatomy.hpp>
 #include <npt/body/mannequin/skin.hpp>
 #include <npt/body/mannequin/surface.hpp>
@@ -28,15 +26,6 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
-
-/// How far a hand is closed beyond what its 24 joints say, in radians; positive towards the palm.
-struct HandBend {
-  double knuckles = 0;                        ///< about SMPL's hand joint
-  std::array<double, finger_count> middle{};  ///< about the middle joints; index finger first
-  std::array<double, finger_count> end{};     ///< about the end joints, beyond two thirds of the middle ones
-
-  friend bool operator==(const HandBend&, const HandBend&) = default;
-};
 
 namespace internal {
 
@@ -124,25 +113,25 @@ NPT_INLINE BodyModel with_finger_joints(const BodyModel& body) {
   return BodyModel(std::move(tables), "body with finger joints");
 }
 
+/// Those of with_finger_joints().
+NPT_INLINE const BothHands& people_hands() {
+  static const BothHands hands = [] {
+    BothHands both;
+    for (std::size_t side = 0; side < 2; ++side) {
+      both[side] = {.forearm = joint_index(SmplJoint::left_elbow) + side,
+                    .wrist = joint_index(SmplJoint::left_wrist) + side,
+                    .hand = joint_index(SmplJoint::left_hand) + side,
+                    .hinge = finger_hinge(side)};
+      for (std::size_t f = 0; f < finger_count; ++f) both[side].middles[f] = middle_finger_joint(side, f);
+    }
+    return both;
+  }();
+  return hands;
+}
+
 /// The angles of a body with finger joints, for left and right hand. axis_angles: [24, 3]; result: [40, 3]
 NPT_INLINE std::vector<float> with_fingers(std::span<const float> axis_angles, const std::array<HandBend, 2>& hands) {
-  NPT_ASSERT(axis_angles.size() == 3 * smpl_joint_count);
-  std::vector<float> result(axis_angles.begin(), axis_angles.end());
-  result.resize(3 * fingered_joint_count);
-  for (std::size_t side = 0; side < 2; ++side) {
-    const Vec3d hinge = finger_hinge(side);
-    const std::size_t hand = joint_index(SmplJoint::left_hand) + side;
-    const HandBend& bend = hands[side];
-    if (bend.knuckles != 0)
-      set_joint_rotation(as_span(result), hand,
-                         joint_rotation(axis_angles, hand) * rotation_matrix(hinge * bend.knuckles));
-    for (std::size_t f = 0; f < finger_count; ++f) {
-      const std::size_t middle = middle_finger_joint(side, f);
-      set_joint_rotation(as_span(result), middle, rotation_matrix(hinge * bend.middle[f]));
-      set_joint_rotation(as_span(result), middle + 1, rotation_matrix(hinge * (bend.middle[f] * 2 / 3 + bend.end[f])));
-    }
-  }
-  return result;
+  return with_fingers(axis_angles, hands, people_hands());
 }
 
 }  // namespace npt::inline NPT_ABI
