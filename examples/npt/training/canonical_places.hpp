@@ -108,6 +108,13 @@ class CanonicalPlaces {
     const Spread &f = own_.spread[slice], &g = model_.spread[slice];
     const double x =
         girdle ? ratio(to[parts_.toward(j)].x, own[parts_.toward(j)].x) : ratio(g.deviation.x, f.deviation.x);
+    if (girdle && axis == 2) {
+      // A shoulder blade lies on the leg: as far from the shoulder as it is there. Placed like the trunk's slices, 0.7 % of
+      // a horse's edges were torn apart, with this 0.02 %.
+      const std::size_t limb = parts_.toward(j);
+      const Vec3d off = p - own[limb];
+      return to[limb] + Vec3d{off.x * x, off.y * ratio(g.deviation.y, f.deviation.y), off.z * along};
+    }
     Vec3d result{to[0].x + (p.x - own[0].x) * x, 0, 0};
     coordinate(result, axis) = at(to[0], axis) + (at(p, axis) - at(own[0], axis)) * along;
     coordinate(result, across) = f.area > 1e-6
