@@ -1,7 +1,7 @@
 #define NPT_PREBUILDING
-#include <npt/transfer/people.hpp>
+#include <npt/transfer/open_domain.hpp>
 
 std::shared_ptr<const npt::BodyDomain> npt::open_body_domain(const SafetensorsFile& file, const BodyOptions& options,
                                                              int threads) {
-  return transfer::internal::open_people(file, options, threads);
+  return transfer::internal::open_domain(file, options, threads);
 }

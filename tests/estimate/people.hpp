@@ -31,7 +31,7 @@ inline const std::shared_ptr<const npt::BodyKind>& mannequins() {
   return kind;
 }
 
-/// The shipped body estimation and skinning, without the corrections of transfer/people.hpp.
+/// The shipped body estimation and skinning, without the corrections of transfer/open_domain.hpp.
 class Bodies {
  public:
   explicit Bodies(int threads = 1) : estimator_(shipped_correspondences(threads), npt::people_kind()) {}

@@ -5,7 +5,7 @@
 #include <npt/transfer/animation.hpp>
 #include <npt/transfer/body_domain.hpp>
 #include <npt/transfer/kind_domain.hpp>
-#include <npt/transfer/people.hpp>
+#include <npt/transfer/open_domain.hpp>
 #include <npt/transfer/pose_tracker.hpp>
 
 #include <algorithm>

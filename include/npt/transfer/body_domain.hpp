@@ -1,5 +1,5 @@
 /// A domain's body estimation as PoseTransfer knows it: what stands between it and the parts that take long to
-/// compile. A weights file with a body estimator is a domain; people's is transfer/people.hpp.
+/// compile. A weights file with a body estimator is a domain; people's is transfer/open_domain.hpp.
 #pragma once
 
 #include <npt/base/affine.hpp>

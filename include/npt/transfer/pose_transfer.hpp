@@ -42,7 +42,7 @@
 #include <npt/transfer/result.hpp>
 #include <npt/transfer/warning.hpp>
 #ifndef NPT_PREBUILT
-#include <npt/transfer/people.hpp>
+#include <npt/transfer/open_domain.hpp>
 #endif
 
 #include <algorithm>

@@ -1,8 +1,10 @@
-/// The domain of people: that of their kind of body (kind_domain.hpp).
+/// Opens the domain of a weights file: that of the kind of body which the file holds (kind_file.hpp), or people's.
 #pragma once
 
 #include <npt/base/default_executor.hpp>
 #include <npt/base/executor.hpp>
+#include <npt/body/body_kind.hpp>
+#include <npt/body/kind_file.hpp>
 #include <npt/body/people_kind.hpp>
 #include <npt/config.hpp>
 #include <npt/io/safetensors.hpp>
@@ -12,16 +14,18 @@
 
 #include <memory>
 #include <type_traits>
+#include <utility>
 
 namespace npt::inline NPT_ABI {
 
 namespace transfer::internal {
 
-NPT_INLINE std::shared_ptr<const BodyDomain> open_people(const SafetensorsFile& file, const BodyOptions& options,
+NPT_INLINE std::shared_ptr<const BodyDomain> open_domain(const SafetensorsFile& file, const BodyOptions& options,
                                                          int threads) {
   if (file.part("correspondence/").tensors().empty()) return nullptr;
   if constexpr (std::is_same_v<DefaultExecutor, SerialExecutor>) threads = 1;
-  return std::make_shared<const KindDomain<>>(file, people_kind(), options, threads);
+  std::shared_ptr<const BodyKind> kind = load_body_kind(file);
+  return std::make_shared<const KindDomain<>>(file, kind ? std::move(kind) : people_kind(), options, threads);
 }
 
 }  // namespace transfer::internal
@@ -30,7 +34,7 @@ NPT_INLINE std::shared_ptr<const BodyDomain> open_people(const SafetensorsFile& 
 template <class>
 std::shared_ptr<const BodyDomain> open_body_domain(const SafetensorsFile& file, const BodyOptions& options,
                                                    int threads) {
-  return transfer::internal::open_people(file, options, threads);
+  return transfer::internal::open_domain(file, options, threads);
 }
 #endif
 
