@@ -19,6 +19,7 @@
 #include <npt/base/random.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
+#include <npt/body/people_kind.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/estimate/body_estimator.hpp>

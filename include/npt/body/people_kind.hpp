@@ -2,6 +2,7 @@
 /// Numerics  the mannequin's kind is made in 30 ms, at the first call
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/random.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
@@ -32,7 +33,7 @@ NPT_INLINE std::shared_ptr<const BodyKind> people_kind(std::shared_ptr<const Bod
   static const PoseMoments moments = [&pose] {
     std::vector<std::vector<float>> poses;
     for (Random random(1); poses.size() < draws_of_moments;) poses.push_back(pose(random));
-    return moments_of(poses);
+    return moments_of(as_span(poses));
   }();
   kind->moments = moments;
   for (std::size_t i = 0; i < draws; ++i) {

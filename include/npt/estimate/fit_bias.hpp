@@ -75,7 +75,8 @@ class BasicFitBias {
 
   /// [J] exp(share B x) of a mesh's fit, in the joints' own frames.
   Rotations correction(const BodyEstimate& reading, double share = 1) const {
-    return rotations(inputs(reading.fit.body), share, 0);
+    const std::vector<double> x = inputs(reading.fit.body);
+    return rotations(as_span(x), share, 0);
   }
 
   /// [J] Axis angles of the body as it fits people at rest: those that B and c take to none.
@@ -84,7 +85,7 @@ class BasicFitBias {
     std::vector<Vec3d> rest(parents_.size());
     std::vector<double> x(columns_);
     for (int round = 0; round < rounds; ++round) {
-      const Rotations off = rotations(x, 1, 1);
+      const Rotations off = rotations(as_span(x), 1, 1);
       for (std::size_t j = 0; j < rest.size(); ++j) {
         const int parent = parents_[j];
         const Matrix3 fitted = off[j].transposed();

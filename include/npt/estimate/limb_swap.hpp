@@ -141,7 +141,8 @@ class BasicLimbSwap {
           Votes& v = votes[patches_.patch(own)];
           ++v.all;
           const BodyPlace there = around == State::mirrored ? mirrored(places_[other]) : places_[other];
-          if (continuous_places(plan_, parents, mirrored(places_[own]), there, length(points_[own] - points_[other])))
+          if (continuous_places(plan_, as_span(parents), mirrored(places_[own]), there,
+                                length(points_[own] - points_[other])))
             ++v.mirrored;
         }
       for (std::size_t p = 0; p < votes.size(); ++p)

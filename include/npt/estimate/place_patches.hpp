@@ -42,7 +42,7 @@ class BasicPlacePatches {
     UnionFind patches(points.size()), pieces(points.size());
     for (const Edge& e : edges) {
       pieces.unite(e[0], e[1]);
-      if (continuous_places(plan, parents, places[e[0]], places[e[1]], length(points[e[0]] - points[e[1]])))
+      if (continuous_places(plan, as_span(parents), places[e[0]], places[e[1]], length(points[e[0]] - points[e[1]])))
         patches.unite(e[0], e[1]);
       else
         broken_.push_back(e);

@@ -114,8 +114,8 @@ class KindDomain final : public BodyDomain {
   std::vector<Affine> rest_motions(const DomainBinding& identity) const override {
     const BoundCharacter& character = character_of(identity);
     const std::vector<float> straight(3 * kind().bound_body().joint_count(), 0.0F);
-    return character.motions_in_place(kind(),
-                                      from_own_rest(kind(), people_at_rest_, character.estimate, as_span(straight)));
+    return character.motions_in_place(
+        kind(), from_own_rest(kind(), as_span(people_at_rest_), character.estimate, as_span(straight)));
   }
 
   JointPose joints(const DomainEstimate& estimate) const override {
@@ -160,7 +160,7 @@ class KindDomain final : public BodyDomain {
     std::vector<float> result = bias_ ? bias_->angles(character.estimate, estimate) : estimate.fit.body.axis_angles;
     result = character.angles(kind(), as_span(result), estimate);
     if (correction_ != nullptr) result = correction_->angles(kind(), character, estimate, std::move(result));
-    return from_own_rest(kind(), people_at_rest_, character.estimate, as_span(result));
+    return from_own_rest(kind(), as_span(people_at_rest_), character.estimate, as_span(result));
   }
 
   BasicBodyEstimator<Exec> estimator_;

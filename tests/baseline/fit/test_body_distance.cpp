@@ -5,6 +5,7 @@
 #include <npt/baseline/fit/body_distance.hpp>
 #include <npt/baseline/fit/fit_target.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
+#include <npt/body/people_plan.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/estimate/body_level.hpp>
 #include <npt/estimate/pose_prior.hpp>
