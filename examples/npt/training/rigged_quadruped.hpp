@@ -164,6 +164,7 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     owner_.assign(rig_.joint_count(), no_item);
     for (const std::size_t r : joints_.neck) owner_[r] = chains_.neck.front();
     for (const std::size_t r : joints_.tail) owner_[r] = chains_.tail.front();
+    for (const std::size_t r : joints_.skull) owner_[r] = chains_.head;
     for (std::size_t leg = 0; leg < 4; ++leg)
       for (std::size_t i = 0; i < joints_.girdles[leg]; ++i) owner_[joints_.legs[leg][i]] = chains_.girdles[leg];
     for (std::size_t j = 0; j < found_.size(); ++j)
