@@ -339,10 +339,11 @@ class QuadrupedFinder {
       std::ranges::sort(*chain, {}, [&](std::size_t r) { return std::pair(depth(r), r); });
     // Of three or more the first may move the skull about the ear: a horse's has two thirds of what the others have, a
     // fox's, which is part of the ear, a third.
+    double inner = 0, outer = 0;
+    for (const Joints& ear : found_.ears)
+      for (std::size_t i = 0; i < ear.size(); ++i) (i == 0 ? inner : outer) += mass_[ear[i]];
     for (Joints& ear : found_.ears) {
-      double outer = 0;
-      for (std::size_t i = 1; i < ear.size(); ++i) outer += mass_[ear[i]];
-      if (ear.size() < 3 || mass_[ear.front()] < 0.4 * outer) continue;
+      if (ear.size() < 3 || inner < 0.5 * outer) continue;
       found_.skull.push_back(ear.front());
       ear.erase(ear.begin());
     }

@@ -109,6 +109,7 @@ class RiggedQuadrupedMaker : private BodyFromRig {
   }
 
   PlannedBody make() {
+    measure();
     give_what_it_lacks();
     measure();
     std::vector<std::vector<std::size_t>> needed{{chains_.head}};
@@ -436,13 +437,15 @@ class RiggedQuadrupedMaker : private BodyFromRig {
         if (turning_[leg[i]].empty()) turning_[leg[i]] = turning_[leg[i - 1]];
   }
 
-  /// Where a rig has no joint for ears, jaw or tail, their surface is the head's and the rump's: so is the template's.
+  /// Where a rig has no joint for ears and jaw, their surface is the head's: so is the template's. The same where the joint
+  /// moves little: a fox's ears that move with the head, all but their tips.
   void give_what_it_lacks() {
-    const auto give = [&](std::size_t from, std::size_t to) {
-      for (JointWeights& row : model_.weights) row[to] += std::exchange(row[from], 0.0);
+    const auto share = [&](const RestSurface& s, std::size_t j) {
+      return s.spread[j].area / s.spread[chains_.head].area;
     };
     for (const std::size_t j : {chains_.jaw, chains_.ears[0], chains_.ears[1]})
-      if (j != BodyPlan::no_joint && found_[j] == no_item) give(j, chains_.head);
+      if (j != BodyPlan::no_joint && !(share(rest_, j) > 0.4 * share(model_, j)))
+        for (JointWeights& row : model_.weights) row[chains_.head] += std::exchange(row[j], 0.0);
   }
 
   QuadrupedJoints joints_;
