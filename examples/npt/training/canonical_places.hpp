@@ -1,7 +1,7 @@
 /// Where each point of a resting surface belongs on the resting template: its part is stretched onto the template's
 /// (limbs by length and girth; head, hands and feet by the spread of their points; the trunk by the joints along it and
-/// by the spread across), then the nearest point of the template that belongs to the same limb and looks the same way is
-/// taken.
+/// by the spread across), then the nearest point of the template that belongs to the same limb and looks the same way
+/// is taken.
 /// Shapes    places: [V, 3], metres, the template's mean shape in its rest pose
 #pragma once
 
@@ -120,8 +120,8 @@ class CanonicalPlaces {
     const double x =
         girdle ? ratio(to[parts_.toward(j)].x, own[parts_.toward(j)].x) : ratio(g.deviation.x, f.deviation.x);
     if (girdle && axis == 2) {
-      // A shoulder blade lies on the leg: as far from the shoulder as it is there. Placed like the trunk's slices, 0.7 % of
-      // a horse's edges were torn apart, with this 0.02 %.
+      // A shoulder blade lies on the leg: as far from the shoulder as it is there. Placed like the trunk's slices, 0.7
+      // % of a horse's edges were torn apart, with this 0.02 %.
       const std::size_t limb = parts_.toward(j);
       const Vec3d off = p - own[limb];
       return to[limb] + Vec3d{off.x * x, off.y * ratio(g.deviation.y, f.deviation.y), off.z * along};

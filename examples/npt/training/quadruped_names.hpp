@@ -1,9 +1,10 @@
-/// What rigs of four-legged animals call their joints: of each part of the body the words, as joint_name.hpp leaves them,
-/// in lower case and without side, prefix, separators and number. Which joint of its part a joint is, places tell: one
-/// pack's lower foreleg begins at the elbow of its dogs and at the wrist of its horses.
+/// What rigs of four-legged animals call their joints: of each part of the body the words, as joint_name.hpp leaves
+/// them, in lower case and without side, prefix, separators and number. Which joint of its part a joint is, places
+/// tell: one pack's lower foreleg begins at the elbow of its dogs and at the wrist of its horses.
 /// Format    lines of a part and its words; # begins a comment. `aside` moves nothing of the body; `body` is above all
 ///           joints of the trunk, and no place of it
-/// Sources   the animal packs of Quaternius, by their files; the others are words of anatomy, which no file was tried with
+/// Sources   the animal packs of Quaternius, by their files; the others are words of anatomy, which no file was tried
+///           with
 #pragma once
 
 #include <npt/config.hpp>
