@@ -1,5 +1,5 @@
-/// A four-legged body made of tubes along its bones, by the plan of quadrupeds, and rigged scenes of it: what the tests of
-/// animals' rigs are about.
+/// A four-legged body made of tubes along its bones, by the plan of quadrupeds, and rigged scenes of it: what the tests
+/// of animals' rigs are about.
 #pragma once
 
 #include <npt/base/affine.hpp>
@@ -30,7 +30,8 @@ inline const npt::BodyPlan& plan() {
   return read;
 }
 
-/// Where the plan's joints are, in metres, and how thick the bone is; those of the left side, whose mirror images follow.
+/// Where the plan's joints are, in metres, and how thick the bone is; those of the left side, whose mirror images
+/// follow.
 struct Place {
   const char* joint;
   npt::Vec3d at;

@@ -44,7 +44,8 @@ npt::Vec3d place(const std::vector<float>& xyz, std::size_t v) {
   return npt::Vec3f{xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]}.as<double>();
 }
 
-/// The median and the share within 8 cm of the distances between places and where the template's vertices are, in order.
+/// The median and the share within 8 cm of the distances between places and where the template's vertices are, in
+/// order.
 std::pair<double, double> distances(const npt::PlannedBody& made) {
   const npt::BodyModel model = quadruped::body();
   std::vector<double> far;

@@ -72,6 +72,12 @@ class BodyFromRig {
         turning_(plan.joint_count()),
         bind_(plan.joint_count()) {
     model_triangles_ = model.tables().triangles;
+    for (const JointWeights& row : model_.weights) {
+      double sum = 0;
+      for (std::size_t j = 0; j < row.size(); ++j)
+        if (parts_.kind(j) == JointKind::appendage) sum += row[j];
+      model_.appendage.push_back(sum > 0.5);
+    }
     triangles_ = rig.triangles;
     positions_.reserve(rig.positions.size());
     for (const Vec3f p : rig.positions) positions_.push_back(p.as<double>());

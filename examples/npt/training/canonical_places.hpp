@@ -1,7 +1,7 @@
 /// Where each point of a resting surface belongs on the resting template: its part is stretched onto the template's
 /// (limbs by length and girth; head, hands and feet by the spread of their points; the trunk by the joints along it and
-/// by the spread across), then the nearest point of the template that belongs to the same limb and looks the same way is
-/// taken.
+/// by the spread across), then the nearest point of the template that belongs to the same limb and looks the same way
+/// is taken.
 /// Shapes    places: [V, 3], metres, the template's mean shape in its rest pose
 #pragma once
 
@@ -50,6 +50,7 @@ class CanonicalPlaces {
         goal = model_.spread[part].mean;
       }
       const std::vector<double> own = limbs_of(row);
+      const bool on_head = head_weight(row) > 0.3;
       double best = std::numeric_limits<double>::infinity();
       std::size_t chosen = 0;
       for (std::size_t m = 0; m < model_.points.size(); ++m) {
@@ -58,7 +59,7 @@ class CanonicalPlaces {
         if (cost >= best) continue;
         double common = 0;
         for (std::size_t l = 0; l < limb_count; ++l) common += std::min(own[l], limbs[m][l]);
-        if (common < 0.3) continue;
+        if (common < 0.3 || (!on_head && !model_.appendage.empty() && model_.appendage[m])) continue;
         if (!left_out_[v]) cost += turned_away * (1 - dot(model_.normals[m], own_.normals[v]));
         if (cost < best) best = cost, chosen = m;
       }
@@ -71,6 +72,14 @@ class CanonicalPlaces {
  private:
   /// Square metres that a normal at right angles costs: as far as 4 cm.
   static constexpr double turned_away = 0.04 * 0.04;
+
+  /// Of the head, and of ears and jaw: a neck doesn't reach these.
+  double head_weight(const JointWeights& row) const {
+    double sum = 0;
+    for (std::size_t j = 0; j < row.size(); ++j)
+      if (parts_.kind(j) == JointKind::head || parts_.kind(j) == JointKind::appendage) sum += row[j];
+    return sum;
+  }
 
   static double ratio(double a, double b) { return b > 1e-6 ? std::clamp(a / b, 0.1, 10.0) : 1.0; }
 
@@ -94,7 +103,9 @@ class CanonicalPlaces {
     const double far = dot(off, along);
     const Vec3d across = off - along * far;
     const double girth = from.area > 1e-6 ? ratio(goal.girth, from.girth) : ratio(length(model_bone), length(bone));
-    return to[j] + model_bone * (far / length(bone)) + shortest_turn(along, normalised(model_bone)) * across * girth;
+    // A short neck's ruff would reach over the head.
+    const double share = parts_.axis() == 2 ? std::clamp(far / length(bone), -0.6, 1.6) : far / length(bone);
+    return to[j] + model_bone * share + shortest_turn(along, normalised(model_bone)) * across * girth;
   }
 
   /// Along the trunk by its joints, across it by the spread of the slice.
@@ -109,8 +120,8 @@ class CanonicalPlaces {
     const double x =
         girdle ? ratio(to[parts_.toward(j)].x, own[parts_.toward(j)].x) : ratio(g.deviation.x, f.deviation.x);
     if (girdle && axis == 2) {
-      // A shoulder blade lies on the leg: as far from the shoulder as it is there. Placed like the trunk's slices, 0.7 % of
-      // a horse's edges were torn apart, with this 0.02 %.
+      // A shoulder blade lies on the leg: as far from the shoulder as it is there. Placed like the trunk's slices, 0.7
+      // % of a horse's edges were torn apart, with this 0.02 %.
       const std::size_t limb = parts_.toward(j);
       const Vec3d off = p - own[limb];
       return to[limb] + Vec3d{off.x * x, off.y * ratio(g.deviation.y, f.deviation.y), off.z * along};

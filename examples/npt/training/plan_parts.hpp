@@ -1,5 +1,5 @@
-/// What a plan of bodies says about the parts of a surface: chains of joints, the axis of the trunk, what stays as it is
-/// bound, and which parts are known by the spread of their points rather than by a bone.
+/// What a plan of bodies says about the parts of a surface: chains of joints, the axis of the trunk, what stays as it
+/// is bound, and which parts are known by the spread of their points rather than by a bone.
 ///   const PlanParts parts(people_plan(), mannequin().joints({}), floor);
 /// Shapes    joints: [J], metres, of the template at rest, which stands up along y
 #pragma once

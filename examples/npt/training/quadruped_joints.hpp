@@ -44,6 +44,7 @@ struct QuadrupedJoints {
   std::vector<std::size_t> neck;         ///< upwards, without the head; empty: the head is attached to the trunk
   std::size_t head = no_item, jaw = no_item;
   std::array<std::vector<std::size_t>, 2> ears;  ///< left, right; outwards
+  std::vector<std::size_t> skull;                ///< others that go with the head
   std::vector<std::size_t> tail;                 ///< outwards
   std::vector<std::size_t> back;                 ///< of the trunk those that stand along it
 };
@@ -336,6 +337,16 @@ class QuadrupedFinder {
     found_.tail = of_part(QuadrupedPart::tail);
     for (Joints* chain : {&found_.ears[0], &found_.ears[1], &found_.tail})
       std::ranges::sort(*chain, {}, [&](std::size_t r) { return std::pair(depth(r), r); });
+    // Of three or more the first may move the skull about the ear: a horse's has two thirds of what the others have, a
+    // fox's, which is part of the ear, a third.
+    double inner = 0, outer = 0;
+    for (const Joints& ear : found_.ears)
+      for (std::size_t i = 0; i < ear.size(); ++i) (i == 0 ? inner : outer) += mass_[ear[i]];
+    for (Joints& ear : found_.ears) {
+      if (ear.size() < 3 || inner < 0.5 * outer) continue;
+      found_.skull.push_back(ear.front());
+      ear.erase(ear.begin());
+    }
     if (const Joints jaws = of_part(QuadrupedPart::jaw); !jaws.empty()) found_.jaw = jaws.front();
   }
 

@@ -1,10 +1,10 @@
-/// What rigs of four-legged animals call their joints: of each part of the body the words, as joint_name.hpp leaves them,
-/// in lower case and without side, prefix, separators and number. Which joint of its part a joint is, places tell: one
-/// pack's lower foreleg begins at the elbow of its dogs and at the wrist of its horses.
+/// What rigs of four-legged animals call their joints: of each part of the body the words, as joint_name.hpp leaves
+/// them, in lower case and without side, prefix, separators and number. Which joint of its part a joint is, places
+/// tell: one pack's lower foreleg begins at the elbow of its dogs and at the wrist of its horses.
 /// Format    lines of a part and its words; # begins a comment. `aside` moves nothing of the body; `body` is above all
 ///           joints of the trunk, and no place of it
-/// Sources   the animal packs of Quaternius; Rigify's cat, horse, wolf and bird-less basic quadruped; 3ds Max' CAT;
-///           names of veterinary anatomy
+/// Sources   the animal packs of Quaternius, by their files; the others are words of anatomy, which no file was tried
+///           with
 #pragma once
 
 #include <npt/config.hpp>
@@ -14,7 +14,7 @@
 namespace npt::inline NPT_ABI {
 
 inline constexpr std::string_view quadruped_names = R"(
-body     body root armature master hip_root cog
+body     body root armature master hiproot cog
 trunk    back torso hips pelvis spine chest ribcage abdomen waist thorax withers rump
 neck     neck
 head     head skull

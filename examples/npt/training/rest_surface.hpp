@@ -38,6 +38,7 @@ struct RestSurface {
   std::vector<Vec3d> points, normals;
   std::vector<double> areas;  ///< of each vertex
   std::vector<JointWeights> weights;
+  std::vector<bool> appendage;  ///< [V] or empty: of an ear or the like for the most part
   std::vector<Vec3d> joints;
   std::vector<Spread> spread;  ///< hands and feet: of wrist and hand, ankle and toes, together
 

@@ -1,5 +1,5 @@
-/// How well a body that was made of a rig follows the rig: in the poses of its clips, how far its vertices are from where
-/// the rig's own skin has them, when the means of both lie on each other.
+/// How well a body that was made of a rig follows the rig: in the poses of its clips, how far its vertices are from
+/// where the rig's own skin has them, when the means of both lie on each other.
 /// Shapes    shares of the body's greatest extent at rest; means over the rig's vertices
 #pragma once
 

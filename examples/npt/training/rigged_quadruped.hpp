@@ -3,13 +3,13 @@
 /// belongs on the resting template (canonical coordinates), for networks that read meshes.
 ///   const BodyModel quadruped = load_body("quadruped.safetensors");
 ///   PlannedBody horse = rigged_quadruped(make_rig(read_scene("horse.glb"), "horse.glb"), quadruped, plan);
-/// Joints    by their part and place (quadruped_joints.hpp). Of a leg each joint goes to the one of the plan at about its
-///           height that bends its way; what a leg lacks lies as on the template, between those it has. Neck and tail
-///           of another number of joints than the plan's are divided by length, the trunk by the joints along it
+/// Joints    by their part and place (quadruped_joints.hpp). Of a leg each joint goes to the one of the plan at about
+///           its height that bends its way; what a leg lacks lies as on the template, between those it has. Neck and
+///           tail of another number of joints than the plan's are divided by length, the trunk by the joints along it
 /// Weights   of other joints (horns, mane, saddle) go to the nearest of the plan's above them
 /// Shapes    canonical: [V, 3]; clips: [J, 3] a frame, the root looking to +z where the scene's animal does so at rest
-/// Errors    npt::Error that names file and joint: rigs without four legs or a head, bones without a length, legs that no
-///           vertex moves with, plans without four legs, a neck or a tail
+/// Errors    npt::Error that names file and joint: rigs without four legs or a head, bones without a length, legs that
+///           no vertex moves with, plans without four legs, a neck or a tail
 #pragma once
 
 #include <npt/base/error.hpp>
@@ -109,6 +109,7 @@ class RiggedQuadrupedMaker : private BodyFromRig {
   }
 
   PlannedBody make() {
+    measure();
     give_what_it_lacks();
     measure();
     std::vector<std::vector<std::size_t>> needed{{chains_.head}};
@@ -158,12 +159,13 @@ class RiggedQuadrupedMaker : private BodyFromRig {
       for (std::size_t i = 0; i < joints_.tail.size(); ++i) found_[chains_.tail[i]] = joints_.tail[i];
   }
 
-  /// owner_: which of the plan's joints each of the rig's goes with; of the trunk all with the root for now, of a neck or a
-  /// tail that is to be divided all with its first.
+  /// owner_: which of the plan's joints each of the rig's goes with; of the trunk all with the root for now, of a neck
+  /// or a tail that is to be divided all with its first.
   void own_joints() {
     owner_.assign(rig_.joint_count(), no_item);
     for (const std::size_t r : joints_.neck) owner_[r] = chains_.neck.front();
     for (const std::size_t r : joints_.tail) owner_[r] = chains_.tail.front();
+    for (const std::size_t r : joints_.skull) owner_[r] = chains_.head;
     for (std::size_t leg = 0; leg < 4; ++leg)
       for (std::size_t i = 0; i < joints_.girdles[leg]; ++i) owner_[joints_.legs[leg][i]] = chains_.girdles[leg];
     for (std::size_t j = 0; j < found_.size(); ++j)
@@ -180,8 +182,8 @@ class RiggedQuadrupedMaker : private BodyFromRig {
   Vec3d hips() const { return middle(chains_.legs[2][0], chains_.legs[3][0]); }
   Vec3d model_hips() const { return model_middle(chains_.legs[2][0], chains_.legs[3][0]); }
 
-  /// What a leg lacks lies where it does on the template between the joints before and after it, turned and grown as the
-  /// way between these is: so that both bones turn alike into the rest pose.
+  /// What a leg lacks lies where it does on the template between the joints before and after it, turned and grown as
+  /// the way between these is: so that both bones turn alike into the rest pose.
   void find_legs() {
     for (std::size_t l = 0; l < 4; ++l) {
       const Joints& leg = chains_.legs[l];
@@ -396,8 +398,8 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     chains.emplace_back(joints, std::move(points));
   }
 
-  /// A joint of the plan is turned by the rig's joint that it is; one that a leg lacks by that of the bone it lies in; those
-  /// of trunk, neck, tail and ears by the rig's joints that move the same vertices, in proportion.
+  /// A joint of the plan is turned by the rig's joint that it is; one that a leg lacks by that of the bone it lies in;
+  /// those of trunk, neck, tail and ears by the rig's joints that move the same vertices, in proportion.
   void find_turning_joints() {
     std::vector<bool> shared(parts_.count(), false);
     for (std::size_t j = 0; j < parts_.count(); ++j) shared[j] = parts_.is_trunk(j);
@@ -435,13 +437,15 @@ class RiggedQuadrupedMaker : private BodyFromRig {
         if (turning_[leg[i]].empty()) turning_[leg[i]] = turning_[leg[i - 1]];
   }
 
-  /// Where a rig has no joint for ears, jaw or tail, their surface is the head's and the rump's: so is the template's.
+  /// Where a rig has no joint for ears and jaw, their surface is the head's: so is the template's. The same where the
+  /// joint moves little: a fox's ears that move with the head, all but their tips.
   void give_what_it_lacks() {
-    const auto give = [&](std::size_t from, std::size_t to) {
-      for (JointWeights& row : model_.weights) row[to] += std::exchange(row[from], 0.0);
+    const auto share = [&](const RestSurface& s, std::size_t j) {
+      return s.spread[j].area / s.spread[chains_.head].area;
     };
     for (const std::size_t j : {chains_.jaw, chains_.ears[0], chains_.ears[1]})
-      if (j != BodyPlan::no_joint && found_[j] == no_item) give(j, chains_.head);
+      if (j != BodyPlan::no_joint && !(share(rest_, j) > 0.4 * share(model_, j)))
+        for (JointWeights& row : model_.weights) row[chains_.head] += std::exchange(row[j], 0.0);
   }
 
   QuadrupedJoints joints_;

@@ -1,5 +1,5 @@
-/// The bind pose's axes in the scene: by which quarter turns a rig's joints are turned on the whole where they stand, and
-/// how much its unit is worth.
+/// The bind pose's axes in the scene: by which quarter turns a rig's joints are turned on the whole where they stand,
+/// and how much its unit is worth.
 #pragma once
 
 #include <npt/base/affine.hpp>
