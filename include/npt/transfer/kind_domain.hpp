@@ -2,10 +2,11 @@
 /// pose's angles, by linear blend skinning.
 ///   1. estimate  the correspondence network and the fits of estimate/body_estimator.hpp
 ///   2. bind      joints, skin weights and hands of the identity (skin/bound_character.hpp)
-///   3. angles    of the pose: with its hands, and where the file says how, corrected by the fit's known bias, by the
-///                pose transfer network's own result, and from the identity's own posture at rest
+///   3. angles    of the pose: with its hands, and where the file says how, corrected by the fit's known bias or from
+///                one shape's posture at rest to the other's, by the pose transfer network's own result, and from the
+///                identity's own posture at rest
 ///   4. skinning  the identity's root joint stays in its place
-/// Weights   tensors and texts under "correspondence/", "network_correction/" and "fit_bias/" of a file
+/// Weights   tensors and texts under "correspondence/", "network_correction/", "fit_bias/" and "posture/" of a file
 /// Source    Wang et al., CVPR 2020, supplement C.1 (skinning); docs/how-it-works.md (estimate)
 #pragma once
 
@@ -23,6 +24,7 @@
 #include <npt/estimate/fit_bias.hpp>
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/joint_pose.hpp>
+#include <npt/estimate/posture.hpp>
 #include <npt/estimate/rest_posture.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_list.hpp>
@@ -88,6 +90,8 @@ class KindDomain final : public BodyDomain {
       bias_.emplace(bias, this->kind());
       people_at_rest_ = bias_->people_at_rest();
     }
+    if (const SafetensorsFile posture = file.part("posture/"); !posture.tensors().empty())
+      posture_.emplace(posture, this->kind());
     if (const SafetensorsFile network = file.part("network_correction/"); !network.tensors().empty())
       correction_ = std::make_unique<const BasicNetworkCorrection<Exec>>(network, Exec(1));
   }
@@ -157,14 +161,17 @@ class KindDomain final : public BodyDomain {
     const BodyEstimate& estimate = body_of(pose);
     expect_body(estimate, "pose");
     const BoundCharacter& character = character_of(identity);
-    std::vector<float> result = bias_ ? bias_->angles(character.estimate, estimate) : estimate.fit.body.axis_angles;
+    std::vector<float> result = posture_ ? posture_->angles(character.estimate, estimate)
+                                : bias_  ? bias_->angles(character.estimate, estimate)
+                                         : estimate.fit.body.axis_angles;
     result = character.angles(kind(), as_span(result), estimate);
     if (correction_ != nullptr) result = correction_->angles(kind(), character, estimate, std::move(result));
     return from_own_rest(kind(), as_span(people_at_rest_), character.estimate, as_span(result));
   }
 
   BasicBodyEstimator<Exec> estimator_;
-  std::optional<FitBias> bias_;        ///< these where the file holds them
+  std::optional<FitBias> bias_;  ///< these where the file holds them
+  std::optional<Posture> posture_;
   std::vector<Vec3d> people_at_rest_;  ///< [J] how the kind's own are fitted at rest, or none
   std::unique_ptr<const BasicNetworkCorrection<Exec>> correction_;
 };
