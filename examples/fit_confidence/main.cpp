@@ -90,12 +90,7 @@ constexpr std::array measured_joints = npt::joint_indices(
 Case posed_rig(const npt::Rig& rig, const npt::Clip* clip, double time, const npt::HumanoidJoints* joints) {
   Case made;
   const std::vector<npt::Affine> motions = rig.motions(clip, time);
-  for (std::size_t v = 0; v < rig.positions.size(); ++v) {
-    npt::Vec3d at;
-    for (std::size_t i = rig.weights.start[v]; i < rig.weights.start[v + 1]; ++i)
-      at += motions[rig.weights.column[i]](rig.positions[v].as<double>()) * static_cast<double>(rig.weights.value[i]);
-    for (const double x : {at.x, at.y, at.z}) made.xyz.push_back(static_cast<float>(x));
-  }
+  made.xyz = rig.posed(npt::as_span(motions));
   made.triangles = rig.triangles;
   // Of the figure as it is bound, in the scene's unit.
   std::vector<float> bound;

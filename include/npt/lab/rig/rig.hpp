@@ -23,6 +23,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,6 +52,18 @@ struct Rig {
     result.reserve(joints.size());
     for (std::size_t j = 0; j < joints.size(); ++j) result.push_back(now.worlds[joints[j]] * inverse(binds[j]));
     return result;
+  }
+  /// [V, 3] in the scene.
+  std::vector<float> posed(std::span<const Affine> by) const {
+    std::vector<float> xyz;
+    xyz.reserve(3 * positions.size());
+    for (std::size_t v = 0; v < positions.size(); ++v) {
+      Vec3d at;
+      for (std::size_t i = weights.start[v]; i < weights.start[v + 1]; ++i)
+        at += by[weights.column[i]](positions[v].as<double>()) * static_cast<double>(weights.value[i]);
+      for (const double x : {at.x, at.y, at.z}) xyz.push_back(static_cast<float>(x));
+    }
+    return xyz;
   }
 };
 
