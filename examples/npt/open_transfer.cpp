@@ -14,7 +14,9 @@
 #include <array>
 #include <cmath>
 #include <iostream>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace program {
 
@@ -90,11 +92,19 @@ PoseTransfer random_transfer(const TransferArguments& arguments, const npt::Tran
 PoseTransfer open_transfer(const TransferArguments& arguments) {
   const npt::TransferOptions options = options_of(arguments);
   if (arguments.random_weights) return random_transfer(arguments, options);
-  const auto weights = arguments.network.weights
-                           ? *arguments.network.weights
-                           : shipped_weights(arguments.network.feature.value_or("per-vertex"), arguments.can_be_random);
-  auto transfer =
-      PoseTransfer::open(npt::SafetensorsFile::read(weights), options, npt::DefaultExecutor(arguments.threads));
+  std::vector<npt::SafetensorsFile> files;
+  if (arguments.network.weights) {
+    files.push_back(npt::SafetensorsFile::read(*arguments.network.weights));
+  } else {
+    const std::string feature = arguments.network.feature.value_or("per-vertex");
+    files.push_back(npt::SafetensorsFile::read(shipped_weights(feature, arguments.can_be_random)));
+    // Animals' network is asked for by its file's name alone: it takes meshes of another size than people's.
+    const bool by_network =
+        options.method == npt::Method::network || arguments.network.order || arguments.network.feature;
+    if (const auto animals = find_shipped("quadruped.safetensors"); animals && !by_network)
+      files.push_back(npt::SafetensorsFile::read(*animals));
+  }
+  auto transfer = PoseTransfer::open(files, options, npt::DefaultExecutor(arguments.threads));
   note_idle_options(arguments, transfer);
   return transfer;
 }

@@ -15,6 +15,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -52,6 +53,9 @@ class BodyDomain {
   BodyDomain(const BodyDomain&) = delete;
   BodyDomain& operator=(const BodyDomain&) = delete;
   virtual ~BodyDomain() = default;
+
+  /// What it recognises, for messages: "a person".
+  virtual std::string subject() const = 0;
 
   virtual std::shared_ptr<const DomainEstimate> estimate(const MeshView& mesh, const Control& control) const = 0;
   /// The next frame of a sequence, from the last one's estimate.

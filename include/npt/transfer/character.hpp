@@ -43,6 +43,8 @@ struct Prepared {
   std::shared_ptr<const BodyDomain> body;
   std::shared_ptr<const DomainEstimate> estimate;
   bool recognised = false;
+  std::string subject;           ///< what the domain recognises: "a person"
+  std::string looked_for;        ///< by all domains: "a person (confidence 3 %), nor as a four-legged animal (1 %)"
   Warnings by_body, by_network;  ///< what is to be said of the mesh where a result is made by the one or the other
 
   /// Whether a body was estimated in vain.
@@ -52,9 +54,8 @@ struct Prepared {
     if (recognised) return;
     throw Error({.file = name,
                  .found = estimate == nullptr ? "a mesh of which no body was estimated"
-                                              : "a mesh that is not recognised as a person (confidence " +
-                                                    percent_text(estimate->confidence) + ")",
-                 .expected = "a person, whole, with head, arms and legs",
+                                              : "a mesh that is not recognised as " + looked_for,
+                 .expected = subject + ", whole, with head, " + (subject == "a person" ? "arms and legs" : "and legs"),
                  .code = ErrorCode::not_recognised,
                  .remedy = Remedy::choose_method});
   }

@@ -40,6 +40,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -95,6 +96,8 @@ class KindDomain final : public BodyDomain {
     if (const SafetensorsFile network = file.part("network_correction/"); !network.tensors().empty())
       correction_ = std::make_unique<const BasicNetworkCorrection<Exec>>(network, Exec(1));
   }
+
+  std::string subject() const override { return "a " + kind().plan.name; }
 
   std::shared_ptr<const DomainEstimate> estimate(const MeshView& mesh, const Control& control) const override {
     return std::make_shared<const Estimate>(estimator_.read(mesh, control), kind().plan);

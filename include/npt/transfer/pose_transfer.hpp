@@ -34,6 +34,7 @@
 #include <npt/nn/weights/weights_file.hpp>
 #include <npt/transfer/body_domain.hpp>
 #include <npt/transfer/character.hpp>
+#include <npt/transfer/late_domain.hpp>
 #include <npt/transfer/mesh_checks.hpp>
 #include <npt/transfer/network_state.hpp>
 #include <npt/transfer/network_transfer.hpp>
@@ -391,7 +392,12 @@ class BasicPoseTransfer {
   /// One line: "bottleneck 256, conv_relu, per-vertex, 4 pairings, mirrored, refined within 0.04, people by body
   /// estimation".
   std::string description() const {
-    return main().network.description() + (has_body() ? ", people by body estimation" : "");
+    std::string text = main().network.description();
+    for (const auto& domain : domains_)
+      if (domain->body != nullptr)
+        text += ", " + (domain->name.empty() || domain->name == "human" ? "people" : domain->name + "s") +
+                " by body estimation";
+    return text;
   }
 
  private:
@@ -411,6 +417,7 @@ class BasicPoseTransfer {
   struct Found {
     std::size_t domain = 0;
     std::shared_ptr<const DomainEstimate> estimate{};
+    std::vector<double> confidences{};  ///< of the domains that were asked, from the first one on
   };
   /// The memory of one call.
   struct Scratch {
@@ -431,7 +438,11 @@ class BasicPoseTransfer {
     if (options().method == Method::network) return;
     const int threads = static_cast<int>(engine().executor().slots());
     std::shared_ptr<const BodyDomain>& body = domains_.back()->body;
-    body = open_body_domain(file, options().body, threads);
+    if (domains_.size() > 1 && !file.part("correspondence/").tensors().empty())
+      body = std::make_shared<const LateDomain>(
+          [file, body_options = options().body, threads] { return open_body_domain(file, body_options, threads); });
+    else
+      body = open_body_domain(file, options().body, threads);
     const std::string* named = file.find_metadata("body");
     if (body == nullptr && named != nullptr) {
       const std::filesystem::path beside = std::filesystem::path(file.name()).parent_path() / *named;
@@ -469,15 +480,19 @@ class BasicPoseTransfer {
 
   double least_confidence() const { return options().method == Method::body ? 0 : options().body.least_confidence; }
 
-  /// The estimate of the domain with the highest confidence. None where no domain estimates bodies, and, unless the
-  /// body method was asked for, where the mesh has no surface.
+  /// The estimate of the first domain that is sure, or else of the one with the highest confidence. None where no
+  /// domain estimates bodies, and, unless the body method was asked for, where the mesh has no surface.
   Found estimate(const MeshView& mesh, const Control& control) const {
     Found best{default_domain(), nullptr};
     if (options().method != Method::body && !internal::has_surface(mesh)) return best;
     for (std::size_t d = 0; d < domains_.size(); ++d) {
       if (domains_[d]->body == nullptr) continue;
       auto found = domains_[d]->body->estimate(mesh, control);
-      if (best.estimate == nullptr || found->confidence > best.estimate->confidence) best = {d, std::move(found)};
+      best.confidences.resize(d + 1);
+      best.confidences[d] = found->confidence;
+      if (best.estimate == nullptr || found->confidence > best.estimate->confidence)
+        best.domain = d, best.estimate = std::move(found);
+      if (best.estimate->confidence >= options().body.high_confidence) break;
     }
     const bool several = domains_.size() > 1 && best.estimate != nullptr;
     if (several && best.estimate->confidence < least_confidence()) best.domain = default_domain();
@@ -495,16 +510,34 @@ class BasicPoseTransfer {
     own.estimate = std::move(found.estimate);
     own.recognised =
         own.estimate != nullptr && domain.body != nullptr && own.estimate->confidence >= least_confidence();
+    name_subjects(found.confidences, own);
     own.by_body.clear();
     own.by_network.clear();
-    if (own.estimate != nullptr) {
+    if (own.estimate != nullptr && domain.body != nullptr) {
       const double confidence = own.estimate->confidence;
-      for (const WarningCode code : own.estimate->warnings) own.by_body.push_back({code, role, 0});
+      const bool person = own.subject == "a person";
+      const auto said = [&](WarningCode code, double value) {
+        return Warning{.code = code, .mesh = role, .value = value, .person = person};
+      };
+      for (const WarningCode code : own.estimate->warnings) own.by_body.push_back(said(code, 0));
       if (confidence < options().body.high_confidence)
-        own.by_body.push_back({WarningCode::low_confidence, role, confidence});
-      if (!own.recognised) own.by_network.push_back({WarningCode::not_recognised, role, confidence});
+        own.by_body.push_back(said(WarningCode::low_confidence, confidence));
+      if (!own.recognised) own.by_network.push_back(said(WarningCode::not_recognised, confidence));
     } else if (has_body()) {
       own.by_network.push_back({WarningCode::no_surface, role, 0});
+    }
+  }
+
+  /// Prepared::subject and looked_for. confidences: of the domains that were asked
+  void name_subjects(std::span<const double> confidences, transfer::internal::Prepared& own) const {
+    own.looked_for.clear();
+    if (own.body != nullptr) own.subject = own.body->subject();
+    if (own.recognised || own.estimate == nullptr) return;
+    if (confidences.empty()) own.looked_for = own.subject + " (confidence " + percent_text(own.confidence()) + ")";
+    for (std::size_t d = 0; d < confidences.size(); ++d) {
+      if (domains_[d]->body == nullptr) continue;
+      own.looked_for += (own.looked_for.empty() ? "" : ", nor as ") + domains_[d]->body->subject();
+      own.looked_for += (d == 0 ? " (confidence " : " (") + percent_text(confidences[d]) + ")";
     }
   }
 

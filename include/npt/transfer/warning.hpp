@@ -22,6 +22,7 @@ struct Warning {
   MeshRole mesh = MeshRole::identity;
   double value = 0;  ///< a confidence from 0 to 1, or metres in one unit (unit_assumed); else 0
   Remedy remedy = Remedy::look_at_result;
+  bool person = true;  ///< whether the domain that says so is people's
 
   friend bool operator==(const Warning&, const Warning&) = default;
 };
@@ -77,9 +78,11 @@ NPT_INLINE std::string text_of(const Warning& warning, std::string_view identity
   const std::string name(warning.mesh == MeshRole::identity ? identity : pose);
   switch (warning.code) {
     case not_recognised:
-      return name + " is not recognised as a person (confidence " + percent_text(warning.value) + ")";
+      return name + " is not recognised" + (warning.person ? " as a person" : "") + " (confidence " +
+             percent_text(warning.value) + ")";
     case low_confidence:
-      return name + " is recognised as a person with a low confidence of " + percent_text(warning.value);
+      return name + " is recognised" + (warning.person ? " as a person" : "") + " with a low confidence of " +
+             percent_text(warning.value);
     case no_surface:
       return name + " has no surface, so no body was estimated: the pose transfer network was used";
     case upside_down:
@@ -89,17 +92,18 @@ NPT_INLINE std::string text_of(const Warning& warning, std::string_view identity
     case lying_or_z_up:
       return name + " lies, or its vertical axis is z";
     case arms_uncertain:
-      return name + ": an arm may be in the wrong place";
+      return name + (warning.person ? ": an arm" : ": a foreleg") + " may be in the wrong place";
     case legs_uncertain:
-      return name + ": a leg may be in the wrong place";
+      return name + (warning.person ? ": a leg" : ": a hind leg") + " may be in the wrong place";
     case unusual_proportions:
-      return name + " has proportions that no person has";
+      return name + " has proportions that no " + (warning.person ? "person" : "animal") + " has";
     case faces_inward:
       return name + " has faces that are turned inwards";
     case unit_assumed:
       return name + " is taken to be in " + unit_name(warning.value) + ", by its size";
     case part_of_mesh:
-      return name + " is a person in some of its pieces; the others are left as they are";
+      return name + (warning.person ? " is a person" : " is recognised") +
+             " in some of its pieces; the others are left as they are";
   }
   return name;
 }
