@@ -1,7 +1,7 @@
 /// How bodies of a kind stand at rest, by their shape: a llama carries its neck upright, a fox its tail low, a cat's
 /// hocks are bent. A pose is what a body does beyond that, so one goes from the pose mesh's rest to the identity's:
 ///   R_result = R_identity_rest R_pose_rest^T R_pose
-/// The pose mesh's rest is told from its shape: a linear function of the betas. So is the identity's, but where it
+/// The pose mesh's rest is inferred from its shape: a linear function of the betas. So is the identity's, but where it
 /// stands at rest itself: then its own angles are taken.
 /// Tensors   posture/joints [3 J, S + 1]: axis angles by betas, and constants
 /// Learned   by examples/fit_posture, from rigs as they are bound
