@@ -73,10 +73,12 @@ inline std::vector<Vec3d> bones_at_rest(const SkinnedSkeleton& skeleton, const s
 
 }  // namespace internal
 
-/// Nothing where the character has no skeleton.
+/// Nothing where the character has no skeleton. Another kind's than people's stays as it is.
 inline std::optional<SkinnedSkeleton> named_skeleton(const Character& character, JointNames names) {
   std::optional<SkinnedSkeleton> skeleton = character.skeleton();
-  if (!skeleton) return skeleton;
+  // No dialect has names for another kind of body: its joints keep their own.
+  if (!skeleton || skeleton->names.empty() || skeleton->names.front() != joint_name(0, JointNames::vrm))
+    return skeleton;
   const std::size_t count = std::min(skeleton->joint_count(), fingered_joint_count);
   for (std::size_t j = 0; j < count; ++j) skeleton->names[j] = std::string(joint_name(j, names));
   if (names == JointNames::vrm) return skeleton;
