@@ -59,7 +59,7 @@ class BasicPosture {
     const std::size_t columns = kind_.body->shape_count() + 1;
     std::vector<double> angles(3 * kind_.joint_count());
     for (std::size_t i = 0; i < angles.size(); ++i) {
-      const std::span<const float> row = std::span(weights_).subspan(i * columns, columns);
+      const std::span<const float> row = as_span(weights_).subspan(i * columns, columns);
       angles[i] = static_cast<double>(row.back());
       for (std::size_t b = 0; b < betas.size(); ++b)
         angles[i] += static_cast<double>(row[b]) * std::clamp(static_cast<double>(betas[b]), -most, most);
