@@ -19,7 +19,7 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
-#include <npt/estimate/build.hpp>
+#include <npt/estimate/rest_posture.hpp>
 #include <npt/io/safetensors.hpp>
 
 #include <algorithm>
@@ -94,8 +94,9 @@ class BasicPosture {
         bent += 0.5 * (length(own[left] - told[left]) + length(own[right] - told[right]));
         ++count;
       }
-    // Of six animals' rests the means are up to 0.1 and 0.25 radians, of their walks 0.3 and more.
-    return count > 0 ? (1 - rising(uneven / count, 0.15, 0.3)) * (1 - rising(bent / count, 0.35, 0.5)) : 0;
+    // Of six animals' rests the means are up to 0.1 and 0.25 radians, of their walks 0.3 and more. What sides differ by
+    // counts twice: the mean of both is off by half of it.
+    return count > 0 ? (1 - beyond_rest(2 * uneven / count)) * (1 - beyond_rest(bent / count)) : 0;
   }
 
  private:
