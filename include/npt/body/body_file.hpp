@@ -7,6 +7,7 @@
 ///           don't make a body
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
@@ -106,8 +107,8 @@ NPT_INLINE BodyModel load_body(const SafetensorsFile& file) {
   body.v_template = to_float(file.at("v_template"));
   body.shapedirs = to_float(file.at("shapedirs"));
   if (file.find("posedirs") != nullptr) body.posedirs = to_float(file.at("posedirs"));
-  body.J_regressor = SparseMatrix::from_dense(to_float(file.at("J_regressor")), j, v);
-  body.weights = SparseMatrix::from_dense(to_float(file.at("weights")), v, j);
+  body.J_regressor = SparseMatrix::from_dense(as_span(to_float(file.at("J_regressor"))), j, v);
+  body.weights = SparseMatrix::from_dense(as_span(to_float(file.at("weights"))), v, j);
   const std::vector<std::int64_t> corners = to_int64(file.at("f")), parents = to_int64(file.at("parents"));
   body.triangles.resize(corners.size() / 3);
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -143,19 +144,19 @@ NPT_INLINE void save_body(const BodyModel& model, const std::filesystem::path& p
                               std::span<const std::byte> bytes) {
     tensors.push_back({.name = name, .dtype = dtype, .shape = shape, .bytes = bytes});
   };
-  add("v_template", Dtype::f32, {v, 3}, std::as_bytes(std::span(body.v_template)));
-  add("shapedirs", Dtype::f32, {v, 3, s}, std::as_bytes(std::span(body.shapedirs)));
-  if (!body.posedirs.empty()) add("posedirs", Dtype::f32, {v, 3, 9 * (j - 1)}, std::as_bytes(std::span(body.posedirs)));
-  add("J_regressor", Dtype::f32, {j, v}, std::as_bytes(std::span(regressor)));
-  add("weights", Dtype::f32, {v, j}, std::as_bytes(std::span(weights)));
-  add("f", Dtype::i32, {body.triangles.size(), 3}, std::as_bytes(std::span(corners)));
-  add("parents", Dtype::i32, {j}, std::as_bytes(std::span(parents)));
+  add("v_template", Dtype::f32, {v, 3}, std::as_bytes(as_span(body.v_template)));
+  add("shapedirs", Dtype::f32, {v, 3, s}, std::as_bytes(as_span(body.shapedirs)));
+  if (!body.posedirs.empty()) add("posedirs", Dtype::f32, {v, 3, 9 * (j - 1)}, std::as_bytes(as_span(body.posedirs)));
+  add("J_regressor", Dtype::f32, {j, v}, std::as_bytes(as_span(regressor)));
+  add("weights", Dtype::f32, {v, j}, std::as_bytes(as_span(weights)));
+  add("f", Dtype::i32, {body.triangles.size(), 3}, std::as_bytes(as_span(corners)));
+  add("parents", Dtype::i32, {j}, std::as_bytes(as_span(parents)));
   std::map<std::string, std::string> metadata = body.metadata;
   for (const std::string& name : body.joint_names) {
     std::string& names = metadata["joint_names"];
     names += (names.empty() ? "" : " ") + name;
   }
-  write_safetensors(path, tensors, metadata);
+  write_safetensors(path, as_span(tensors), metadata);
 }
 
 }  // namespace npt::inline NPT_ABI

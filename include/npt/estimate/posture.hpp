@@ -19,7 +19,7 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
-#include <npt/estimate/build.hpp>
+#include <npt/estimate/rest_posture.hpp>
 #include <npt/io/safetensors.hpp>
 
 #include <algorithm>
@@ -59,7 +59,7 @@ class BasicPosture {
     const std::size_t columns = kind_.body->shape_count() + 1;
     std::vector<double> angles(3 * kind_.joint_count());
     for (std::size_t i = 0; i < angles.size(); ++i) {
-      const std::span<const float> row = std::span(weights_).subspan(i * columns, columns);
+      const std::span<const float> row = as_span(weights_).subspan(i * columns, columns);
       angles[i] = static_cast<double>(row.back());
       for (std::size_t b = 0; b < betas.size(); ++b)
         angles[i] += static_cast<double>(row[b]) * std::clamp(static_cast<double>(betas[b]), -most, most);
@@ -94,8 +94,9 @@ class BasicPosture {
         bent += 0.5 * (length(own[left] - told[left]) + length(own[right] - told[right]));
         ++count;
       }
-    // Of six animals' rests the means are up to 0.1 and 0.25 radians, of their walks 0.3 and more.
-    return count > 0 ? (1 - rising(uneven / count, 0.15, 0.3)) * (1 - rising(bent / count, 0.35, 0.5)) : 0;
+    // Of six animals' rests the means are up to 0.1 and 0.25 radians, of their walks 0.3 and more. What sides differ by
+    // counts twice: the mean of both is off by half of it.
+    return count > 0 ? (1 - beyond_rest(2 * uneven / count)) * (1 - beyond_rest(bent / count)) : 0;
   }
 
  private:

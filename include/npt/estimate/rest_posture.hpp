@@ -44,6 +44,9 @@ NPT_INLINE std::vector<Vec3d> bend_beyond_rest(std::span<const Vec3d> people_at_
 
 }  // namespace skeleton::internal
 
+/// How far a bend of so many radians is no posture at rest any more, from 0 to 1.
+constexpr double beyond_rest(double bend) { return rising(bend, 0.35, 0.5); }
+
 /// How far the mesh stands as a character of its own at rest, from 0 to 1: w above.
 NPT_INLINE double own_rest(const BodyKind& kind, std::span<const Vec3d> people_at_rest, const BodyEstimate& reading) {
   const double strange = unlike_people(reading);
@@ -54,7 +57,7 @@ NPT_INLINE double own_rest(const BodyKind& kind, std::span<const Vec3d> people_a
   for (std::size_t j = 0; j < bend.size(); ++j)
     if (!kind.hands || (j != kind.hands->joints[0].hand && j != kind.hands->joints[1].hand))
       most = std::max(most, length(bend[j]));
-  return strange * (1 - rising(most, 0.35, 0.5));
+  return strange * (1 - beyond_rest(most));
 }
 
 /// A pose's angles for an identity: the same, or from its own rest.
