@@ -71,7 +71,7 @@ class BasicPosture {
 
   /// [J, 3] The pose's angles for the identity.
   std::vector<float> angles(const BodyEstimate& identity, const BodyEstimate& pose) const {
-    const std::vector<Vec3d> from = rest(as_span(pose.fit.body.betas)), to = rest_of(identity);
+    const std::vector<Vec3d> from = rest_of(pose, true), to = rest_of(identity, false);
     std::vector<float> result = pose.fit.body.axis_angles;
     for (std::size_t j = 0; j < from.size(); ++j) {
       const Matrix3 moved = rotation_matrix(from[j]).transposed() * pose.joint_rotation(j);
@@ -105,13 +105,17 @@ class BasicPosture {
 
   static Vec3d mirrored(Vec3d a) { return {a.x, -a.y, -a.z}; }
 
-  /// [J] The identity's own rest where it stands so, else what its shape says.
-  std::vector<Vec3d> rest_of(const BodyEstimate& identity) const {
-    std::vector<Vec3d> result = rest(as_span(identity.fit.body.betas));
-    const double share = standing(identity);
+  /// [J] The mesh's own rest where it stands so, else what its shape says. An identity that stands is taken to be at
+  /// rest as a whole. Of a pose mesh that stands, what is far from what its shape says is its pose: it may graze.
+  std::vector<Vec3d> rest_of(const BodyEstimate& mesh, bool is_pose) const {
+    std::vector<Vec3d> result = rest(as_span(mesh.fit.body.betas));
+    const double share = standing(mesh);
     if (!(share > 0)) return result;
-    const std::vector<Vec3d> own = angles_without_yaw(identity);
-    for (std::size_t j = 0; j < result.size(); ++j) result[j] += (own[j] - result[j]) * share;
+    const std::vector<Vec3d> own = angles_without_yaw(mesh);
+    for (std::size_t j = 0; j < result.size(); ++j) {
+      const Vec3d off = own[j] - result[j];
+      result[j] += off * (is_pose ? share * (1 - beyond_rest(length(off))) : share);
+    }
     return result;
   }
 
