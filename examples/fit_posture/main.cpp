@@ -6,7 +6,7 @@
 // A rig's angles are those that are estimated as its scene stands; its shapes those in frames of its clips, too, since
 // the shape of one animal comes out a little otherwise in each pose. Both sides count as one. Ridge regression.
 // Printed is how far a rig's angles are from what the others say, for several strengths of the ridge. The weakest is
-// taken that is no more than 12 % worse than the best: shapes that are known are told better by it.
+// taken that is no more than 3 % worse than the best: shapes that are known are told better by it.
 #include <formats/read.hpp>
 
 #include <npt/base/affine.hpp>
@@ -145,7 +145,7 @@ void run(const std::filesystem::path& weights, const std::filesystem::path& resu
     const double rms = error_of(samples, ridge);
     std::printf("ridge %-8g left out: %.3f radians\n", ridge, rms);
     least = std::min(least, rms);
-    if (rms < 1.12 * least) best = ridge;
+    if (rms < 1.03 * least) best = ridge;
   }
   const std::vector<double> learned = solve(samples, best, rigs.size());
   const std::vector<float> values(learned.begin(), learned.end());

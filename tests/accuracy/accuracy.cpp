@@ -68,7 +68,7 @@ Transfer open_transfer(Method method) {
   const std::string weights = std::string(NPT_SOURCE_DIR) + "/examples/weights/" +
                               (method == Method::quadrupeds ? "quadruped" : "human") + ".safetensors";
   npt::TransferOptions options;
-  if (method == Method::network) options.method = npt::Method::network;
+  if (method != Method::people) options.method = npt::Method::network;
   const auto transfer = std::make_shared<const npt::PoseTransfer>(npt::PoseTransfer::open(weights, options, 1));
   return [transfer](const npt::EvaluationPair& pair, std::span<float> result) {
     (*transfer)(npt::MeshView{pair.identity, pair.identity_triangles, "identity"},

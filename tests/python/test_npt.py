@@ -552,7 +552,6 @@ class BadInput(Figures):
         self.fails("junk.safetensors", npt.PoseTransfer, FOLDER / "junk.safetensors")
         small = Path(__file__).resolve().parents[1] / "data/golden/paper_b16_v35.weights.safetensors"
         self.fails("found bottleneck 16, conv_relu, per-vertex, expected one of the networks", npt.PoseTransfer, small)
-        self.fails("weights without body estimation", npt.PoseTransfer, "quadruped", method="body")
         several = npt.PoseTransfer(["human", "quadruped"])
         self.assertTrue(several.character(self.identity).recognised)
 
