@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "io/scratch.hpp"
 #include "support/bumpy_sphere.hpp"
 
 namespace {
@@ -169,7 +170,8 @@ TEST_CASE("a method that was asked for is taken, and one that can't be had is an
   const scratch::Folder folder;
   npt::write_safetensors(folder / "network.safetensors", network, animals.metadata());
   CHECK_FALSE(npt::PoseTransfer::open(folder / "network.safetensors", {}, 1).has_body());
-  CHECK_THROWS_AS(npt::PoseTransfer::open(folder / "network.safetensors", {.method = npt::Method::body}, 1), npt::Error);
+  CHECK_THROWS_AS(npt::PoseTransfer::open(folder / "network.safetensors", {.method = npt::Method::body}, 1),
+                  npt::Error);
 }
 
 TEST_CASE("weights that name another file's body estimation pose people as that file does") {
