@@ -1,5 +1,5 @@
 // Gathers natural poses of four-legged animals from the clips of rigged ones, as a plan's joint angles: tensors
-// pose_prior/mean, pose_prior/covariance and pose_prior/poses (training/plan_poses.hpp). Prints how well the bodies
+// pose_prior/mean, pose_prior/covariance and pose_prior/poses (training/gathered_poses.hpp). Prints how well the bodies
 // that are made of the rigs follow these in their own clips.
 //
 //   npt_pose_data --body quadruped.safetensors --leave-out Zebra --leave-out Death --out poses.safetensors *.glb
@@ -19,7 +19,7 @@
 #include <filesystem>
 #include <formats/read.hpp>
 #include <string>
-#include <training/plan_poses.hpp>
+#include <training/gathered_poses.hpp>
 #include <training/rig_agreement.hpp>
 #include <training/rigged_quadruped.hpp>
 #include <vector>

@@ -1,14 +1,12 @@
-/// Natural poses of a plan of bodies: distinct frames of clips, their moments for a prior of poses, and poses that are
-/// drawn from them: between two frames, mirrored, with noise.
-///   PlanPoses poses(plan, distinct_poses(frames, 1500));
-///   std::vector<float> angles = poses.sample(random);
+/// Natural poses of a plan of bodies, gathered for a weights file: distinct frames of clips, and their moments for a
+/// prior of poses.
+///   save_poses(plan, distinct_poses(frames, 1500), "prior.safetensors");
 /// Shapes    a pose: [J, 3] axis angles in radians; mean: [J, 3]; covariance: [3 (J - 1), 3 (J - 1)], without the root
 /// Tensors   pose_prior/mean, pose_prior/covariance, pose_prior/poses [N, 3 J]; F32
 /// Errors    npt::Error where there are no poses, or of another number of joints
 #pragma once
 
 #include <npt/base/error.hpp>
-#include <npt/base/random.hpp>
 #include <npt/body/body_plan.hpp>
 #include <npt/config.hpp>
 #include <npt/io/safetensors.hpp>
@@ -61,12 +59,12 @@ inline std::vector<PlanPose> distinct_poses(const std::vector<PlanPose>& poses, 
   return result;
 }
 
-struct PoseMoments {
+struct GatheredMoments {
   std::vector<float> mean, covariance;
 };
 
 /// Of the poses and their mirror images, so that both sides are alike.
-inline PoseMoments pose_moments(const BodyPlan& plan, const std::vector<PlanPose>& poses) {
+inline GatheredMoments pose_moments(const BodyPlan& plan, const std::vector<PlanPose>& poses) {
   if (poses.empty()) throw Error({.file = "poses", .found = "none", .expected = "frames of clips"});
   const std::size_t n = 3 * plan.joint_count(), m = n - 3;
   std::vector<PlanPose> all = poses;
@@ -93,7 +91,7 @@ inline PoseMoments pose_moments(const BodyPlan& plan, const std::vector<PlanPose
 /// A file with the poses and their moments.
 inline void save_poses(const BodyPlan& plan, const std::vector<PlanPose>& poses, const std::filesystem::path& path,
                        const std::map<std::string, std::string>& metadata = {}) {
-  const PoseMoments moments = pose_moments(plan, poses);
+  const GatheredMoments moments = pose_moments(plan, poses);
   std::vector<float> all;
   for (const PlanPose& pose : poses) all.insert(all.end(), pose.begin(), pose.end());
   const std::uint64_t j = plan.joint_count(), m = 3 * (j - 1);
@@ -106,55 +104,5 @@ inline void save_poses(const BodyPlan& plan, const std::vector<PlanPose>& poses,
                                         tensor("pose_prior/poses", {poses.size(), 3 * j}, all)};
   write_safetensors(path, tensors, metadata);
 }
-
-/// The poses of such a file.
-inline std::vector<PlanPose> load_poses(const SafetensorsFile& file, const BodyPlan& plan) {
-  const FileTensor& tensor = file.at("pose_prior/poses");
-  const std::size_t n = 3 * plan.joint_count();
-  if (tensor.shape.size() != 2 || tensor.shape[1] != n)
-    throw Error({file.name(), "tensor 'pose_prior/poses'", "shape " + to_string(tensor.shape),
-                 "[N, " + std::to_string(n) + "]"});
-  const std::vector<float> all = to_float(tensor);
-  std::vector<PlanPose> poses;
-  for (auto at = all.begin(); at != all.end(); at += static_cast<std::ptrdiff_t>(n))
-    poses.emplace_back(at, at + static_cast<std::ptrdiff_t>(n));
-  return poses;
-}
-
-/// Draws natural poses.
-class PlanPoses {
- public:
-  /// Requires  a pose
-  PlanPoses(BodyPlan plan, std::vector<PlanPose> poses) : plan_(std::move(plan)), poses_(std::move(poses)) {
-    if (poses_.empty()) throw Error({.file = "poses", .found = "none", .expected = "frames of clips"});
-  }
-
-  std::size_t count() const noexcept { return poses_.size(); }
-
-  /// Half are mirrored, four in ten lie between two poses, seven in ten have noise of up to 0.2 radians on all angles
-  /// but the root's.
-  PlanPose sample(Random& random) const {
-    PlanPose pose = one(random);
-    if (random.uniform() < 0.4) {
-      const PlanPose other = one(random);
-      const auto share = static_cast<float>(random.uniform());
-      for (std::size_t i = 0; i < pose.size(); ++i) pose[i] += share * (other[i] - pose[i]);
-    }
-    if (random.uniform() < 0.7) {
-      const double sigma = random.uniform(0.02, 0.2);
-      for (std::size_t i = 3; i < pose.size(); ++i) pose[i] += static_cast<float>(sigma * random.normal());
-    }
-    return pose;
-  }
-
- private:
-  PlanPose one(Random& random) const {
-    const PlanPose& pose = poses_[random.below(static_cast<std::uint32_t>(poses_.size()))];
-    return random.uniform() < 0.5 ? mirrored_pose(plan_, pose) : pose;
-  }
-
-  BodyPlan plan_;
-  std::vector<PlanPose> poses_;
-};
 
 }  // namespace npt::inline NPT_ABI
