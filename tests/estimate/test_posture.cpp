@@ -110,9 +110,9 @@ TEST_CASE("a pose goes from one shape's rest to another's") {
   for (std::size_t j = 0; j < plan().joint_count(); ++j)
     CHECK(difference(result.joint_rotation(j), identity.joint_rotation(j)) < 1e-5);
 
-  // What a joint does beyond its rest is what the identity's does beyond its own.
+  // What a joint does far beyond its rest is what the identity's does beyond its own.
   npt::BodyEstimate pose = rest;
-  const npt::Matrix3 bend = npt::rotation_matrix({0.4, 0.1, -0.2}), turn = npt::rotation_matrix({0, 1, 0});
+  const npt::Matrix3 bend = npt::rotation_matrix({0.6, 0.1, -0.2}), turn = npt::rotation_matrix({0, 1, 0});
   const std::size_t knee = plan().joint("l_knee");
   npt::set_joint_rotation(pose.fit.body.axis_angles, knee, rest.joint_rotation(knee) * bend);
   npt::set_joint_rotation(pose.fit.body.axis_angles, 0, turn * rest.joint_rotation(0));

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <npt/base/vec3.hpp>
+#include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/closest_point.hpp>

@@ -393,10 +393,12 @@ class BasicPoseTransfer {
   /// estimation".
   std::string description() const {
     std::string text = main().network.description();
-    for (const auto& domain : domains_)
-      if (domain->body != nullptr)
-        text += ", " + (domain->name.empty() || domain->name == "human" ? "people" : domain->name + "s") +
-                " by body estimation";
+    for (std::size_t d = 0; d < domains_.size(); ++d) {
+      if (domains_[d]->body == nullptr) continue;
+      // The first one is open; the others needn't be for this.
+      const bool people = d == 0 && domains_[d]->body->subject() == "a person";
+      text += ", " + (people ? "people" : domains_[d]->name + "s") + " by body estimation";
+    }
     return text;
   }
 
