@@ -314,7 +314,7 @@ static void shipped(int count, char** files) {
   npt_transfer* transfer = NULL;
   for (int i = 0; i < count; ++i) {
     CHECK(npt_open(files[i], NULL, &transfer) == NPT_OK);
-    if (strstr(npt_describe(transfer), "body estimation") != NULL) estimating(files[i]);
+    if (strstr(npt_describe(transfer), "people by body estimation") != NULL) estimating(files[i]);
     npt_close(transfer);
   }
   CHECK(npt_open_files((const char* const*)files, (size_t)count, NULL, &transfer) == NPT_OK);
