@@ -1,4 +1,5 @@
-/// Clothes, hair, ears, capes, shoes and what is missing of a body, as samples for a network that reads meshes have them.
+/// Clothes, hair, ears, capes, shoes and what is missing of a body, as samples for a network that reads meshes have
+/// them.
 /// Units     metres
 #pragma once
 

@@ -1,6 +1,6 @@
 /// The four-legged template's anatomy as tables: cross-sections of its parts, strokes that finish them, and joints.
-/// A generic animal between dog, horse and cow, 0.75 m at the withers, stands square on four legs: y up, facing +z, left
-/// at x > 0, soles at y = 0. Only the half x >= 0 is written; the other one is its mirror image. Metres.
+/// A generic animal between dog, horse and cow, 0.75 m at the withers, stands square on four legs: y up, facing +z,
+/// left at x > 0, soles at y = 0. Only the half x >= 0 is written; the other one is its mirror image. Metres.
 /// Source    proportions by eye, after drawing books' rules: the point of the hock stands under the point of the
 ///           buttock, the elbow at the height of the brisket; no scanned or modelled body was measured
 #pragma once

@@ -31,8 +31,8 @@ struct FitStage {
   double usual_distance = 0;
 };
 
-/// In the order in which a fit takes them: the kernel narrows, and the nearer the surface is, the less priors and places
-/// count.
+/// In the order in which a fit takes them: the kernel narrows, and the nearer the surface is, the less priors and
+/// places count.
 struct FitStages {
   /// To the places alone.
   static constexpr FitStage places{.scale = 0.15, .place_weight = 1, .prior = 0.1};

@@ -5,10 +5,9 @@
 /// makers' skeleton calls it rest. The pose's angles are then taken from there:
 ///   R = R_pose exp(w log(R_person^-1 R_identity))
 /// R_person being how the body fits people at rest (FitBias::people_at_rest). w is 1 for characters that keep a
-/// distance from the body and stand in a T pose, and 0 for people, whose bend in a T pose is as much in the fit of their
-/// other poses.
-/// Measured, PMD x 1e-4: a stylised man in a T pose, Table 6's poses of two people: 52 without and 19 with it. For
-/// people with w = 1 a dressed man would have 21 instead of 6.6.
+/// distance from the body and stand in a T pose, and 0 for people, whose bend in a T pose is as much in the fit of
+/// their other poses. Measured, PMD x 1e-4: a stylised man in a T pose, Table 6's poses of two people: 52 without and
+/// 19 with it. For people with w = 1 a dressed man would have 21 instead of 6.6.
 /// Shapes    people_at_rest: [J] axis angles, or none: then nobody has a rest of his own; axis angles: [J, 3], or more
 ///           with finger joints, which stay; radians
 #pragma once

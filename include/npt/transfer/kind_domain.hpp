@@ -1,5 +1,5 @@
-/// The domain of a kind of body: a body with proportions is estimated in both meshes, and the identity's joints take the
-/// pose's angles, by linear blend skinning.
+/// The domain of a kind of body: a body with proportions is estimated in both meshes, and the identity's joints take
+/// the pose's angles, by linear blend skinning.
 ///   1. estimate  the correspondence network and the fits of estimate/body_estimator.hpp
 ///   2. bind      joints, skin weights and hands of the identity (skin/bound_character.hpp)
 ///   3. angles    of the pose: with its hands, and where the file says how, corrected by the fit's known bias or from

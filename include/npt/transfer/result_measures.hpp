@@ -25,8 +25,8 @@
 namespace npt::inline NPT_ABI {
 
 /// Measured on 50 characters in poses of people, by the body method: three are torn, with a common stretch of 4.8 to
-/// 7.4 and confidences that refuse them (0.08 to 0.21); the others have 1.3 to 3.3. Penetration (0 to 0.11, torn ones 0.01
-/// to 0.05) and the identity's coverage (0.58 to 0.99, torn ones 0.73 to 0.84) don't tell right from wrong by
+/// 7.4 and confidences that refuse them (0.08 to 0.21); the others have 1.3 to 3.3. Penetration (0 to 0.11, torn ones
+/// 0.01 to 0.05) and the identity's coverage (0.58 to 0.99, torn ones 0.73 to 0.84) don't tell right from wrong by
 /// themselves: people who sit on their heels have a penetration of 0.19. So none is a warning.
 struct ResultMeasures {
   EdgeStretch stretch;  ///< of the result's edges, from the identity's
