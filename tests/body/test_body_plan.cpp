@@ -2,6 +2,7 @@
 
 #include <npt/base/error.hpp>
 #include <npt/body/body_plan.hpp>
+#include <npt/body/kind_words.hpp>
 #include <npt/io/file.hpp>
 
 #include <cstddef>
@@ -46,6 +47,9 @@ TEST_CASE("a four-legged kind's plan names its parts, and its legs are pairs of 
   CHECK(plan.proportions[1].name == "trunk_length");
   CHECK(plan.proportions[1].grows.front() == std::pair(plan.joint("pelvis"), npt::PartGrowth::z));
   CHECK(plan.parents()[1] == 0);
+  const npt::KindWords& words = plan.words();
+  CHECK(words == npt::KindWords{"four-legged animal", "four-legged animals", "foreleg", "hindleg"});
+  CHECK(&plan.words() == &words);
 }
 
 TEST_CASE("errors of a plan name the line and what was expected") {

@@ -15,6 +15,7 @@
 #include <npt/io/gltf_writer.hpp>
 #include <npt/io/json_tree.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/scene/from_mesh.hpp>
 #include <npt/scene/pose.hpp>
 
 #include <algorithm>

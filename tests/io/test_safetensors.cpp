@@ -81,6 +81,22 @@ TEST_CASE("the same tensors give the same bytes, and data begin at a multiple of
   CHECK((bytes.size() - 4) % 8 == 0);
 }
 
+TEST_CASE("metadata are read without the tensors") {
+  const scratch::Folder folder;
+  const auto path = folder / "m.safetensors";
+  const std::string header =
+      R"({"__metadata__":{"domain":"human"},"t":{"dtype":"U8","shape":[3],"data_offsets":[0,3]}})";
+  npt::write_file(path, file_of(header, "abc"));
+  CHECK(SafetensorsFile::read_metadata(path) == SafetensorsFile::read(path).metadata());
+  CHECK(SafetensorsFile::read_metadata(path).at("domain") == "human");
+  npt::write_file(path, file_of(header));  // the header says all
+  CHECK(SafetensorsFile::read_metadata(path).at("domain") == "human");
+  npt::write_file(path, file_of(header).substr(0, 40));
+  CHECK(error_of([&] { (void)SafetensorsFile::read_metadata(path); }).find("is it truncated?") != std::string::npos);
+  CHECK(error_of([&] { (void)SafetensorsFile::read_metadata(folder / "none"); }).find("no such file") !=
+        std::string::npos);
+}
+
 TEST_CASE("copies of a file share its bytes and outlive it") {
   SafetensorsFile copy = one("U8", "abc");
   { copy = SafetensorsFile(one("U8", "xyz")); }

@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/error.hpp>
+#include <npt/body/people_plan.hpp>
 #include <npt/transfer/options.hpp>
 
 #include <cmath>
@@ -55,7 +56,8 @@ TEST_CASE("thresholds say what is recognised and what is warned of") {
   CHECK(doubted.warnings()[0] == npt::Warning{.code = npt::WarningCode::low_confidence,
                                               .mesh = npt::MeshRole::pose,
                                               .value = doubted.confidence().value(),
-                                              .remedy = npt::Remedy::look_at_result});
+                                              .remedy = npt::Remedy::look_at_result,
+                                              .kind = &npt::people_plan().words()});
   const npt::Pose refused = open_with({.body = {.least_confidence = 1.01}}).pose(mesh);
   CHECK_FALSE(refused.recognised());
   CHECK(refused.confidence() == doubted.confidence());

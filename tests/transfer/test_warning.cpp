@@ -1,6 +1,8 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/error.hpp>
+#include <npt/body/kind_words.hpp>
+#include <npt/body/people_plan.hpp>
 #include <npt/estimate/warning_code.hpp>
 #include <npt/transfer/warning.hpp>
 
@@ -19,10 +21,25 @@ TEST_CASE("every warning names its mesh, and no text names an option of a progra
       CHECK(text.size() > 20);
       CHECK(text.find("--") == std::string::npos);
     }
-  CHECK(npt::text_of({WarningCode::not_recognised, MeshRole::pose, 0.25}, "a.ply", "b.ply") ==
-        "b.ply is not recognised as a person (confidence 25 %)");
   CHECK(npt::text_of({WarningCode::unit_assumed, MeshRole::identity, 0.01}, "a.ply", "b.ply") ==
         "a.ply is taken to be in centimetres, by its size");
+}
+
+TEST_CASE("warnings have the words of the kind that they are of") {
+  const auto says = [](WarningCode code, const npt::KindWords* kind) {
+    return npt::text_of({.code = code, .mesh = MeshRole::pose, .value = 0.25, .kind = kind}, "a", "b");
+  };
+  const npt::KindWords &people = npt::people_plan().words(),
+                       &ants = npt::kept_words({.one = "ant", .many = "ants", .upper_limb = "feeler"});
+  CHECK(says(WarningCode::not_recognised, &people) == "b is not recognised as a person (confidence 25 %)");
+  CHECK(says(WarningCode::not_recognised, nullptr) == "b is not recognised as a body (confidence 25 %)");
+  CHECK(says(WarningCode::low_confidence, &ants) == "b is recognised as an ant with a low confidence of 25 %");
+  CHECK(says(WarningCode::arms_uncertain, &people) == "b: an arm may be in the wrong place");
+  CHECK(says(WarningCode::arms_uncertain, &ants) == "b: a feeler may be in the wrong place");
+  CHECK(says(WarningCode::legs_uncertain, &people) == "b: a leg may be in the wrong place");
+  CHECK(says(WarningCode::legs_uncertain, &ants) == "b: a limb may be in the wrong place");
+  CHECK(says(WarningCode::unusual_proportions, &people) == "b has proportions that no person has");
+  CHECK(says(WarningCode::part_of_mesh, &ants) == "b is an ant in some of its pieces; the others are left as they are");
 }
 
 TEST_CASE("every remedy but none says what to do") {

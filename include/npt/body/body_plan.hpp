@@ -1,6 +1,7 @@
 /// What is known of a kind of body beside its mesh: its joints, which of them make a limb, how they bend, and which
 /// proportions vary. People's is people_plan(); another kind's stands in its weights file.
 /// Format    lines of words; # begins a comment
+///   plan NAME [PLURAL]
 ///   joint NAME PARENT MIRRORED LIMB KIND TOWARD STIFFNESS DENSITY [HINGE_X HINGE_Y HINGE_Z]
 ///   proportion NAME DEVIATION LOW HIGH
 ///   grows PROPORTION all|length|girth|x|y|z|across_y JOINT...
@@ -12,6 +13,7 @@
 
 #include <npt/base/error.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
 #include <npt/io/text.hpp>
 #include <npt/io/words.hpp>
@@ -83,7 +85,8 @@ struct LimbPair {
 };
 
 struct BodyPlan {
-  std::string name;
+  std::string name;    ///< of one body: "person"
+  std::string plural;  ///< "people"
   std::vector<JointPlan> joints;
   std::vector<std::string> limbs;  ///< names; JointPlan::limb counts in them
   std::vector<ProportionPlan> proportions;
@@ -131,6 +134,17 @@ struct BodyPlan {
       if (pair.joints[0].size() > pair.middle() + 1) pairs.push_back(std::move(pair));
     }
     return pairs;
+  }
+
+  /// Names for messages. A limb's is that of its left one in the plan: "left_foreleg" is "foreleg".
+  const KindWords& words() const {
+    KindWords all{.one = name, .many = plural};
+    for (const LimbPair& pair : limb_pairs()) {
+      std::string limb = limbs[joints[pair.joints[0][pair.first]].limb];
+      if (limb.starts_with("left_")) limb.erase(0, 5);
+      (pair.first > 0 ? all.upper_limb : all.lower_limb) = std::move(limb);
+    }
+    return kept_words(std::move(all));
   }
 };
 
@@ -185,8 +199,8 @@ class BodyPlanReader {
   }
 
   void take(const std::vector<std::string>& words) {
-    if (words[0] == "plan" && words.size() == 2)
-      plan_.name = words[1];
+    if (words[0] == "plan" && (words.size() == 2 || words.size() == 3))
+      plan_.name = words[1], plan_.plural = words.size() == 3 ? words[2] : words[1] + "s";
     else if (words[0] == "joint" && (words.size() == 9 || words.size() == 12))
       add_joint(words);
     else if (words[0] == "proportion" && words.size() == 5)

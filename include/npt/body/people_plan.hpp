@@ -12,7 +12,7 @@
 namespace npt::inline NPT_ABI {
 
 /// Hips, shoulders, elbows and knees move most; the trunk and the ends of the limbs little.
-inline constexpr std::string_view people_plan_text = R"(plan person
+inline constexpr std::string_view people_plan_text = R"(plan person people
 #     NAME       PARENT     MIRRORED   LIMB      KIND   TOWARD     STIFFNESS DENSITY HINGE
 joint pelvis     -          pelvis     trunk     root   spine1     10 1
 joint l_hip      pelvis     r_hip      left_leg  bone   l_knee     1 1

@@ -9,6 +9,7 @@
 
 #include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
+#include <npt/base/platform.hpp>
 #include <npt/base/sort.hpp>
 #include <npt/config.hpp>
 #include <npt/io/file.hpp>
@@ -20,6 +21,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <map>
@@ -27,6 +29,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -55,6 +58,25 @@ class BasicSafetensorsFile {
     file.metadata_ = std::move(events.metadata);
     file.place_tensors(events.entries, as_bytes(*file.bytes_).subspan(8 + header.size()));
     return file;
+  }
+
+  /// The metadata of a file, of which no more than its header is read.
+  NPT_INLINE static std::map<std::string, std::string> read_metadata(const std::filesystem::path& path) {
+    std::error_code code;
+    std::uint64_t size = 0;
+    std::string header;
+    if (std::filesystem::is_regular_file(path, code)) {
+      const internal::FileHandle file(platform::open_file(path, "rb"));
+      const bool sized = file && std::fread(&size, 1, sizeof size, file.get()) == sizeof size;
+      if (sized && size <= max_header && size <= std::filesystem::file_size(path, code)) {
+        header.resize(static_cast<std::size_t>(size));
+        header.resize(std::fread(header.data(), 1, header.size(), file.get()));
+      }
+    }
+    if (header.size() != size || !header.starts_with('{')) return read(path).metadata();  // which says what is wrong
+    internal::SafetensorsHeaderEvents<> events(header, path.string());
+    internal::read_json(header, events);
+    return std::move(events.metadata);
   }
 
   const std::string& name() const noexcept { return name_; }

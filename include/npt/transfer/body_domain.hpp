@@ -4,6 +4,7 @@
 
 #include <npt/base/affine.hpp>
 #include <npt/base/control.hpp>
+#include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/joint_pose.hpp>
 #include <npt/estimate/warning_code.hpp>
@@ -15,7 +16,6 @@
 
 #include <memory>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -54,8 +54,8 @@ class BodyDomain {
   BodyDomain& operator=(const BodyDomain&) = delete;
   virtual ~BodyDomain() = default;
 
-  /// What it recognises, for messages: "a person".
-  virtual std::string subject() const = 0;
+  /// What it recognises, for messages; kept_words()'s.
+  virtual const KindWords& words() const = 0;
 
   virtual std::shared_ptr<const DomainEstimate> estimate(const MeshView& mesh, const Control& control) const = 0;
   /// The next frame of a sequence, from the last one's estimate.

@@ -7,6 +7,7 @@
 
 #include <npt/base/affine.hpp>
 #include <npt/base/error.hpp>
+#include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/joint_pose.hpp>
 #include <npt/io/tensor_list.hpp>
@@ -25,6 +26,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -43,19 +45,24 @@ struct Prepared {
   std::shared_ptr<const BodyDomain> body;
   std::shared_ptr<const DomainEstimate> estimate;
   bool recognised = false;
-  std::string subject;           ///< what the domain recognises: "a person"
-  std::string looked_for;        ///< by all domains: "a person (confidence 3 %), nor as a four-legged animal (1 %)"
-  Warnings by_body, by_network;  ///< what is to be said of the mesh where a result is made by the one or the other
+  const KindWords* kind = nullptr;  ///< what the domain recognises; none: nothing
+  std::string looked_for;           ///< by all domains: "a person (confidence 3 %), nor as a four-legged animal (1 %)"
+  Warnings by_body, by_network;     ///< what is to be said of the mesh where a result is made by the one or the other
 
   /// Whether a body was estimated in vain.
   bool refused() const noexcept { return estimate != nullptr && body != nullptr && !recognised; }
   double confidence() const noexcept { return estimate == nullptr ? 0 : estimate->confidence; }
+  std::string_view recognised_kind() const noexcept { return recognised && kind ? kind->one : std::string_view(); }
+  std::string kind_expected() const {
+    const KindWords words = kind == nullptr ? KindWords{} : *kind;
+    return with_article(words.one) + ", whole, with head, " + words.upper_limb + "s and " + words.lower_limb + "s";
+  }
   void expect_recognised() const {
     if (recognised) return;
     throw Error({.file = name,
                  .found = estimate == nullptr ? "a mesh of which no body was estimated"
                                               : "a mesh that is not recognised as " + looked_for,
-                 .expected = subject + ", whole, with head, " + (subject == "a person" ? "arms and legs" : "and legs"),
+                 .expected = kind_expected(),
                  .code = ErrorCode::not_recognised,
                  .remedy = Remedy::choose_method});
   }
@@ -73,6 +80,8 @@ class BasicCharacter {
   const std::string& domain() const noexcept { return own_.domain_name; }
   /// Whether its confidence is high enough for body estimation.
   bool recognised() const noexcept { return own_.recognised; }
+  /// What it is recognised as: "person", "four-legged animal"; empty where it isn't. As long as the program runs.
+  std::string_view kind() const noexcept { return own_.recognised_kind(); }
   /// Errors    npt::Error (not_recognised) that says how low the confidence is, where it isn't recognised
   void expect_recognised() const { own_.expect_recognised(); }
   /// That it is of the domain, and that its pose was estimated rightly: 0 to 1; none where no body was estimated.

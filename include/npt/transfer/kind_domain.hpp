@@ -17,6 +17,7 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_plan.hpp>
+#include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/body_estimator.hpp>
@@ -40,7 +41,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -85,7 +85,8 @@ class KindDomain final : public BodyDomain {
   /// Errors    npt::Error for weights that are missing, broken, or another network's
   KindDomain(const SafetensorsFile& file, std::shared_ptr<const BodyKind> kind, const BodyOptions& options, int threads)
       : estimator_(BasicCorrespondenceEstimator<Exec>(file.part("correspondence/"), Exec(threads)), std::move(kind),
-                   transfer::internal::estimator_options(options.quality)) {
+                   transfer::internal::estimator_options(options.quality)),
+        words_(this->kind().plan.words()) {
     if (this->kind().has_own_rest) people_at_rest_.resize(this->kind().joint_count());
     if (const SafetensorsFile bias = file.part("fit_bias/"); !bias.tensors().empty()) {
       bias_.emplace(bias, this->kind());
@@ -97,7 +98,7 @@ class KindDomain final : public BodyDomain {
       correction_ = std::make_unique<const BasicNetworkCorrection<Exec>>(network, Exec(1));
   }
 
-  std::string subject() const override { return "a " + kind().plan.name; }
+  const KindWords& words() const override { return words_; }
 
   std::shared_ptr<const DomainEstimate> estimate(const MeshView& mesh, const Control& control) const override {
     return std::make_shared<const Estimate>(estimator_.read(mesh, control), kind().plan);
@@ -173,6 +174,7 @@ class KindDomain final : public BodyDomain {
   }
 
   BasicBodyEstimator<Exec> estimator_;
+  const KindWords& words_;
   std::optional<FitBias> bias_;  ///< these where the file holds them
   std::optional<Posture> posture_;
   std::vector<Vec3d> people_at_rest_;  ///< [J] how the kind's own are fitted at rest, or none

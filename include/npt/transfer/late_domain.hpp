@@ -6,6 +6,7 @@
 
 #include <npt/base/affine.hpp>
 #include <npt/base/control.hpp>
+#include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/joint_pose.hpp>
 #include <npt/io/safetensors.hpp>
@@ -18,7 +19,6 @@
 #include <memory>
 #include <mutex>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -31,7 +31,7 @@ class LateDomain final : public BodyDomain {
   /// open: called once, gives a domain
   explicit LateDomain(Open open) : open_(std::move(open)) {}
 
-  std::string subject() const override { return domain().subject(); }
+  const KindWords& words() const override { return domain().words(); }
   std::shared_ptr<const DomainEstimate> estimate(const MeshView& mesh, const Control& control) const override {
     return domain().estimate(mesh, control);
   }

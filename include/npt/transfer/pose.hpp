@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -32,6 +33,8 @@ class BasicPose {
   const std::string& domain() const noexcept { return own_.domain_name; }
   /// Whether its confidence is high enough for body estimation.
   bool recognised() const noexcept { return own_.recognised; }
+  /// What it is recognised as: "person", "four-legged animal"; empty where it isn't. As long as the program runs.
+  std::string_view kind() const noexcept { return own_.recognised_kind(); }
   /// Errors    npt::Error (not_recognised) that says how low the confidence is, where it isn't recognised
   void expect_recognised() const { own_.expect_recognised(); }
   /// That it is of the domain, and that its pose was estimated rightly: 0 to 1; none where no body was estimated.

@@ -21,6 +21,7 @@
 #include <npt/base/error.hpp>
 #include <npt/base/pool.hpp>
 #include <npt/base/tensor_adapter.hpp>
+#include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_values.hpp>
@@ -51,8 +52,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -91,14 +94,23 @@ class BasicPoseTransfer {
                                 int threads = 0) {
     return open<Networks>(SafetensorsFile::read(weights), options, Exec(threads));
   }
-  /// Opens several files, each a domain: a mesh goes to the one that recognises it with the highest confidence. The
-  /// default domain takes what none recognises: the first without a body estimator, or else the first.
+  /// Opens several files, each a domain: a mesh goes to the first that is sure of it, or else to the most confident one.
+  /// What none recognises goes to the first without a body estimator, or else to the first. Further files with body
+  /// estimation, but for their metadata, are read when a mesh first asks for them, with what npt::Error there is then.
   template <class Networks = AllNetworks>
   static BasicPoseTransfer open(std::initializer_list<std::filesystem::path> weights,
                                 const TransferOptions& options = {}, int threads = 0) {
-    std::vector<SafetensorsFile> files;
-    for (const std::filesystem::path& file : weights) files.push_back(SafetensorsFile::read(file));
-    return open<Networks>(std::span<const SafetensorsFile>(files), options, Exec(threads));
+    return open<Networks>(std::span(weights.begin(), weights.size()), options, Exec(threads));
+  }
+  template <class Networks = AllNetworks>
+  static BasicPoseTransfer open(std::span<const std::filesystem::path> weights, const TransferOptions& options,
+                                Exec executor) {
+    BasicPoseTransfer transfer;
+    for (const std::filesystem::path& path : weights)
+      transfer.add_file<Networks>([path] { return SafetensorsFile::read(path); },
+                                  transfer.domains_.empty() ? Metadata() : SafetensorsFile::read_metadata(path),
+                                  options, executor);
+    return transfer.domains_.empty() ? throw no_weights() : std::move(transfer);
   }
   /// Opens weights that were read already, to run on an executor of the host's.
   template <class Networks = AllNetworks>
@@ -107,16 +119,10 @@ class BasicPoseTransfer {
   }
   template <class Networks = AllNetworks>
   static BasicPoseTransfer open(std::span<const SafetensorsFile> files, const TransferOptions& options, Exec executor) {
-    if (files.empty()) throw Error({.file = "weights", .found = "no files", .expected = "at least one"});
     BasicPoseTransfer transfer;
-    for (const SafetensorsFile& file : files) {
-      const NetworkType<Exec>& type = find_network<Networks, Exec>(file, options.network.assume);
-      AlignedBuffer<float> values(type.buffer_size);
-      load_values(file, type.variant, *type.parameters, values.span(), options.network.assume);
-      transfer.add(type, values.span(), file.metadata(), file.name(), options, executor);
-      transfer.open_body(file);
-    }
-    return transfer;
+    for (const SafetensorsFile& file : files)
+      transfer.add_file<Networks>([file] { return file; }, file.metadata(), options, executor);
+    return transfer.domains_.empty() ? throw no_weights() : std::move(transfer);
   }
 
   /// Random weights of a network of a list, for trying things out: what comes out is no pose transfer.
@@ -142,7 +148,8 @@ class BasicPoseTransfer {
   /// Weights in a buffer laid out as Model::buffer(). metadata: of their file; name: stands in messages of errors
   BasicPoseTransfer(const NetworkType<Exec>& type, std::span<const float> values, const Metadata& metadata,
                     const std::string& name, const TransferOptions& options, Exec executor) {
-    add(type, values, metadata, name, options, std::move(executor));
+    add(metadata,
+        std::make_unique<const NetworkTransfer<Exec>>(type, values, metadata, name, options, std::move(executor)));
   }
 
   /// The identity mesh in the pose mesh's pose: its faces, order, unit and place; normals are renewed if it has any.
@@ -259,7 +266,7 @@ class BasicPoseTransfer {
     const Domain& domain = *domains_[found.domain];
     if (choice.others_.size() + 1 != domains_.size()) throw foreign("chosen points");
     const PoseChoice& own = found.domain == 0 ? choice : choice.others_[found.domain - 1];
-    domain.network.expect_chosen(own);
+    if (!domain.late) domain.network().expect_chosen(own);
     if (follows) found.estimate = domain.body->follow(mesh, *last->own_.estimate);
     take(mesh, MeshRole::pose, std::move(found), prepared.own_);
     // One frame in doubt, which a warning says, is no reason to refuse a clip.
@@ -278,7 +285,8 @@ class BasicPoseTransfer {
     const MeshView mesh = checked(first_frame, "pose");
     choice.others_.resize(domains_.size() - 1);
     for (std::size_t d = 0; d < domains_.size(); ++d)
-      domains_[d]->network.choose(mesh, identity_vertices, d == 0 ? choice : choice.others_[d - 1]);
+      if (!domains_[d]->late)  // its network takes no mesh of a sequence
+        domains_[d]->network().choose(mesh, identity_vertices, d == 0 ? choice : choice.others_[d - 1]);
   }
 
   /// The character in the pose.
@@ -349,6 +357,7 @@ class BasicPoseTransfer {
     if (a.estimate != nullptr && b.estimate != nullptr)
       report.confidence = std::min(a.estimate->confidence, b.estimate->confidence);
     const bool by_body = report.method == Method::body;
+    if (by_body) report.kind = a.recognised_kind();
     report.warnings = by_body ? a.by_body : a.by_network;
     report.warnings.append(by_body ? b.by_body : b.by_network);
     return report;
@@ -370,18 +379,18 @@ class BasicPoseTransfer {
   /// Whether a network meets the vertices of pose and identity one by one, so that pairings matter.
   bool pairs_vertices() const noexcept {
     for (const auto& domain : domains_)
-      if (domain->network.pairs_vertices()) return true;
+      if (domain->paired) return true;
     return false;
   }
   /// The options that it was opened with, and what the weights' file says for those that were left open.
-  const TransferOptions& options() const noexcept { return main().network.options(); }
+  const TransferOptions& options() const noexcept { return main().network().options(); }
   /// What the weights' file calls the network's variant.
-  const Metadata& variant() const noexcept { return main().network.variant(); }
+  const Metadata& variant() const noexcept { return main().network().variant(); }
   /// The engine beneath, for experts: its coordinates are the network's own.
-  const engine::Core<float, Exec>& engine() const noexcept { return main().network.engine(); }
+  const engine::Core<float, Exec>& engine() const noexcept { return main().network().engine(); }
   /// Metres in one unit of a mesh: as given in the options, or inferred from its extent; 1 where the weights ask for no
   /// unit.
-  double unit_of(const MeshView& mesh) const { return main().network.unit_of(mesh); }
+  double unit_of(const MeshView& mesh) const { return main().network().unit_of(mesh); }
   /// Whether it estimates bodies.
   bool has_body() const noexcept {
     for (const auto& domain : domains_)
@@ -392,34 +401,40 @@ class BasicPoseTransfer {
   /// One line: "bottleneck 256, conv_relu, per-vertex, 4 pairings, mirrored, refined within 0.04, people by body
   /// estimation".
   std::string description() const {
-    std::string text = main().network.description();
+    std::string text = main().network().description();
     for (std::size_t d = 0; d < domains_.size(); ++d) {
       if (domains_[d]->body == nullptr) continue;
-      // The first one is open; the others needn't be for this.
-      const bool people = d == 0 && domains_[d]->body->subject() == "a person";
-      text += ", " + (people ? "people" : domains_[d]->name + "s") + " by body estimation";
+      // Those that are late needn't be opened for this.
+      text += ", " + (domains_[d]->late ? domains_[d]->name + "s" : domains_[d]->body->words().many);
+      text += " by body estimation";
     }
     return text;
   }
 
  private:
+  using Network = std::unique_ptr<const NetworkTransfer<Exec>>;
   /// The weights of one file.
   struct Domain {
-    Domain(const NetworkType<Exec>& type, std::span<const float> values, const Metadata& metadata,
-           const std::string& file, const TransferOptions& options, Exec executor)
-        : network(type, values, metadata, file, options, std::move(executor)) {
+    Domain(const Metadata& metadata, bool pairs) : paired(pairs) {
       if (const auto named = metadata.find("domain"); named != metadata.end()) name = named->second;
+    }
+    const NetworkTransfer<Exec>& network() const {
+      if (late) std::call_once(once, [this] { opened = late(); });
+      return *opened;
     }
 
     std::string name;
-    NetworkTransfer<Exec> network;
-    std::shared_ptr<const BodyDomain> body;
+    bool paired = false;              ///< whether the network pairs vertices
+    std::function<Network()> late{};  ///< opens the network when it is first asked for; none: it is open
+    mutable Network opened{};
+    mutable std::once_flag once{};
+    std::shared_ptr<const BodyDomain> body{};
   };
   /// What was estimated for a mesh, and by which domain.
   struct Found {
     std::size_t domain = 0;
     std::shared_ptr<const DomainEstimate> estimate{};
-    std::vector<double> confidences{};  ///< of the domains that were asked, from the first one on
+    std::vector<std::shared_ptr<const DomainEstimate>> asked{};  ///< of the domains, from the first one on
   };
   /// The memory of one call.
   struct Scratch {
@@ -430,21 +445,44 @@ class BasicPoseTransfer {
 
   BasicPoseTransfer() = default;
 
-  void add(const NetworkType<Exec>& type, std::span<const float> values, const Metadata& metadata,
-           const std::string& name, const TransferOptions& options, Exec executor) {
-    domains_.push_back(std::make_unique<Domain>(type, values, metadata, name, options, std::move(executor)));
+  void add(const Metadata& metadata, Network network) {
+    domains_.push_back(std::make_unique<Domain>(metadata, network->pairs_vertices()));
+    domains_.back()->opened = std::move(network);
+  }
+  /// A further file with body estimation is read when a mesh asks for its body, and again for its network.
+  template <class Networks>
+  void add_file(const std::function<SafetensorsFile()>& read, const Metadata& metadata, const TransferOptions& options,
+                const Exec& executor) {
+    const auto network_of = [options, executor](const SafetensorsFile& file) {
+      const NetworkType<Exec>& type = find_network<Networks, Exec>(file, options.network.assume);
+      AlignedBuffer<float> values(type.buffer_size);
+      load_values(file, type.variant, *type.parameters, values.span(), options.network.assume);
+      return std::make_unique<const NetworkTransfer<Exec>>(type, values.span(), file.metadata(), file.name(), options,
+                                                           executor);
+    };
+    const auto feature = metadata.find("feature");
+    const bool late = !domains_.empty() && options.method != Method::network && feature != metadata.end() &&
+                      metadata.contains("correspondence/net");
+    if (!late) {
+      const SafetensorsFile file = read();
+      add(file.metadata(), network_of(file));
+      return open_body(file);
+    }
+    domains_.push_back(std::make_unique<Domain>(metadata, feature->second != Pooled::name));
+    domains_.back()->late = [read, network_of] { return network_of(read()); };
+    domains_.back()->body = std::make_shared<const LateDomain>(
+        [read, body = options.body, threads = static_cast<int>(engine().executor().slots())] {
+          const SafetensorsFile file = read();
+          if (auto domain = open_body_domain(file, body, threads)) return domain;
+          throw no_body(file, "those that its metadata tell of");
+        });
   }
 
   /// Body estimation of the file, or of the one beside it that its metadata names (key "body").
   void open_body(const SafetensorsFile& file) {
     if (options().method == Method::network) return;
     const int threads = static_cast<int>(engine().executor().slots());
-    std::shared_ptr<const BodyDomain>& body = domains_.back()->body;
-    if (domains_.size() > 1 && !file.part("correspondence/").tensors().empty())
-      body = std::make_shared<const LateDomain>(
-          [file, body_options = options().body, threads] { return open_body_domain(file, body_options, threads); });
-    else
-      body = open_body_domain(file, options().body, threads);
+    std::shared_ptr<const BodyDomain>& body = domains_.back()->body = open_body_domain(file, options().body, threads);
     const std::string* named = file.find_metadata("body");
     if (body == nullptr && named != nullptr) {
       const std::filesystem::path beside = std::filesystem::path(file.name()).parent_path() / *named;
@@ -458,11 +496,14 @@ class BasicPoseTransfer {
                      .remedy = Remedy::give_weights});
     }
     if (body == nullptr && options().method == Method::body)
-      throw Error({.file = file.name(),
-                   .found = "weights without body estimation",
-                   .expected = "weights of people: the body method needs them",
-                   .code = ErrorCode::missing_weights,
-                   .remedy = Remedy::choose_method});
+      throw no_body(file, "weights with it: the body method needs them");
+  }
+  static Error no_body(const SafetensorsFile& file, const char* expected) {
+    return Error({.file = file.name(),
+                  .found = "weights without body estimation",
+                  .expected = expected,
+                  .code = ErrorCode::missing_weights,
+                  .remedy = Remedy::choose_method});
   }
 
   /// The first file's, whose options and engine stand for all.
@@ -489,15 +530,16 @@ class BasicPoseTransfer {
     if (options().method != Method::body && !internal::has_surface(mesh)) return best;
     for (std::size_t d = 0; d < domains_.size(); ++d) {
       if (domains_[d]->body == nullptr) continue;
-      auto found = domains_[d]->body->estimate(mesh, control);
-      best.confidences.resize(d + 1);
-      best.confidences[d] = found->confidence;
-      if (best.estimate == nullptr || found->confidence > best.estimate->confidence)
-        best.domain = d, best.estimate = std::move(found);
+      best.asked.resize(d + 1);
+      best.asked[d] = domains_[d]->body->estimate(mesh, control);
+      if (best.estimate == nullptr || best.asked[d]->confidence > best.estimate->confidence)
+        best.domain = d, best.estimate = best.asked[d];
       if (best.estimate->confidence >= options().body.high_confidence) break;
     }
-    const bool several = domains_.size() > 1 && best.estimate != nullptr;
-    if (several && best.estimate->confidence < least_confidence()) best.domain = default_domain();
+    if (domains_.size() > 1 && best.estimate != nullptr && best.estimate->confidence < least_confidence()) {
+      best.domain = default_domain();
+      if (domains_[best.domain]->body != nullptr) best.estimate = best.asked[best.domain];
+    }
     return best;
   }
 
@@ -512,14 +554,13 @@ class BasicPoseTransfer {
     own.estimate = std::move(found.estimate);
     own.recognised =
         own.estimate != nullptr && domain.body != nullptr && own.estimate->confidence >= least_confidence();
-    name_subjects(found.confidences, own);
+    name_kinds(found.asked, own);
     own.by_body.clear();
     own.by_network.clear();
     if (own.estimate != nullptr && domain.body != nullptr) {
       const double confidence = own.estimate->confidence;
-      const bool person = own.subject == "a person";
       const auto said = [&](WarningCode code, double value) {
-        return Warning{.code = code, .mesh = role, .value = value, .person = person};
+        return Warning{.code = code, .mesh = role, .value = value, .kind = own.kind};
       };
       for (const WarningCode code : own.estimate->warnings) own.by_body.push_back(said(code, 0));
       if (confidence < options().body.high_confidence)
@@ -530,17 +571,19 @@ class BasicPoseTransfer {
     }
   }
 
-  /// Prepared::subject and looked_for. confidences: of the domains that were asked
-  void name_subjects(std::span<const double> confidences, transfer::internal::Prepared& own) const {
+  /// Prepared::kind and looked_for.
+  void name_kinds(std::span<const std::shared_ptr<const DomainEstimate>> asked,
+                  transfer::internal::Prepared& own) const {
     own.looked_for.clear();
-    if (own.body != nullptr) own.subject = own.body->subject();
+    own.kind = own.body == nullptr ? nullptr : &own.body->words();
     if (own.recognised || own.estimate == nullptr) return;
-    if (confidences.empty()) own.looked_for = own.subject + " (confidence " + percent_text(own.confidence()) + ")";
-    for (std::size_t d = 0; d < confidences.size(); ++d) {
-      if (domains_[d]->body == nullptr) continue;
-      own.looked_for += (own.looked_for.empty() ? "" : ", nor as ") + domains_[d]->body->subject();
-      own.looked_for += (d == 0 ? " (confidence " : " (") + percent_text(confidences[d]) + ")";
-    }
+    const auto add = [&own](const KindWords& kind, double confidence) {
+      own.looked_for += (own.looked_for.empty() ? "" : ", nor as ") + with_article(kind.one) +
+                        (own.looked_for.empty() ? " (confidence " : " (") + percent_text(confidence) + ")";
+    };
+    if (asked.empty() && own.kind != nullptr) add(*own.kind, own.confidence());
+    for (std::size_t d = 0; d < asked.size(); ++d)
+      if (asked[d] != nullptr) add(domains_[d]->body->words(), asked[d]->confidence);
   }
 
   /// What stands in the network's way alone, such as a unit that can't be inferred, is kept back for when the network
@@ -556,7 +599,7 @@ class BasicPoseTransfer {
     character.xyz_.assign(mesh.xyz.begin(), mesh.xyz.end());
     character.triangles_.assign(mesh.triangles.begin(), mesh.triangles.end());
     character.network_refusal_.reset();
-    const NetworkTransfer<Exec>& network = domains_[own.domain]->network;
+    const NetworkTransfer<Exec>& network = domains_[own.domain]->network();
     try {
       network.prepare_identity(mesh, character.network_);
       note_unit(character.network_.unit, MeshRole::identity, own);
@@ -583,11 +626,11 @@ class BasicPoseTransfer {
     take(mesh, MeshRole::pose, std::move(found), pose.own_);
     if (!taken_by_network(pose) || (identity_vertices == 0 && pairs_vertices())) return keep_for_network(mesh, pose);
     const auto lease = pool_.lease();
-    domains_[pose.own_.domain]->network.choose(mesh, identity_vertices, lease->choice);
+    domains_[pose.own_.domain]->network().choose(mesh, identity_vertices, lease->choice);
     keep_or_encode(mesh, lease->choice, pose, control);
   }
   void keep_or_encode(const MeshView& mesh, const PoseChoice& choice, Pose& pose, const Control& control = {}) const {
-    const NetworkTransfer<Exec>& network = domains_[pose.own_.domain]->network;
+    const NetworkTransfer<Exec>& network = domains_[pose.own_.domain]->network();
     if (!taken_by_network(pose)) return keep_for_network(mesh, pose);
     network.encode(mesh, choice, pose.network_, control);
     note_unit(network.unit_of(mesh), MeshRole::pose, pose.own_);
@@ -599,7 +642,7 @@ class BasicPoseTransfer {
   /// As keep(), for a pose that isn't encoded. A unit that can't be inferred is an error when the network is asked.
   void keep_for_network(const MeshView& mesh, Pose& pose) const {
     try {
-      note_unit(domains_[pose.own_.domain]->network.unit_of(mesh), MeshRole::pose, pose.own_);
+      note_unit(domains_[pose.own_.domain]->network().unit_of(mesh), MeshRole::pose, pose.own_);
     } catch (const Error&) {
     }
     keep(mesh, pose);
@@ -617,7 +660,7 @@ class BasicPoseTransfer {
       for (std::size_t k = 0; own.estimate->figure[t] && k < 3; ++k)
         for (std::size_t i = 0; i < 3; ++i) points.push_back(mesh.xyz[3 * mesh.triangles[t][k] + i]);
     try {
-      return domains_[own.domain]->network.unit_of({points, {}, mesh.name});
+      return domains_[own.domain]->network().unit_of({points, {}, mesh.name});
     } catch (const Error&) {
       return 1;
     }
@@ -629,7 +672,7 @@ class BasicPoseTransfer {
 
   void by_network(const Character& character, const Pose& pose, std::span<float> result, const Control& control) const {
     if (character.network_refusal_) throw Error(*character.network_refusal_);
-    const NetworkTransfer<Exec>& network = domains_[character.own_.domain]->network;
+    const NetworkTransfer<Exec>& network = domains_[character.own_.domain]->network();
     const bool encoded = pose.network_.codes.size() == network.run_count() && character.own_.domain == pose.own_.domain;
     if (encoded) return network.decode(character.network_, pose.network_, result, control);
     if (pose.xyz_.empty()) throw foreign("pose");
@@ -641,6 +684,7 @@ class BasicPoseTransfer {
     network.decode(character.network_, lease->late, result, control.part(0.3, 1));
   }
 
+  static Error no_weights() { return Error({.file = "weights", .found = "no files", .expected = "at least one"}); }
   static Error foreign(const char* what) {
     return Error({.file = what,
                   .found = "one that this transfer didn't prepare",
@@ -662,7 +706,7 @@ class BasicPoseTransfer {
     std::vector<std::shared_ptr<const ResultMeter>> meters;  // made before results may overwrite their identities
     for (std::size_t j = 0; options().measure && j < jobs.size(); ++j)
       meters.push_back(jobs[j].report == nullptr ? nullptr : meter(jobs[j].identity));
-    main().network.run(jobs);
+    main().network().run(jobs);
     for (std::size_t j = 0; j < refinements.size(); ++j) refinements[j]->refine(jobs[j].result);
     for (std::size_t j = 0; j < meters.size(); ++j)
       if (meters[j] != nullptr) jobs[j].report->measures = meters[j]->measure(jobs[j].result);

@@ -8,12 +8,15 @@
 #include <npt/transfer/warning.hpp>
 
 #include <optional>
+#include <string_view>
 
 namespace npt::inline NPT_ABI {
 
 /// How a transfer was made.
 struct TransferReport {
-  Method method = Method::network;   ///< body or network
+  Method method = Method::network;  ///< body or network
+  /// Whose body made it, "person" or "four-legged animal"; empty: the network. As long as the program runs.
+  std::string_view kind{};
   std::optional<double> confidence;  ///< the lower of both meshes', from 0 to 1; none where no body was estimated
   Warnings warnings;                 ///< empty: nothing needs to be said
   /// Where TransferOptions::measure asks for them and the identity has a surface.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <npt/base/error.hpp>
+#include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/warning_code.hpp>
 
@@ -22,7 +23,7 @@ struct Warning {
   MeshRole mesh = MeshRole::identity;
   double value = 0;  ///< a confidence from 0 to 1, or metres in one unit (unit_assumed); else 0
   Remedy remedy = Remedy::look_at_result;
-  bool person = true;  ///< whether the domain that says so is people's
+  const KindWords* kind = nullptr;  ///< of the domain that says so (kept_words), where one does
 
   friend bool operator==(const Warning&, const Warning&) = default;
 };
@@ -76,12 +77,14 @@ NPT_INLINE std::string unit_name(double metres) {
 NPT_INLINE std::string text_of(const Warning& warning, std::string_view identity, std::string_view pose) {
   using enum WarningCode;
   const std::string name(warning.mesh == MeshRole::identity ? identity : pose);
+  static const KindWords any;
+  const KindWords& kind = warning.kind == nullptr ? any : *warning.kind;
   switch (warning.code) {
     case not_recognised:
-      return name + " is not recognised" + (warning.person ? " as a person" : "") + " (confidence " +
-             percent_text(warning.value) + ")";
+      return name + " is not recognised as " + with_article(kind.one) + " (confidence " + percent_text(warning.value) +
+             ")";
     case low_confidence:
-      return name + " is recognised" + (warning.person ? " as a person" : "") + " with a low confidence of " +
+      return name + " is recognised as " + with_article(kind.one) + " with a low confidence of " +
              percent_text(warning.value);
     case no_surface:
       return name + " has no surface, so no body was estimated: the pose transfer network was used";
@@ -92,18 +95,17 @@ NPT_INLINE std::string text_of(const Warning& warning, std::string_view identity
     case lying_or_z_up:
       return name + " lies, or its vertical axis is z";
     case arms_uncertain:
-      return name + (warning.person ? ": an arm" : ": a foreleg") + " may be in the wrong place";
+      return name + ": " + with_article(kind.upper_limb) + " may be in the wrong place";
     case legs_uncertain:
-      return name + (warning.person ? ": a leg" : ": a hind leg") + " may be in the wrong place";
+      return name + ": " + with_article(kind.lower_limb) + " may be in the wrong place";
     case unusual_proportions:
-      return name + " has proportions that no " + (warning.person ? "person" : "animal") + " has";
+      return name + " has proportions that no " + kind.one + " has";
     case faces_inward:
       return name + " has faces that are turned inwards";
     case unit_assumed:
       return name + " is taken to be in " + unit_name(warning.value) + ", by its size";
     case part_of_mesh:
-      return name + (warning.person ? " is a person" : " is recognised") +
-             " in some of its pieces; the others are left as they are";
+      return name + " is " + with_article(kind.one) + " in some of its pieces; the others are left as they are";
   }
   return name;
 }
