@@ -3,8 +3,12 @@
 
 #include <npt/npt.hpp>
 
+#include <filesystem>
 #include <memory>
+#include <span>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 using c_api::control_from, c_api::expect, c_api::expect_result, c_api::guarded, c_api::kept, c_api::most_vertices,
     c_api::name_of, c_api::path_of, c_api::view_of;
@@ -72,7 +76,7 @@ const char* npt_warning_text(const npt_warning* warning, const char* identity, c
     expect(code >= 0 && code <= NPT_WARNING_PART_OF_MESH, "npt_warning_text: an unknown code");
     const npt::Warning own{static_cast<npt::WarningCode>(code),
                            c_api::number_of(warning->mesh) == NPT_POSE ? npt::MeshRole::pose : npt::MeshRole::identity,
-                           warning->value, npt::Remedy::none};
+                           warning->value, npt::Remedy::none, static_cast<const npt::KindWords*>(warning->words)};
     text = kept(npt::text_of(own, identity != nullptr ? identity : "identity", pose != nullptr ? pose : "pose"));
   });
   return text;
@@ -106,12 +110,24 @@ npt_status npt_open_files(const char* const* weights, size_t count, const npt_op
                           npt_transfer** transfer) {
   return open(options, transfer, [&](const npt::TransferOptions& own, npt::DefaultExecutor executor) {
     expect(weights != nullptr && count > 0, "npt_open: no weights");
-    std::vector<npt::SafetensorsFile> files;
+    std::vector<std::filesystem::path> files;
     for (std::size_t i = 0; i < count; ++i) {
       expect(weights[i] != nullptr, "npt_open: a null pointer for the weights");
-      files.push_back(npt::SafetensorsFile::read(path_of(weights[i])));
+      files.push_back(path_of(weights[i]));
     }
-    return npt::PoseTransfer::open(std::span<const npt::SafetensorsFile>(files), own, std::move(executor));
+    return npt::PoseTransfer::open(std::span<const std::filesystem::path>(files), own, std::move(executor));
+  });
+}
+
+npt_status npt_open_shipped(const char* folder, const npt_options* options, npt_transfer** transfer) {
+  return open(options, transfer, [&](const npt::TransferOptions& own, npt::DefaultExecutor executor) {
+    expect(folder != nullptr, "npt_open_shipped: a null pointer for the folder");
+    std::vector<std::filesystem::path> files{path_of(folder) / "human.safetensors"};
+    std::filesystem::path animals = path_of(folder) / "quadruped.safetensors";
+    std::error_code code;
+    if (own.method != npt::Method::network && std::filesystem::is_regular_file(animals, code))
+      files.push_back(std::move(animals));
+    return npt::PoseTransfer::open(std::span<const std::filesystem::path>(files), own, std::move(executor));
   });
 }
 
@@ -363,6 +379,7 @@ npt_status npt_move_joints(const npt_transfer* transfer, const npt_character* ch
            "npt_move_joints: a null pointer");
     const auto own = transfer->transfer.motions(character->character, *pose->pose);
     if (!own) throw c_api::not_recognised("motions", "a character or a pose");
+    c_api::expect_joints(own->size());
     write_motions(*own, motions);
   });
 }

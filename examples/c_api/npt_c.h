@@ -78,9 +78,9 @@ typedef enum npt_warning_code {
   NPT_WARNING_UPSIDE_DOWN,         /* the body stands on its head */
   NPT_WARNING_LYING,               /* the body lies or is bent over */
   NPT_WARNING_LYING_OR_Z_UP,       /* the body lies, or the mesh's vertical axis is z */
-  NPT_WARNING_ARMS_UNCERTAIN,      /* an arm may be in the wrong place */
-  NPT_WARNING_LEGS_UNCERTAIN,      /* a leg may be in the wrong place */
-  NPT_WARNING_UNUSUAL_PROPORTIONS, /* no person has these proportions */
+  NPT_WARNING_ARMS_UNCERTAIN,      /* an arm, of animals a foreleg, may be in the wrong place */
+  NPT_WARNING_LEGS_UNCERTAIN,      /* a leg, of animals a hindleg, may be in the wrong place */
+  NPT_WARNING_UNUSUAL_PROPORTIONS, /* no body of the kind has these proportions */
   NPT_WARNING_FACES_INWARD,        /* the mesh's faces are turned inwards */
   NPT_WARNING_UNIT_ASSUMED,        /* a unit other than metres was inferred from the mesh's size */
   NPT_WARNING_PART_OF_MESH         /* the body is some pieces of the mesh; the others stay where they are */
@@ -94,6 +94,7 @@ typedef struct npt_warning {
   npt_mesh_role mesh;
   double value; /* a confidence from 0 to 1, or metres in one unit (NPT_WARNING_UNIT_ASSUMED); else 0 */
   npt_remedy remedy;
+  const void* words; /* what npt_warning_text calls the body and its limbs; NULL: a body */
 } npt_warning;
 #define NPT_MOST_WARNINGS 16
 
@@ -189,8 +190,9 @@ typedef struct npt_result {
   size_t size;                 /* sizeof(npt_result) */
   npt_method method;           /* NPT_BODY or NPT_NETWORK */
   double confidence;           /* the lower of both meshes', 0 to 1; -1: none, since no body was estimated */
-  double character_confidence; /* 0 to 1: that it is a person, and that its pose was estimated rightly; -1: none */
+  double character_confidence; /* 0 to 1: that it is of the kind, and that its pose was estimated rightly; -1: none */
   double pose_confidence;
+  const char* kind; /* whose body made it, "person" or "four-legged animal"; "": the network. Lives with the process */
   size_t warning_count; /* 0: nothing needs to be said */
   npt_warning warnings[NPT_MOST_WARNINGS];
 } npt_result;
@@ -213,16 +215,21 @@ typedef struct npt_estimate {
   double confidence;  /* 0 to 1; -1: none, since no body was estimated */
   double unit;        /* metres in one unit of a character's mesh, where the network asks for one; else 1 */
   const char* domain; /* of the weights that recognised it: "human"; "" without one. As long as its owner lives */
+  const char*
+      kind; /* what it is recognised as: "person", "four-legged animal"; "": as nothing. Lives with the process */
   size_t warning_count;
   npt_warning warnings[NPT_MOST_WARNINGS];
 } npt_estimate;
 
-/* The joint angles of an estimated body, in SMPL's order of joints. */
+#define NPT_JOINTS 40 /* the most of a skeleton: a person's has SMPL's 24, then two for each finger but the thumbs */
+
+/* The joint angles of an estimated body: a person's in SMPL's order of joints, an animal's in that of its skeleton. */
 typedef struct npt_joint_pose {
-  size_t size;              /* sizeof(npt_joint_pose) */
-  float axis_angles[24][3]; /* radians, each in its parent's frame */
-  double root[3];           /* the root joint's position, in the mesh's unit and place */
-  double leg;               /* length of a leg, hip to ankle, in the mesh's unit */
+  size_t size;                      /* sizeof(npt_joint_pose) */
+  size_t joints;                    /* 24 of a person */
+  float axis_angles[NPT_JOINTS][3]; /* radians, each in its parent's frame; 0 beyond the joints */
+  double root[3];                   /* the root joint's position, in the mesh's unit and place */
+  double leg;                       /* length of a leg, hip to ankle, in the mesh's unit */
 } npt_joint_pose;
 
 /* Progress of long work, and a way to stop it: both are called in the caller's thread. Each may be NULL. */
@@ -240,9 +247,13 @@ typedef struct npt_transfer npt_transfer;
 
 /* Opens weights (.safetensors, UTF-8 path): any that npt ships or trains. options NULL: the default ones. */
 NPT_C_API npt_status npt_open(const char* weights, const npt_options* options, npt_transfer** transfer);
-/* Opens several files, each a domain: a mesh goes to the one that recognises it with the highest confidence. */
+/* Opens several files, each a domain: a mesh goes to the first that is sure of it, or else to the one that recognises it
+ * with the highest confidence. A further file with body estimation is read when a mesh asks for it. */
 NPT_C_API npt_status npt_open_files(const char* const* weights, size_t count, const npt_options* options,
                                     npt_transfer** transfer);
+/* The weights that npt ships, of a folder: people's (human.safetensors) and, where it is there, those of four-legged
+ * animals (quadruped.safetensors), which is read when a mesh isn't surely a person. With NPT_NETWORK people's alone. */
+NPT_C_API npt_status npt_open_shipped(const char* folder, const npt_options* options, npt_transfer** transfer);
 /* Random weights: for trying things out. bottleneck: 64, 128, 256, 512 or 1024; pooled: nonzero for the feature that
  * takes pose meshes of any vertex count without drawing points. */
 NPT_C_API npt_status npt_open_random(int bottleneck, int pooled, uint64_t weights_seed, const npt_options* options,
@@ -337,11 +348,10 @@ typedef struct npt_influence {
   uint16_t joint;
   float weight;
 } npt_influence;
-#define NPT_JOINTS 40 /* of every skeleton: SMPL's 24, then two for each finger but the thumbs */
 typedef struct npt_skeleton {
   size_t size;              /* sizeof(npt_skeleton), of the library's version */
-  size_t joints;            /* NPT_JOINTS */
-  const char* const* names; /* [joints] as VRM calls them: "hips", "leftUpperLeg" ... */
+  size_t joints;            /* NPT_JOINTS of a person; fewer of an animal */
+  const char* const* names; /* [joints] a person's as VRM calls them: "hips", "leftUpperLeg" ... */
   const int32_t* parents;   /* [joints] a joint's number, before its own; -1: the root */
   const double* places;     /* [joints][3] */
   size_t vertices;
@@ -352,8 +362,8 @@ typedef struct npt_skeleton {
 /* NPT_BAD_INPUT: not recognised, or results are refined, which no skeleton can do. */
 NPT_C_API npt_status npt_open_skeleton(const npt_character* character, const npt_skeleton** skeleton);
 NPT_C_API void npt_close_skeleton(const npt_skeleton* skeleton);
-/* How the skeleton moves to a pose: motions is [NPT_JOINTS][3][4], rows of a rotation and a shift for each joint.
- * Vertices that move by these and the skin weights are npt_apply's result. NPT_BAD_INPUT: the network makes it. */
+/* How the skeleton moves to a pose: motions is [NPT_JOINTS][3][4], rows of a rotation and a shift for each joint; rows
+ * beyond the skeleton's joints stay as they were. Vertices that move by these and the skin weights are npt_apply's result. NPT_BAD_INPUT: the network makes it. */
 NPT_C_API npt_status npt_move_joints(const npt_transfer* transfer, const npt_character* character, const npt_pose* pose,
                                      double* motions);
 

@@ -34,6 +34,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 struct npt_transfer {
@@ -223,9 +224,12 @@ static_assert(npt::Warnings::capacity == NPT_MOST_WARNINGS);
 inline std::size_t copy_warnings(const npt::Warnings& warnings, npt_warning* out) {
   for (const npt::Warning& warning : warnings)
     *out++ = {static_cast<npt_warning_code>(warning.code), static_cast<npt_mesh_role>(warning.mesh), warning.value,
-              static_cast<npt_remedy>(warning.remedy)};
+              static_cast<npt_remedy>(warning.remedy), warning.kind};
   return warnings.size();
 }
+
+/// A kind's name, which is a whole string.
+inline const char* name_of(std::string_view kind) { return kind.empty() ? "" : kind.data(); }
 
 inline double number_of(std::optional<double> fraction) { return fraction.value_or(-1); }
 
@@ -240,6 +244,7 @@ inline void fill(npt_result* result, const npt::TransferReport& report, std::opt
   result->confidence = number_of(report.confidence);
   result->character_confidence = number_of(character);
   result->pose_confidence = number_of(pose);
+  result->kind = name_of(report.kind);
   result->warning_count = copy_warnings(report.warnings, result->warnings);
 }
 
@@ -250,20 +255,31 @@ void fill(npt_estimate& estimate, const Estimated& own, double unit) {
   estimate.confidence = number_of(own.confidence());
   estimate.unit = unit;
   estimate.domain = own.domain().c_str();
+  estimate.kind = name_of(own.kind());
   estimate.warning_count = copy_warnings(own.warnings(), estimate.warnings);
 }
 
 inline npt::Error not_recognised(const char* what, const char* who) {
   return npt::Error({.file = what,
-                     .found = std::string(who) + " that is not recognised as a person",
+                     .found = std::string(who) + " that is not recognised",
                      .expected = "a recognised one",
                      .code = npt::ErrorCode::needs_recognition});
 }
 
+/// Errors    npt::Error where a caller's memory has no place for so many
+inline void expect_joints(std::size_t count) {
+  if (count > NPT_JOINTS)
+    throw npt::Error(
+        {.file = "joints", .found = std::to_string(count), .expected = "at most " + std::to_string(NPT_JOINTS)});
+}
+
 inline void fill(npt_joint_pose& joints, const std::optional<npt::JointPose>& own, const char* who) {
   if (!own) throw not_recognised("joints", who);
+  joints.joints = own->axis_angles.size() / 3;
+  expect_joints(joints.joints);
   float* const angles = &joints.axis_angles[0][0];
-  std::copy_n(own->axis_angles.begin(), std::min(own->axis_angles.size(), 3 * npt::smpl_joint_count), angles);
+  std::fill_n(std::copy(own->axis_angles.begin(), own->axis_angles.end(), angles), 3 * (NPT_JOINTS - joints.joints),
+              0.0F);
   joints.root[0] = own->root.x, joints.root[1] = own->root.y, joints.root[2] = own->root.z;
   joints.leg = own->leg;
 }

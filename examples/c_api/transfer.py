@@ -6,7 +6,7 @@ usage: transfer.py [--method auto|body|network] [--pairings N] [--mirror] [--ref
                    LIBRARY WEIGHTS IDENTITY.obj POSE.obj ... OUT.obj
        transfer.py [--clip NAME] ... LIBRARY WEIGHTS IDENTITY POSE.glb OUT.glb
   LIBRARY   libnpt_c.so, which the build leaves in lib
-  WEIGHTS   a .safetensors file, such as examples/weights/human.safetensors
+  WEIGHTS   the folder of those that npt ships, examples/weights, for people and four-legged animals; or a .safetensors file
   OUT.obj   the result; of several poses OUT_000.obj, OUT_001.obj ...
   --clip    the clip of POSE.glb; without: its only one
 """
@@ -61,14 +61,15 @@ class Options(ctypes.Structure):
 
 class Warned(ctypes.Structure):
     """npt_warning"""
-    _fields_ = [("code", ctypes.c_int), ("mesh", ctypes.c_int), ("value", ctypes.c_double), ("remedy", ctypes.c_int)]
+    _fields_ = [("code", ctypes.c_int), ("mesh", ctypes.c_int), ("value", ctypes.c_double), ("remedy", ctypes.c_int),
+                ("words", ctypes.c_void_p)]
 
 
 class Result(ctypes.Structure):
     """npt_result: how a result was made."""
     _fields_ = [("size", ctypes.c_size_t), ("method", ctypes.c_int), ("confidence", ctypes.c_double),
                 ("character_confidence", ctypes.c_double), ("pose_confidence", ctypes.c_double),
-                ("warning_count", ctypes.c_size_t), ("warnings", Warned * 16)]
+                ("kind", ctypes.c_char_p), ("warning_count", ctypes.c_size_t), ("warnings", Warned * 16)]
 
 
 class ClipOptions(ctypes.Structure):
@@ -89,7 +90,7 @@ class Transfer:
         npt.npt_describe.argtypes = [handle]
         npt.npt_warning_text.argtypes = [ctypes.POINTER(Warned), text, text]
         npt.npt_default_options.argtypes = [ctypes.POINTER(Options)]
-        npt.npt_open.argtypes = [text, ctypes.POINTER(Options), out]
+        npt.npt_open.argtypes = npt.npt_open_shipped.argtypes = [text, ctypes.POINTER(Options), out]
         npt.npt_run.argtypes = [handle, mesh, mesh, floats, result]
         npt.npt_prepare_character.argtypes = [handle, mesh, handle, out]
         npt.npt_open_tracker.argtypes = [handle, out]
@@ -108,7 +109,8 @@ class Transfer:
         for name, value in network.items():
             setattr(own.network, name, value)
         self.handle = handle()
-        self.check(npt.npt_open(weights.encode(), ctypes.byref(own), ctypes.byref(self.handle)))
+        open_weights = npt.npt_open_shipped if os.path.isdir(weights) else npt.npt_open
+        self.check(open_weights(weights.encode(), ctypes.byref(own), ctypes.byref(self.handle)))
 
     def check(self, status):
         """Every failure comes as a number, and its message from the library."""

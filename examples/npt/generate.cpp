@@ -7,11 +7,16 @@
 
 #include <npt/base/random.hpp>
 #include <npt/body/body_file.hpp>
+#include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/kind_file.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
+#include <npt/body/plan_poses.hpp>
+#include <npt/body/plan_proportions.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/io/safetensors.hpp>
 #include <npt/lab/clothes.hpp>
 #include <npt/mesh/permute.hpp>
 
@@ -43,8 +48,25 @@ struct Options {
 
 bool is_random(const std::string& pose) { return pose == "random" || pose == "wide" || pose == "natural"; }
 
-/// With proportions and clothes where they are wanted; the library asks for SMPL's joints then.
-npt::BodyModel body_of(const Options& o) {
+/// Another kind of body than people, where weights hold one, and its table of random poses.
+struct Kind {
+  std::shared_ptr<const npt::BodyKind> body;
+  std::optional<npt::PlanPoses> poses{};
+};
+Kind kind_of(const Options& o) {
+  if (!o.body) return {};
+  const npt::SafetensorsFile file = npt::SafetensorsFile::read(*o.body);
+  Kind kind{npt::load_body_kind(file)};
+  const std::string* table = file.find_metadata("body/poses");
+  if (kind.body != nullptr && table != nullptr)
+    kind.poses.emplace(kind.body->plan, *table, file.name() + ", metadata body/poses");
+  return kind;
+}
+
+/// With proportions and clothes where they are wanted; the library asks for SMPL's joints then. Another kind's has its
+/// plan's proportions among its shapes.
+npt::BodyModel body_of(const Options& o, const Kind& kind) {
+  if (kind.body != nullptr) return o.clothes ? npt::with_clothes(*kind.body->body) : *kind.body->body;
   npt::BodyModel body = o.body ? npt::load_body(*o.body) : npt::mannequin();
   if (o.proportions) body = npt::with_proportions(body);
   return o.clothes ? npt::with_clothes(body) : body;
@@ -61,8 +83,9 @@ class Generator {
  public:
   explicit Generator(const Options& options)
       : options_(options),
-        body_(body_of(options)),
-        own_shapes_(body_.shape_count() - (options.proportions ? npt::body_proportion_count : 0)) {
+        kind_(kind_of(options)),
+        body_(body_of(options, kind_)),
+        own_shapes_(body_.shape_count() - (options.proportions ? proportion_count() : 0)) {
     if (options_.shape != "random" && options_.shape != "zero") {
       given_shape_ = program::parse_numbers(options_.shape, "--shape");
       if (given_shape_.size() > own_shapes_)
@@ -72,11 +95,12 @@ class Generator {
                           "random, zero, or at most " + std::to_string(own_shapes_) + " numbers"});
     }
     if (!is_random(options_.pose) && options_.pose != "rest") read_pose();
-    if (is_random(options_.pose) && body_.joint_count() != npt::smpl_joint_count)
+    if (is_random(options_.pose) && !draws_poses())
       throw npt::Error({"--pose",
                         {},
                         "random poses for a body of " + std::to_string(body_.joint_count()) + " joints",
-                        std::to_string(npt::smpl_joint_count) + " joints, or --pose rest or a file"});
+                        std::to_string(npt::smpl_joint_count) +
+                            " joints, or --pose rest or a file; random and natural for weights with such poses"});
   }
 
   npt::Mesh make(std::uint64_t index) const {
@@ -92,6 +116,14 @@ class Generator {
   }
 
  private:
+  std::size_t proportion_count() const {
+    return kind_.body == nullptr ? npt::body_proportion_count : kind_.body->plan.proportions.size();
+  }
+  /// Whether there are poses as the option asks for.
+  bool draws_poses() const {
+    if (kind_.body == nullptr) return body_.joint_count() == npt::smpl_joint_count;
+    return (options_.pose == "random" && kind_.poses) || (options_.pose == "natural" && !kind_.body->poses.empty());
+  }
   void read_pose() {
     given_pose_ = program::parse_numbers(npt::read_file(options_.pose), options_.pose);
     if (given_pose_.size() != 3 * body_.joint_count())
@@ -105,6 +137,10 @@ class Generator {
     std::vector<float> betas = options_.shape == "random" ? npt::sample_shape(random, own_shapes_) : given_shape_;
     if (!options_.proportions) return betas;
     betas.resize(own_shapes_);
+    if (kind_.body != nullptr) {
+      for (const float p : npt::sample_character(kind_.body->plan, random, 0)) betas.push_back(p);
+      return betas;
+    }
     for (const double p : npt::sample_proportions(random)) betas.push_back(static_cast<float>(p));
     return betas;
   }
@@ -112,11 +148,15 @@ class Generator {
   std::vector<float> pose(std::uint64_t seed, std::uint64_t index) const {
     if (!is_random(options_.pose)) return given_pose_;
     npt::Random random = random_for(seed, index, Draw::pose);
+    if (kind_.body != nullptr && options_.pose == "random") return kind_.poses->sample(random);
+    if (kind_.body != nullptr)
+      return kind_.body->poses[random.below(static_cast<std::uint32_t>(kind_.body->poses.size()))];
     const auto angles = npt::sample_pose(random, program::pose_distribution(options_.pose));
     return {angles.begin(), angles.end()};
   }
 
   const Options& options_;
+  Kind kind_;
   npt::BodyModel body_;
   std::size_t own_shapes_;  ///< shape parameters without proportions
   std::vector<float> given_shape_, given_pose_;
@@ -178,7 +218,8 @@ void add(CLI::App& command) {
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
   command.add_option("--body", o->body,
-                     "Make them of this body model (.safetensors, SMPL's layout) (default: the built-in mannequin)");
+                     "Make them of this body model (.safetensors, SMPL's layout), or of the kind of body that weights "
+                     "hold, such as quadruped.safetensors (default: the built-in mannequin)");
   command
       .add_option("--shape", o->shape,
                   "Give them random shapes, the mean one (zero), or these shape parameters: \"b0,b1,...\"")
@@ -187,7 +228,8 @@ void add(CLI::App& command) {
       .add_option(
           "--pose", o->pose,
           "Give them random poses in the paper's ranges (random, its Table 6) or wider ones (wide), natural poses in "
-          "any direction (natural), the rest pose (rest), or that of a file with an axis angle for each joint")
+          "any direction (natural; another kind of body knows random and natural), the rest pose (rest), or that of a "
+          "file with an axis angle for each joint")
       ->capture_default_str();
   command.add_flag("--proportions", o->proportions, "Draw proportions as characters have: heads, limbs, girths");
   command.add_flag("--clothes", o->clothes, "Add a shirt, shorts, shoes and hair, each a separate component");

@@ -8,12 +8,13 @@
 #include <refining/refinement.hpp>
 
 #include <npt/base/error.hpp>
-#include <npt/io/safetensors.hpp>
 #include <npt/transfer/animation.hpp>
 
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -92,19 +93,19 @@ PoseTransfer random_transfer(const TransferArguments& arguments, const npt::Tran
 PoseTransfer open_transfer(const TransferArguments& arguments) {
   const npt::TransferOptions options = options_of(arguments);
   if (arguments.random_weights) return random_transfer(arguments, options);
-  std::vector<npt::SafetensorsFile> files;
+  std::vector<std::filesystem::path> files;
   if (arguments.network.weights) {
-    files.push_back(npt::SafetensorsFile::read(*arguments.network.weights));
+    files.emplace_back(*arguments.network.weights);
   } else {
     const std::string feature = arguments.network.feature.value_or("per-vertex");
-    files.push_back(npt::SafetensorsFile::read(shipped_weights(feature, arguments.can_be_random)));
+    files.push_back(shipped_weights(feature, arguments.can_be_random));
     // Animals' network is asked for by its file's name alone: it takes meshes of another size than people's.
     const bool by_network =
         options.method == npt::Method::network || arguments.network.order || arguments.network.feature;
-    if (const auto animals = find_shipped("quadruped.safetensors"); animals && !by_network)
-      files.push_back(npt::SafetensorsFile::read(*animals));
+    if (const auto animals = find_shipped("quadruped.safetensors"); animals && !by_network) files.push_back(*animals);
   }
-  auto transfer = PoseTransfer::open(files, options, npt::DefaultExecutor(arguments.threads));
+  auto transfer = PoseTransfer::open(std::span<const std::filesystem::path>(files), options,
+                                     npt::DefaultExecutor(arguments.threads));
   note_idle_options(arguments, transfer);
   return transfer;
 }

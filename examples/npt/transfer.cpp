@@ -103,6 +103,7 @@ class Transferring {
     outcome.confidence = report.confidence;
     outcome.measures = report.measures;
     outcome.method = report.method == npt::Method::network ? "network" : "body";
+    outcome.kind = report.kind;
     for (std::string& note : program::notes_of(report.warnings, job.identity.string(), job.pose.string()))
       outcome.notes.push_back(std::move(note));
     std::string note;
@@ -423,7 +424,7 @@ class Transfer {
   std::string how() const {
     for (auto outcome = outcomes_.rbegin(); outcome != outcomes_.rend(); ++outcome)
       if (outcome->status == Status::done && outcome->method == "body")
-        return "by body estimation, confidence " + npt::percent_text(*outcome->confidence);
+        return program::by_body_text(outcome->kind, *outcome->confidence);
       else if (outcome->status == Status::done)
         break;
     return description_;

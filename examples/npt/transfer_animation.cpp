@@ -123,12 +123,11 @@ class AnimationTransfer {
     std::snprintf(time, sizeof time, "%.2f s", seconds);
     std::cout << job_.out.string() << ": " << frames_.size() << (frames_.size() == 1 ? " frame" : " frames") << " of "
               << frames_.clip_name() << how_ << " in " << time << " ("
-              << (by_body ? "by body estimation, confidence " + npt::percent_text(*report.confidence)
-                          : transfer.description())
-              << ")\n";
+              << (by_body ? by_body_text(report.kind, *report.confidence) : transfer.description()) << ")\n";
     JobOutcome outcome;
     outcome.status = JobOutcome::Status::done;
     outcome.method = by_body ? "body" : "network";
+    outcome.kind = report.kind;
     outcome.confidence = report.confidence;
     outcome.seconds = seconds;
     outcome.notes = notes;

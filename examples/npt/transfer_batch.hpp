@@ -69,6 +69,7 @@ struct JobOutcome {
   enum class Status { none, done, skipped, failed };
   Status status = Status::none;
   std::string method;                ///< "body" or "network"
+  std::string kind;                  ///< whose body made it: "person", "four-legged animal"
   std::optional<double> confidence;  ///< where bodies were estimated
   std::optional<npt::ResultMeasures> measures;
   double seconds = 0;
@@ -76,6 +77,11 @@ struct JobOutcome {
   std::vector<std::string> notes;
   std::string error;
 };
+
+/// "person by body estimation, confidence 97 %"
+inline std::string by_body_text(std::string_view kind, double confidence) {
+  return std::string(kind) + " by body estimation, confidence " + npt::percent_text(confidence);
+}
 
 inline Report report_of(const npt::ResultMeasures& measures) {
   Report report{{"common_stretch", measures.stretch.common},
@@ -96,6 +102,7 @@ inline std::string report_line(const TransferJob& job, const JobOutcome& outcome
               {"status", names[static_cast<int>(outcome.status)]}};
   if (outcome.status == JobOutcome::Status::done) {
     line["method"] = outcome.method;
+    if (!outcome.kind.empty()) line["kind"] = outcome.kind;
     if (outcome.confidence) line["confidence"] = *outcome.confidence;
     line["notes"] = outcome.notes;
     if (outcome.measures) line["measures"] = report_of(*outcome.measures);

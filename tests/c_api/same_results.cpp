@@ -1,8 +1,13 @@
 /// The C library gives the C++ library's bits: a pair, twenty frames, a clip, a saved character.
+#include <npt/body/body_kind.hpp>
+#include <npt/body/body_plan.hpp>
+#include <npt/body/kind_file.hpp>
+#include <npt/body/kind_words.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/gltf.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/io/safetensors.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/triangles.hpp>
@@ -274,4 +279,56 @@ TEST_CASE("a character: saved and read, its skeleton, joints and motions") {
   npt_release_pose(taken);
   npt_release_character(again);
   npt_release_character(own);
+}
+
+TEST_CASE("shipped weights pose two animals as the C++ library does, and say what was recognised") {
+  const std::string folder = std::string(NPT_SOURCE_DIR) + "/examples/weights";
+  const std::string people = folder + "/human.safetensors", animals = folder + "/quadruped.safetensors";
+  npt_transfer* transfer = nullptr;
+  REQUIRE(npt_open_shipped(folder.c_str(), nullptr, &transfer) == NPT_OK);
+  const auto cpp = npt::PoseTransfer::open({people, animals});
+  const auto kind = npt::load_body_kind(npt::SafetensorsFile::read(animals));
+  REQUIRE(kind != nullptr);
+  const Both animal(npt::to_mesh(*kind->body), "animal"),
+      posed(npt::to_mesh(*kind->body, std::vector<float>{}, kind->poses.front()), "pose"),
+      person(hero_mesh(), "person");
+  const npt_mesh c_animal = animal.c(), c_posed = posed.c(), c_person = person.c();
+  std::vector<float> expected(animal.mesh.coordinates().size()), found(expected.size());
+  cpp(animal.view(), posed.view(), expected);
+  auto result = sized<npt_result>();
+  REQUIRE(npt_run(transfer, &c_animal, &c_posed, found.data(), &result) == NPT_OK);
+  CHECK(found == expected);
+  CHECK(result.method == NPT_BODY);
+  CHECK(std::string_view(result.kind) == "four-legged animal");
+  CHECK(result.confidence > 0.85);
+
+  npt_character* hero = nullptr;
+  npt_pose* pose = nullptr;
+  REQUIRE(npt_prepare(transfer, &c_animal, &c_posed, &hero, &pose) == NPT_OK);
+  auto estimate = sized<npt_estimate>();
+  REQUIRE(npt_character_estimate(hero, &estimate) == NPT_OK);
+  CHECK(std::string_view(estimate.kind) == "four-legged animal");
+  CHECK(std::string_view(estimate.domain) == "quadruped");
+  auto joints = sized<npt_joint_pose>();
+  REQUIRE(npt_pose_joints(pose, &joints) == NPT_OK);
+  CHECK(joints.joints == kind->joint_count());
+  npt_release_pose(pose);
+  npt_release_character(hero);
+
+  std::vector<float> of_person(person.mesh.coordinates().size());
+  CHECK(npt_run(transfer, &c_person, &c_posed, of_person.data(), nullptr) == NPT_BAD_INPUT);
+  CHECK(npt_last_error_code() == NPT_ERROR_DOMAINS_DIFFER);
+  REQUIRE(npt_run(transfer, &c_person, &c_person, of_person.data(), &result) == NPT_OK);
+  CHECK(std::string_view(result.kind) == "person");
+  npt_close(transfer);
+  CHECK(npt_open_shipped("no/folder", nullptr, &transfer) == NPT_BAD_INPUT);
+  CHECK(npt_open_shipped(nullptr, nullptr, &transfer) == NPT_BAD_ARGUMENT);
+}
+
+TEST_CASE("a warning about an animal has an animal's words") {
+  const npt::KindWords& words =
+      npt::read_body_plan("plan beast\njoint hips - hips trunk root hips 1 1\n", "plan").words();
+  const npt_warning warning{NPT_WARNING_LOW_CONFIDENCE, NPT_POSE, 0.66, NPT_REMEDY_LOOK_AT_RESULT, &words};
+  CHECK(std::string_view(npt_warning_text(&warning, nullptr, "wolf.obj")) ==
+        "wolf.obj is recognised as a beast with a low confidence of 66 %");
 }

@@ -54,6 +54,13 @@ def read_ply(file):
     return vertices, faces["corners"].astype(np.uint32)
 
 
+def make_animals():
+    """animal.obj: the template of the shipped weights at rest; animal_pose.obj: another shape in a natural pose."""
+    body = ["generate", "--body", npt._transfer._weights_file("quadruped")]
+    run(*body, "--shape", "zero", "--pose", "rest", "--out", "animal.obj")
+    run(*body, "--shape-seed", 3, "--pose", "natural", "--pose-seed", 1, "--out", "animal_pose.obj")
+
+
 class Figures(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -343,7 +350,40 @@ class Prepared(Figures):
         self.assertIsNone(npt.PoseTransfer(refine=True).character(self.identity).skeleton())
         knot = transfer.character(npt.Mesh(*self.knot, name="knot.obj"))
         self.assertIsNone(knot.skeleton())
-        self.assertIsNone(transfer.motions(knot, pose))
+        self.fails("knot.obj: found a mesh that is not recognised", transfer.motions, knot, pose)
+
+    def test_animals(self):
+        """Without named weights four-legged animals are posed as by the program."""
+        make_animals()
+        animal, pose = read_obj("animal.obj"), read_obj("animal_pose.obj")
+        transfer = npt.PoseTransfer()
+        result = transfer.apply(animal, pose)
+        run("transfer", "--identity", "animal.obj", "--pose", "animal_pose.obj", "--out", "o.obj", "--report", "a.jsonl")
+        expected = json.loads((FOLDER / "a.jsonl").read_text())
+        self.assertTrue(np.array_equal(result.vertices, read_obj("o.obj")[0]))
+        self.assertEqual((result.method, result.kind), ("body", "four-legged animal"))
+        self.assertEqual((expected["method"], expected["kind"]), (result.method, result.kind))
+        self.assertEqual(expected["confidence"], result.confidence)
+        self.assertGreater(result.confidence, 0.85)
+        hero, taken = transfer.prepare(animal, pose)
+        self.assertEqual((hero.kind, hero.domain, taken.kind), ("four-legged animal", "quadruped", "four-legged animal"))
+        self.assertEqual(taken.joints().axis_angles.shape, (35, 3))
+        skeleton, motions = hero.skeleton(), transfer.motions(hero, taken)
+        self.assertEqual((skeleton.names[0], len(skeleton.names), motions.shape), ("pelvis", 35, (35, 3, 4)))
+        points = np.c_[animal[0].astype(np.float64), np.ones(len(animal[0]))]
+        moved = np.einsum("vj,jrc,vc->vr", skeleton.weight_matrix().astype(np.float64), motions, points)
+        self.assertLess(np.abs(moved - result.vertices).max(), 1e-5)
+        for identity, other in ((self.identity, pose), (animal, self.pose)):
+            with self.assertRaises(npt.Error) as refused:
+                transfer(identity, other)
+            self.assertEqual(refused.exception.code, "domains_differ")
+        people = transfer.apply(self.identity, self.pose)
+        self.assertEqual(people.kind, "person")
+        self.assertTrue(np.array_equal(people.vertices, npt.PoseTransfer("human")(self.identity, self.pose)))
+        self.assertEqual(npt.PoseTransfer(method="network").apply(self.identity, self.paper).kind, "")
+        with self.assertRaises(npt.Error) as refused:
+            npt.PoseTransfer("human")(animal, pose)
+        self.assertEqual(refused.exception.code, "not_recognised")
 
     def test_progress_and_stop(self):
         transfer, seen = npt.PoseTransfer(), []
@@ -563,6 +603,7 @@ class BadInput(Figures):
                 call(self.identity, knot)
             self.assertEqual((refused.exception.code, refused.exception.remedy), ("not_recognised", "choose_method"))
             self.assertIn("knot.obj: found a mesh that is not recognised as a person (confidence ", str(refused.exception))
+            self.assertIn(", nor as a four-legged animal (", str(refused.exception))
             self.assertIn('method="network"', str(refused.exception))
         pose = transfer.pose(knot)
         self.assertLess(pose.confidence, 0.6)

@@ -1,17 +1,17 @@
 """Neural pose transfer for meshes: the pose of one mesh on another, without rig, markers or correspondence.
 
     import npt
-    transfer = npt.PoseTransfer("human")
+    transfer = npt.PoseTransfer()
     posed = transfer((vertices, faces), (pose_vertices, pose_faces))  # [V, 3] float32: its order, unit and place
 
     hero = transfer.character((vertices, faces))                      # estimated and bound once
     pose = transfer.pose((pose_vertices, pose_faces))                 # estimated once
-    result = transfer.apply(hero, pose)                               # .vertices, .method, .confidence, .warnings
+    result = transfer.apply(hero, pose)                               # .vertices, .method, .kind, .confidence, .warnings
 
     npt.transfer_motion("hero.glb", "walk.bvh").save("hero_walk.glb")  # a clip on the character's own joints
 
-People in any pose are transferred by body estimation, the rest by a pose transfer network, as `npt transfer` does: the
-results are its results.
+People and four-legged animals in any pose are transferred by body estimation, as `npt transfer` does: the results are
+its results.
 """
 
 from ._library import Error, Stopped, library_file, version

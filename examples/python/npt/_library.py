@@ -105,6 +105,7 @@ class CWarning(ctypes.Structure):
         ("mesh", ctypes.c_int),
         ("value", ctypes.c_double),
         ("remedy", ctypes.c_int),
+        ("words", ctypes.c_void_p),
     ]
 
 
@@ -117,6 +118,7 @@ class CResult(ctypes.Structure):
         ("confidence", ctypes.c_double),
         ("character_confidence", ctypes.c_double),
         ("pose_confidence", ctypes.c_double),
+        ("kind", ctypes.c_char_p),
         ("warning_count", ctypes.c_size_t),
         ("warnings", CWarning * 16),
     ]
@@ -145,6 +147,7 @@ class CEstimate(ctypes.Structure):
         ("confidence", ctypes.c_double),
         ("unit", ctypes.c_double),
         ("domain", ctypes.c_char_p),
+        ("kind", ctypes.c_char_p),
         ("warning_count", ctypes.c_size_t),
         ("warnings", CWarning * 16),
     ]
@@ -155,7 +158,8 @@ class CJointPose(ctypes.Structure):
 
     _fields_ = [
         ("size", ctypes.c_size_t),
-        ("axis_angles", ctypes.c_float * 72),
+        ("joints", ctypes.c_size_t),
+        ("axis_angles", ctypes.c_float * 120),
         ("root", ctypes.c_double * 3),
         ("leg", ctypes.c_double),
     ]

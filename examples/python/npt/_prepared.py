@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from ._library import CEstimate, CJointPose, CMesh, CSkeleton, Error, Handle, call, filled, library
 from ._results import TransferWarning, confidence_of, warnings_of
 
-JOINTS = 40  # SMPL's 24 and those of the fingers
+JOINTS = 40  # the most of a skeleton: SMPL's 24 and those of the fingers
 INFLUENCE = np.dtype({"names": ["joint", "weight"], "formats": ["u2", "f4"], "offsets": [0, 4], "itemsize": 8})
 
 
 @dataclass(frozen=True)
 class JointPose:
-    """The joint angles of an estimated body, in SMPL's order of joints."""
+    """The joint angles of an estimated body: a person's in SMPL's order, an animal's in that of its skeleton."""
 
-    axis_angles: NDArray[np.float32]  #: [24, 3] radians, each in its parent's frame
+    axis_angles: NDArray[np.float32]  #: [J, 3], of a person J = 24; radians, each in its parent's frame
     root: NDArray[np.float64]  #: [3] the root joint's position, in the mesh's unit and place
     leg: float  #: length of a leg, hip to ankle, in the mesh's unit
 
@@ -30,7 +30,7 @@ class JointPose:
 class Skeleton:
     """A skeleton and skin weights, in the mesh's own unit, place and pose. Joints have no rotation of their own."""
 
-    names: "list[str]"  #: as VRM calls them: "hips", "leftUpperLeg" ...
+    names: "list[str]"  #: a person's as VRM calls them: "hips", "leftUpperLeg" ...
     parents: NDArray[np.int32]  #: [J] int32, -1: the root; parents stand before children
     places: NDArray[np.float64]  #: [J, 3] float64
     start: NDArray[np.uint64]  #: [V + 1] where a vertex's influences begin
@@ -82,13 +82,18 @@ class _Estimated:
 
     @property
     def confidence(self) -> Optional[float]:
-        """That it is a person, and that its pose was estimated rightly: 0 to 1; None: no body was estimated."""
+        """That it is of its kind, and that its pose was estimated rightly: 0 to 1; None: no body was estimated."""
         return confidence_of(self._estimate().confidence)
 
     @property
     def domain(self) -> str:
         """Of the weights that recognised it, or that take it: "human"; empty where the weights name none."""
         return str(self._estimate().domain.decode())
+
+    @property
+    def kind(self) -> str:
+        """What it is recognised as: "person", "four-legged animal"; empty where it isn't."""
+        return str(self._estimate().kind.decode())
 
     @property
     def warnings(self) -> "tuple[TransferWarning, ...]":
@@ -101,7 +106,7 @@ class _Estimated:
         if not self.recognised:
             return None
         own = filled(CJointPose, self._joints_function, self._handle)
-        return JointPose(np.array(own.axis_angles, np.float32).reshape(24, 3), np.array(own.root), own.leg)
+        return JointPose(np.array(own.axis_angles, np.float32).reshape(-1, 3)[: own.joints], np.array(own.root), own.leg)
 
 
 class Character(_Estimated):

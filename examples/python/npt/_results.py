@@ -30,7 +30,7 @@ NETWORK = 2  # npt_method
 
 
 class TransferWarning(UserWarning):
-    """What to know before using a result, such as a mesh that is not recognised as a person. str() adds the remedy.
+    """What to know before using a result, such as a mesh that is recognised with a low confidence. str() adds the remedy.
 
     code    "not_recognised", "low_confidence", "no_surface", "upside_down", "lying", "lying_or_z_up", "arms_uncertain",
             "legs_uncertain", "unusual_proportions", "faces_inward", "unit_assumed" or "part_of_mesh"
@@ -51,11 +51,12 @@ class Result:
 
     method: str  #: "body" (by body estimation) or "network"
     confidence: Optional[float]  #: the lower of both meshes', 0 to 1; None: no body was estimated
-    character_confidence: Optional[float]  #: that it is a person, and that its pose was estimated rightly
+    character_confidence: Optional[float]  #: that it is of the kind, and that its pose was estimated rightly
     pose_confidence: Optional[float]
     warnings: "tuple[TransferWarning, ...]"  #: empty: nothing needs to be said
     vertices: Optional[NDArray[np.float32]] = None  #: [V, 3], in the identity's order, unit and place
     faces: Any = None  #: as the identity was given
+    kind: str = ""  #: whose body made it: "person" or "four-legged animal"; "": the network
 
     @property
     def mesh(self) -> Mesh:
@@ -117,4 +118,5 @@ def result_of(
         warnings_of(raw.warning_count, raw.warnings, identity, pose),
         vertices,
         faces,
+        raw.kind.decode(),
     )

@@ -112,8 +112,9 @@ class PoseTransfer:
 
     Any number of threads may use one at a time; Python's lock is let go during each call.
 
-    weights           "human" (the default), another name of npt.shipped_weights(), or the path of a .safetensors file; or
-                      a list of several, each a domain
+    weights           None: those that npt ships for people and four-legged animals, of which the animals' are read
+                      when a mesh isn't surely a person. Or a name of npt.shipped_weights(), such as "human"; the path
+                      of a .safetensors file; or a list of several, each a domain
     method            "automatic": by body estimation, which refuses what it doesn't recognise, or by the network
                       where the weights hold no body estimation; "body", "network"
     quality           of body estimation: "fast", "balanced", "best"
@@ -137,7 +138,7 @@ class PoseTransfer:
 
     def __init__(
         self,
-        weights: Union[PathLike, Sequence[PathLike]] = "human",
+        weights: Union[None, PathLike, Sequence[PathLike]] = None,
         *,
         method: str = "automatic",
         quality: str = "balanced",
@@ -174,6 +175,10 @@ class PoseTransfer:
         options.import_unit = 0 if unit is None else UNITS[unit] if isinstance(unit, str) else _positive(unit, "unit")
         options.refine = bool(refine)
         options.refine_radius = 0 if refine_radius is None else _positive(refine_radius, "refine_radius")
+        if weights is None:
+            # The animals' network is asked for by its name alone: it takes meshes of another size than people's.
+            by_network = method == "network" or pairing == "as_given"
+            weights = ["human"] + [name for name in shipped_weights() if name == "quadruped" and not by_network]
         several = list(weights) if isinstance(weights, (list, tuple)) else [weights]
         files = [str(_weights_file(file)).encode() for file in several]
         self._handle: Optional[Owned] = Owned("npt_close")
@@ -199,7 +204,7 @@ class PoseTransfer:
 
     @property
     def description(self) -> str:
-        """Such as "bottleneck 256, conv_relu, per-vertex, 4 pairings, people by body estimation"."""
+        """Such as "bottleneck 256, conv_relu, per-vertex, people by body estimation, quadrupeds by body estimation"."""
         return str(library().npt_describe(self._open.handle).decode())
 
     def __repr__(self) -> str:
@@ -317,9 +322,9 @@ class PoseTransfer:
         hero, taken = self._prepared(character, pose)
         if self.report(hero, taken).method != "body":
             return None
-        motions = np.empty((JOINTS, 3, 4))
+        motions = np.full((JOINTS, 3, 4), np.nan)
         call("npt_move_joints", self._open.handle, hero._handle, taken._handle, motions.ctypes.data)
-        return motions
+        return motions[~np.isnan(motions[:, 0, 0])]
 
     def _character(self, character: Union[MeshLike, Character]) -> Character:
         if not isinstance(character, Character):
