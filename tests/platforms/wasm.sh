@@ -11,6 +11,7 @@ program=$(realpath "${1:-build/release}")/bin/npt
 out=build/platforms/wasm
 examples/web/build.sh "$out"
 node tests/web/package.mjs "$out/package" "$program" "$out/test-package"
+node tests/web/worker.mjs "$out" "$program" "$out/test-worker"
 # At most 1.2 MB gzipped without weights and what is fetched for FBX files, for whom a plain server serves.
 size=$(find "$out/page" -type f ! -path '*/weights/*' ! -name 'npt-threads.*' ! -name fbx.min.js -exec gzip -9c {} + | wc -c)
 echo "the page without weights: $((size / 1000)) KB gzipped"

@@ -72,6 +72,27 @@ for (const [name, one, two] of [['paper', a, b], ['natural', c, d]]) {
   checks.expect(result.method === 'body' && result.confidence > 0.9, JSON.stringify({ ...result, positions: null }));
   checks.near((await read(Mesh, `${name}.ply`)).positions, result.positions, `by body estimation, ${name} poses, ${time.toFixed(1)} s`);
 }
+checks.expect(people.apply(c, d).kind === 'person' && people.highConfidence === 0.85, `${people.apply(c, d).kind}, ${people.highConfidence}`);
+
+// ---- four-legged animals ----
+
+const animals = path.join(folder, 'weights/quadruped.safetensors');
+run('generate', '--body', animals, '--shape', 'zero', '--pose', 'rest', '--out', 'animal.obj');
+run('generate', '--body', animals, '--shape-seed', '3', '--pose', 'natural', '--pose-seed', '2', '--out', 'animal_pose.obj');
+const [beast, running] = await Promise.all(['animal.obj', 'animal_pose.obj'].map((file) => read(Mesh, file)));
+const both = await PoseTransfer.open(bytes, { name: 'human.safetensors', further: { 'quadruped.safetensors': readFileSync(animals) } });
+run('transfer', '--weights', animals, '--identity', 'animal.obj', '--pose', 'animal_pose.obj', '--out', 'animal_result.obj');
+const ran = both.apply(beast, running);
+checks.expect(ran.method === 'body' && ran.kind === 'four-legged animal' && ran.confidence > 0.85, JSON.stringify({ ...ran, positions: null }));
+checks.near((await read(Mesh, 'animal_result.obj')).positions, ran.positions, 'a four-legged animal');
+const beastly = both.character(beast);
+checks.expect(beastly.recognised && beastly.kind === 'four-legged animal' && beastly.domain === 'quadruped', `${beastly.kind}, ${beastly.domain}`);
+checks.near(people.apply(c, d).positions, both.apply(c, d).positions, 'people beside animals', 0);
+await checks.fails(() => both.apply(c, running), 'input', /animal_pose\.obj: found a pose of the domain 'quadruped', expected one of 'human'/, 'an animal onto a person');
+await checks.fails(() => people.apply(beast, running), 'input', /not recognised as a person/, 'animals by people\'s weights alone');
+const unsure = people.character(beast);
+checks.expect(unsure.kind === '' && unsure.confidence < people.highConfidence, `${unsure.kind}, ${unsure.confidence}`);
+for (const handle of [beastly, unsure, both, beast, running]) handle.close();
 // A fit takes decisions, which a rounding may turn: one of these pairs ends 3 mm away.
 const apart = [];
 for (const [shape, natural] of [[1, 5], [10, 20], [11, 21], [13, 23]]) {

@@ -88,8 +88,10 @@ export interface Warning {
 /** How a result was made. */
 export interface Report {
   readonly method: 'body' | 'network';
-  /** The lower of both meshes', 0 to 1: that they are people, and that their poses were estimated rightly. From 0.85 on all is well; below 0.6
-   * the network is asked. null: no body was estimated. */
+  /** Whose body made it: "person" or "four-legged animal"; "": the network. */
+  readonly kind: string;
+  /** The lower of both meshes', 0 to 1: that they are of the kind, and that their poses were estimated rightly. From 0.85 on all is well; what is
+   * below 0.6 is refused. null: no body was estimated. */
   readonly confidence: number | null;
   readonly warnings: readonly Warning[];
 }
@@ -102,6 +104,9 @@ export interface Result extends Report {
 export interface TransferOptions {
   /** Files that the weights name, by their names: human-pooled names human.safetensors, which holds body estimation. */
   others?: Record<string, Bytes>;
+  /** More weights, by names for messages: quadruped.safetensors, so that four-legged animals are recognised, too. They cost nothing until a mesh
+   * isn't surely of the first weights' kind. */
+  further?: Record<string, Bytes>;
   /** Of the weights, for messages. */
   name?: string;
   /** automatic: by body estimation, which refuses what it doesn't recognise; by the network where the weights hold none. */
@@ -130,6 +135,8 @@ interface Estimated extends Handle {
   readonly confidence: number | null;
   /** Of the weights: "human". */
   readonly domain: string;
+  /** What it is recognised as: "person", "four-legged animal"; "": as nothing. */
+  readonly kind: string;
   readonly warnings: readonly Warning[];
 }
 
@@ -249,6 +256,8 @@ export class PoseTransfer extends Handle {
   readonly description: string;
   readonly pairsVertices: boolean;
   readonly hasBody: boolean;
+  /** From this confidence on a mesh is surely of its kind: 0.85. */
+  readonly highConfidence: number;
   readonly threads: number;
   apply(character: Mesh | MeshArrays | Character, pose: Mesh | MeshArrays | Pose): Result;
   character(mesh: Mesh | MeshArrays): Character;

@@ -507,10 +507,11 @@ export class PoseTransfer extends Handle {
     Object.assign(this, JSON.parse(textFrom(call('describe', pointer))));
   }
 
-  /** Opens weights (.safetensors). People's hold body estimation, too, or name the file that does, which `others` has then. */
+  /** Opens weights (.safetensors). People's hold body estimation, too, or name the file that does, which `others` has then. `further` weights know
+   * other kinds of bodies: a mesh that isn't surely of the first is looked at by them. */
   static async open(weights, options = {}) {
     const {
-      others = {}, name = 'weights', method = 'automatic', quality = 'balanced', pairings = 1, mirror = false, refine = false, refineRadius = 0,
+      others = {}, further = {}, name = 'weights', method = 'automatic', quality = 'balanced', pairings = 1, mirror = false, refine = false, refineRadius = 0,
       invariant = false, resample = true, unit = 0, seed = 0, threads: wanted = 0, wasm,
     } = options;
     if (!methods.includes(method)) throw bad(`method '${method}': automatic, body or network`);
@@ -520,8 +521,9 @@ export class PoseTransfer extends Handle {
     const own = fileName(name);
     const files = Object.entries(others).map(([other, content]) => [fileName(other), asBytes(content, other)]);
     files.push([own, asBytes(weights, own)]);
-    const pointer = inFolder(files, () => lent([own], (path) =>
-      call('open', path, methods.indexOf(method), qualities.indexOf(quality), pairings, mirror ? 1 : 0, refine ? 1 : 0, refineRadius,
+    const more = Object.entries(further).map(([other, content]) => [fileName(other), asBytes(content, other)]);
+    const pointer = inFolder([...files, ...more], () => lent([own, more.map(([file]) => file).join('\n')], (path, paths) =>
+      call('open', path, paths, methods.indexOf(method), qualities.indexOf(quality), pairings, mirror ? 1 : 0, refine ? 1 : 0, refineRadius,
         invariant ? 1 : 0, resample ? 1 : 0, unit, seed, count)));
     taken += 2 * (count - 1);
     return new PoseTransfer(pointer, count);

@@ -73,7 +73,7 @@ function notice(text) {
 // What a visitor can do about a warning or an error, by its code.
 const remedies = {
   look_at_result: 'Look at the result before using it',
-  choose_method: 'The weights “human, the network alone” give the network\'s result all the same; for four-legged animals choose quadruped',
+  choose_method: 'The weights “human, the network alone” give the network\'s result all the same',
   give_unit: 'Choose its unit under Options',
   give_weights: 'Of the files that weights name, this page has human.safetensors alone',
 };
@@ -245,7 +245,7 @@ const percent = (share) => `${Math.round(100 * share)} %`;
 const inShort = ({ report: how }) => (how.method === 'network' ? 'by the network' : `confidence ${percent(how.confidence)}`);
 const ways = {
   network: () => 'By the network',
-  body: ({ confidence }) => `By body estimation, confidence ${percent(confidence)}`,
+  body: ({ kind, confidence }) => `${kind[0].toUpperCase()}${kind.slice(1)} by body estimation, confidence ${percent(confidence)}`,
   joints: ({ confidence, ownJoints }) => `On ${ownJoints ? 'its own joints' : 'joints of its estimated body'}, confidence ${percent(confidence)}`,
 };
 

@@ -10,7 +10,7 @@ load().catch(() => {});  // the first request says what went wrong
 
 const meshes = new Map();  // by key
 const rigs = new Map();    // of those files that have a skeleton, by key: { rig, alone }, at rest; alone: without a mesh
-let opened = null;         // { key, transfer }: of one weights file and its options
+let opened = null;         // { key, transfer, animals }: of one weights file and its options; animals: theirs, too
 let prepared = null;       // { mesh, transfer, character }: of the identity that was transferred to last
 let made = null;           // { transfer, mesh, frames, animation, motion }: what can be saved
 let run = 0;               // of the transfer that is wanted
@@ -197,20 +197,30 @@ function bodyNamed(bytes) {
   }
 }
 
-async function transferOf({ weights, file, options }) {
+// By default four-legged animals are recognised, too. Their weights are as large as people's: they are fetched when a mesh isn't surely a person.
+const byDefault = ({ weights, file, options }) => weights === 'auto' && !file && options.method !== 'network';
+class Unsure extends Error {}
+function expectSure(request, use, confidence) {
+  if (confidence !== null && confidence < use.highConfidence && byDefault(request) && !opened.animals) throw new Unsure();
+}
+
+async function transferOf({ weights, file, options }, animals) {
   const key = JSON.stringify([weights, file && file.name, file && file.key, options]);
-  if (opened && opened.key === key) return opened.transfer;
+  if (opened && opened.key === key && (opened.animals || !animals)) return opened.transfer;
   progress('Loading weights', 0);
   const bytes = file ? file.bytes : await shipped(weights === 'auto' ? 'human' : weights);
   const beside = options.method === 'network' ? null : bodyNamed(bytes);
   const others = beside === 'human.safetensors' ? { [beside]: await shipped('human') } : {};
+  // A page without the file knows people alone.
+  const theirs = animals ? await shipped('quadruped').catch(() => null) : null;
+  const further = theirs ? { 'quadruped.safetensors': theirs } : {};
   progress('Opening weights');
   await breathe();
   const name = file ? file.name : `${weights === 'auto' ? 'human' : weights}.safetensors`;
-  const transfer = await PoseTransfer.open(bytes, { ...options, others, name });
+  const transfer = await PoseTransfer.open(bytes, { ...options, others, further, name });
   if (prepared) prepared.character.close(), prepared = null;
   if (opened && !(made && made.transfer === opened.transfer)) opened.transfer.close();
-  opened = { key, transfer };
+  opened = { key, transfer, animals };
   return transfer;
 }
 
@@ -243,13 +253,14 @@ async function jointsOf({ identity, pose, source, clip, options }) {
 }
 
 // A clip from joints to joints.
-async function transferJoints({ source, target }, request, wanted) {
+async function transferJoints({ source, target }, request, wanted, animals) {
   const start = performance.now(), mesh = meshes.get(request.identity) ?? null;
   try {
     let character = target, use = null;
     if (!target) {
-      use = await transferOf(request);
+      use = await transferOf(request, animals);
       character = await characterOf(mesh, use, wanted);
+      expectSure(request, use, character.confidence);
     }
     progress('Posing');
     await wanted();
@@ -286,22 +297,34 @@ async function transfer({ own, ...request }) {
     await breathe();
     if (own !== run) throw new Stopped();
   };
+  try {
+    return await transferBy(request, wanted, false);
+  } catch (error) {
+    if (!(error instanceof Unsure)) throw error;
+    return transferBy(request, wanted, true);
+  }
+}
+
+// animals: whether their weights are asked, too
+async function transferBy(request, wanted, animals) {
   const joints = await jointsOf(request);
-  if (joints) return transferJoints(joints, request, wanted);
+  if (joints) return transferJoints(joints, request, wanted, animals);
   if (!meshes.get(request.identity)) throw new NptError(`${rigs.get(request.identity).rig.name}: a skeleton alone, expected a mesh, or a clip to put on it`, 'input');
   const start = performance.now();
-  const use = await transferOf(request);
+  const use = await transferOf(request, animals);
   await wanted();
   const identity = meshes.get(request.identity);
   const character = await characterOf(identity, use, wanted);
+  expectSure(request, use, character.confidence);
   const { poses, rest } = request;  // [{ positions, triangles, name }], and the same of the clip's rig at rest
-  const answer = (frames, { method, confidence, warnings }) =>
-    ({ frames, report: { method, confidence, warnings }, seconds: (performance.now() - start) / 1000, unit: use.unitOf(identity), threads: use.threads });
+  const answer = (frames, { method, kind, confidence, warnings }) =>
+    ({ frames, report: { method, kind, confidence, warnings }, seconds: (performance.now() - start) / 1000, unit: use.unitOf(identity), threads: use.threads });
   if (poses.length === 1) {
     progress(`Looking at ${poses[0].name}`);
     await wanted();
     const pose = use.pose(poses[0], identity.vertexCount);
     try {
+      expectSure(request, use, pose.confidence);
       progress('Posing');
       await wanted();
       const result = use.apply(character, pose);
@@ -317,7 +340,7 @@ async function transfer({ own, ...request }) {
       progress(`Frame ${i + 1} of ${poses.length}`, i / poses.length);
       await wanted();
       if (i > 0) animation.add(poses[i]);
-      else animation.start(poses[0], [...(rest ? [rest] : []), ...framesToTry(poses.length).map((k) => poses[k])]);
+      else startOf(animation, request, use, [...(rest ? [rest] : []), ...framesToTry(poses.length).map((k) => poses[k])]);
     }
     animation.finish({ followRoot: request.followRoot });
     const shown = poses.map((_, i) => animation.frame(i));
@@ -325,6 +348,15 @@ async function transfer({ own, ...request }) {
     return answer(shown, animation.report);
   } catch (error) {
     animation.close();
+    throw error;
+  }
+}
+
+function startOf(animation, request, use, others) {
+  try {
+    expectSure(request, use, animation.start(request.poses[0], others).confidence);
+  } catch (error) {
+    if (error.code === 'not_recognised') expectSure(request, use, 0);
     throw error;
   }
 }

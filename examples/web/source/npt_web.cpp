@@ -36,6 +36,7 @@
 #include <new>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -170,8 +171,8 @@ std::string text_of(const std::optional<double>& confidence) { return confidence
 
 std::string text_of(const npt::TransferReport& report, const std::string& identity, const std::string& pose) {
   return std::string("{\"method\":") + (report.method == npt::Method::network ? "\"network\"" : "\"body\"") +
-         ",\"confidence\":" + text_of(report.confidence) + ",\"warnings\":" + text_of(report.warnings, identity, pose) +
-         "}";
+         ",\"kind\":" + quoted(std::string(report.kind)) + ",\"confidence\":" + text_of(report.confidence) +
+         ",\"warnings\":" + text_of(report.warnings, identity, pose) + "}";
 }
 
 /// What a character and a pose say of themselves.
@@ -179,6 +180,7 @@ template <class Prepared>
 std::string text_of(const Prepared& prepared, const std::string& name) {
   return std::string("{\"recognised\":") + (prepared.recognised() ? "true" : "false") +
          ",\"confidence\":" + text_of(prepared.confidence()) + ",\"domain\":" + quoted(prepared.domain()) +
+         ",\"kind\":" + quoted(std::string(prepared.kind())) +
          ",\"warnings\":" + text_of(prepared.warnings(), name, name) + "}";
 }
 
@@ -316,10 +318,11 @@ NPT_WEB void web_release_mesh(Mesh* mesh) { delete mesh; }
 
 // ---- transfers ----
 
-/// Opens weights. method 0: automatic, 1: body, 2: network; quality 0: fast, 1: balanced, 2: best; refine_radius, unit
+/// Opens weights, and further ones, each a domain: paths, a line each. method 0: automatic, 1: body, 2: network; quality 0: fast, 1: balanced, 2: best; refine_radius, unit
 /// 0: inferred from weights and meshes; threads 0: all.
-NPT_WEB Transfer* web_open(const char* weights, int method, int quality, int pairings, int mirror, int refine,
-                           double refine_radius, int invariant, int resample, double unit, double seed, int threads) {
+NPT_WEB Transfer* web_open(const char* weights, const char* further, int method, int quality, int pairings, int mirror,
+                           int refine, double refine_radius, int invariant, int resample, double unit, double seed,
+                           int threads) {
   return guarded(static_cast<Transfer*>(nullptr), [&] {
     npt::TransferOptions options;
     options.method = method == 1 ? npt::Method::body : method == 2 ? npt::Method::network : npt::Method::automatic;
@@ -334,7 +337,12 @@ NPT_WEB Transfer* web_open(const char* weights, int method, int quality, int pai
     if (refine_radius != 0) options.refine_radius = refine_radius;
     if (unit != 0) options.import.unit = unit;
     options.seed = static_cast<std::uint64_t>(seed);
-    return new Transfer{npt::PoseTransfer::open<Networks>(weights, options, threads)};
+    // The bytes are kept: the files go away when this returns.
+    std::vector<npt::SafetensorsFile> files{npt::SafetensorsFile::read(weights)};
+    std::istringstream lines(further);
+    for (std::string path; std::getline(lines, path);) files.push_back(npt::SafetensorsFile::read(path));
+    return new Transfer{npt::PoseTransfer::open<Networks>(std::span<const npt::SafetensorsFile>(files), options,
+                                                          npt::DefaultExecutor(threads))};
   });
 }
 
@@ -342,9 +350,9 @@ NPT_WEB Transfer* web_open(const char* weights, int method, int quality, int pai
 NPT_WEB const char* web_describe(const Transfer* transfer) {
   return guarded(static_cast<const char*>(nullptr), [&] {
     const npt::PoseTransfer& own = transfer->transfer;
-    return returned("{\"description\":" + quoted(own.description()) +
-                    ",\"pairsVertices\":" + (own.pairs_vertices() ? "true" : "false") +
-                    ",\"hasBody\":" + (own.has_body() ? "true" : "false") + "}");
+    return returned("{\"description\":" + quoted(own.description()) + ",\"pairsVertices\":" +
+                    (own.pairs_vertices() ? "true" : "false") + ",\"hasBody\":" + (own.has_body() ? "true" : "false") +
+                    ",\"highConfidence\":" + number(own.options().body.high_confidence) + "}");
   });
 }
 NPT_WEB void web_close(Transfer* transfer) { delete transfer; }
