@@ -122,6 +122,26 @@ class Transfers(Addon):
         print(f"  PMD {found:.6e}, npt evaluate's {expected:.6e}")
         self.assertLess(abs(found - expected), 1e-7)
 
+    def test_animals(self):
+        """Without named weights four-legged animals are posed as by the program, and no animal poses a person."""
+        import npt_pose_transfer
+
+        body = ["generate", "--body", npt_pose_transfer.npt._transfer._weights_file("quadruped")]
+        run(*body, "--shape", "zero", "--pose", "rest", "--out", "animal.obj")
+        run(*body, "--shape-seed", 3, "--pose", "natural", "--pose-seed", 1, "--out", "animal_pose.obj")
+        self.own.identity, self.own.pose = load("animal.obj"), load("animal_pose.obj")
+        self.assertEqual(self.own.weights, "DEFAULT")
+        made = self.transferred()
+        run("transfer", "--identity", "animal.obj", "--pose", "animal_pose.obj", "--out", "out.obj")
+        self.close(shown(made), read_obj("out.obj"))
+        job = npt_pose_transfer.operators.Job(bpy.context)
+        job.compute(job.capture(bpy.context))
+        self.assertRegex(job.said(), "^Four-legged animal by body estimation, confidence [89][0-9]%|100%$")
+        self.own.rig = True
+        self.assertEqual(len(self.transferred().parent.data.bones), 35)
+        self.own.rig, self.own.identity = False, load("identity.obj")
+        self.fails("found a pose of the domain 'quadruped', expected one of 'human'")
+
     def test_network_and_options(self):
         self.pair("upright.obj")
         self.own.method, self.own.mirror, self.own.pairings, self.own.seed = "network", True, 2, 4

@@ -123,6 +123,10 @@ class MotionJob:
             self.moved = motions.joint_motions(result, self.rig, self.times)
         self.notes += [str(warning) for warning in result.warnings]
 
+    def said(self):
+        """As operators.Job: no mesh's body made it."""
+        return ""
+
     def finish(self, context):
         """A new action on the identity's armature, or a new object. Returns the one that moves."""
         if context.object is not None and context.object.mode != "OBJECT":

@@ -50,6 +50,7 @@ class Job:
         self.shown = context.scene.frame_current, context.scene.frame_subframe
         self.done, self.notes, self.points, self.motions, self.rig = 0, [], [], [], None
         self.who = self.tracker = self.character = None
+        self.kind, self.confidence = "", 1.0  # what was recognised, and the lowest confidence so far
         self.others = []  # further frames, from which the sequence may start
 
     def capture(self, context):
@@ -90,7 +91,13 @@ class Job:
             self.points.append(result.vertices)
         name = self.names[self.done] + ": " if self.source == "FRAMES" else ""
         self.notes += [name + str(warning) for warning in result.warnings]
+        if result.kind:
+            self.kind, self.confidence = result.kind, min(self.confidence, result.confidence)
         self.done += 1
+
+    def said(self):
+        """How the result was made; empty: by the network."""
+        return self.kind and f"{self.kind.capitalize()} by body estimation, confidence {self.confidence:.0%}"
 
     @staticmethod
     def expect_body(result):
@@ -156,6 +163,8 @@ class NPT_OT_transfer(bpy.types.Operator):
 
     def end(self, context):
         self.job.finish(context)
+        if self.job.said():
+            self.report({"INFO"}, self.job.said())
         self.say_notes()
         return {"FINISHED"}
 

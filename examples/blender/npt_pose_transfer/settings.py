@@ -25,7 +25,7 @@ SOURCES = [
     ("ACTION", "Action", "The action of an armature, onto the identity's own armature as a new action"),
 ]
 METHODS = [
-    ("automatic", "Automatic", "By body estimation, which refuses what it doesn't recognise as a person"),
+    ("automatic", "Automatic", "By body estimation, which refuses what it doesn't recognise"),
     ("body", "Body estimation", "By body estimation, whatever the meshes are"),
     ("network", "Network", "By the pose transfer network: upright meshes that face the front view"),
 ]
@@ -40,7 +40,8 @@ QUALITIES = [
 
 def weights_items(_self, _context):
     if not weights_items.kept:  # Blender keeps no reference to the strings
-        weights_items.kept = [(name, name, f"Weights that npt ships: {name}") for name in npt.shipped_weights()]
+        weights_items.kept = [("DEFAULT", "People and animals", "People's weights, and four-legged animals' when needed")]
+        weights_items.kept += [(name, name, f"Weights that npt ships: {name}") for name in npt.shipped_weights()]
         weights_items.kept.append(("FILE", "A file", "Weights of your own (.safetensors)"))
     return weights_items.kept
 
@@ -85,8 +86,8 @@ class NPT_Settings(bpy.types.PropertyGroup):
     frame_step: IntProperty(name="Step", default=1, min=1, description="Every so many frames")
     rig: BoolProperty(
         name="Rig",
-        description="Give the result an armature of 40 bones that takes the poses, with names and weights for "
-        "further animation, instead of moved vertices. For meshes that are recognised as people",
+        description="Give the result an armature that takes the poses (40 bones of a person, 35 of a four-legged "
+        "animal), with names and weights for further animation, instead of moved vertices",
     )
     weights: EnumProperty(name="Weights", items=weights_items, description="The network's weights")
     weights_file: StringProperty(name="File", subtype="FILE_PATH", description="Weights of your own (.safetensors)")
@@ -139,6 +140,9 @@ class NPT_Settings(bpy.types.PropertyGroup):
         }
 
     def weights_named(self):
+        """None: what npt.PoseTransfer opens by default."""
+        if self.weights == "DEFAULT":
+            return None
         return bpy.path.abspath(self.weights_file) if self.weights == "FILE" else self.weights
 
 
