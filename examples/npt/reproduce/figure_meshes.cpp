@@ -266,10 +266,10 @@ void MeshStore::make_results() {
   pending_.clear();
 }
 
-/// All that a network has to do at once: its weights are read and packed once.
+/// All that a network, or body estimation by the shipped weights, has to do at once: weights are read and packed once.
 void MeshStore::run_networks() {
   for (const System& system : systems()) {
-    if (system.kind != Kind::network) continue;
+    if (system.kind != Kind::network && system.kind != Kind::bodies) continue;
     std::string list;
     for (const Pending& job : pending_)
       if (job.system == system.id)
@@ -277,8 +277,10 @@ void MeshStore::run_networks() {
     if (list.empty()) continue;
     const fs::path file = folder_ / "pairs.txt";
     npt::write_file(file, list);
-    run_({"transfer", "--method", "network", "--weights", sources_.weights.at(system.id).string(), "--pairs",
-          file.string()});
+    std::vector<std::string> arguments{"transfer", "--pairs", file.string()};
+    if (system.kind == Kind::network)
+      arguments.insert(arguments.end(), {"--method", "network", "--weights", sources_.weights.at(system.id).string()});
+    run_(arguments);
     fs::remove(file);
   }
 }

@@ -202,14 +202,15 @@ Plate pose_variants(MeshStore& store, PairSet set, std::size_t i) {
 /// Figure 14.
 Plate animals(MeshStore& store) {
   Plate plate;
-  plate.columns = {"identity", "pose", "ours", "truth"};
+  plate.columns = {"identity", "pose", "ours", "by body\nestimation", "truth"};
   for (const MeshStore::FamilyFiles& files : store.family_pairs(4)) {
     std::string name = files.name;
     if (const std::size_t as = name.find(" as "); as != std::string::npos) name.replace(as, 4, "\nas ");
     plate.rows.push_back(std::move(name));
     plate.panels.push_back({files.identity.path, identity_colour});
     plate.panels.push_back({files.pose.path, pose_colour});
-    plate.panels.push_back({store.result("quadruped", files.identity, files.pose).path, identity_colour});
+    for (const char* system : {"quadruped", "bodies"})
+      plate.panels.push_back({store.result(system, files.identity, files.pose).path, identity_colour});
     plate.panels.push_back({files.truth.path, truth_colour});
   }
   return plate;
