@@ -29,7 +29,7 @@
 
 namespace {
 
-using accuracy::is_wrong, accuracy::Method, accuracy::Outcome, accuracy::Set;
+using accuracy::Method, accuracy::Outcome, accuracy::Set;
 
 constexpr const char* usage =
     R"(npt_accuracy: the errors of transfers on named sets of pairs, held against tests/accuracy/bounds.txt
@@ -65,11 +65,10 @@ using Transfer = std::function<void(const npt::EvaluationPair&, std::span<float>
 /// The one place that names the library's entry point: weights and method, with default settings otherwise. Pairs run
 /// side by side, each on one thread.
 Transfer open_transfer(Method method) {
-  const std::string weights = std::string(NPT_SOURCE_DIR) + "/examples/weights/" +
-                              (method == Method::quadrupeds ? "quadruped" : "human") + ".safetensors";
   npt::TransferOptions options;
-  if (method != Method::people) options.method = npt::Method::network;
-  const auto transfer = std::make_shared<const npt::PoseTransfer>(npt::PoseTransfer::open(weights, options, 1));
+  if (method == Method::network || method == Method::quadrupeds) options.method = npt::Method::network;
+  const auto transfer =
+      std::make_shared<const npt::PoseTransfer>(npt::PoseTransfer::open(accuracy::weights_file(method), options, 1));
   return [transfer](const npt::EvaluationPair& pair, std::span<float> result) {
     (*transfer)(npt::MeshView{pair.identity, pair.identity_triangles, "identity"},
                 npt::MeshView{pair.pose, pair.pose_triangles, "pose"}, result);
@@ -82,7 +81,14 @@ Outcome measure(const Set& set, const Transfer& transfer, const npt::DefaultExec
   const auto begin = std::chrono::steady_clock::now();
   npt::EvaluationSet pairs = set.make();
   pairs.count = std::min(pairs.count, most);
-  Outcome outcome{.key = set.key, .title = set.title, .all = {}, .right = {}};
+  Outcome outcome{.key = set.key, .title = set.title, .all = {}, .right = {}, .by_length = set.by_length};
+  if (set.by_length)
+    outcome.untouched = npt::evaluate(
+        pairs,
+        [](const npt::EvaluationPair& pair, std::span<float> result) {
+          std::ranges::copy(pair.identity, result.begin());
+        },
+        executor);
   outcome.all = npt::evaluate(
       pairs,
       [&transfer](const npt::EvaluationPair& pair, std::span<float> result) {
@@ -96,15 +102,31 @@ Outcome measure(const Set& set, const Transfer& transfer, const npt::DefaultExec
   for (std::size_t i = 0; i < pairs.count; ++i) {
     npt::PairErrors& pair = outcome.all.pairs[i];
     if (!pair.name.starts_with("pair ")) pair.name = "pair " + std::to_string(i) + ", " + pair.name;
-    if (!is_wrong(pair) && !wrong.contains(outcome.listed_name(pair))) outcome.right.pairs.push_back(pair);
+    if (!outcome.is_wrong(pair) && !wrong.contains(outcome.listed_name(pair))) outcome.right.pairs.push_back(pair);
   }
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return outcome;
 }
 
+/// The head of a set's table, where it is another one than the last row's. Rows of animals by length have a table of
+/// their own, of PMD x 1e-4 in squares of the longest side: median, mean, and the median of the identity as it is.
+void print_head(const Set& set, const Set* before) {
+  if (before != nullptr && before->by_length == set.by_length) return;
+  if (before != nullptr) std::puts("");
+  std::puts(set.by_length ? "| set | pairs | refused | median | mean | left as it is |\n|---|---|---|---|---|---|"
+                          : "| set | pairs | wrong | mean, mm | median, mm | worst, mm | PMD x 1e-4 |\n"
+                            "|---|---|---|---|---|---|---|");
+}
+
 /// A row of the table.
 void print_row(const Outcome& outcome) {
   const npt::Evaluation& right = outcome.right;
+  if (outcome.by_length) {
+    std::printf("| %s | %zu | %zu | %.1f | %.1f | %.1f |\n", outcome.title.c_str(), outcome.all.pairs.size(),
+                outcome.all.pairs.size() - right.pairs.size(), 1e4 * right.median_pmd(), 1e4 * right.pmd(),
+                1e4 * outcome.untouched.median_pmd());
+    return;
+  }
   std::printf("| %s | %zu | %zu | %.1f | %.1f | %.1f | %.2f |\n", outcome.title.c_str(), outcome.all.pairs.size(),
               outcome.all.pairs.size() - right.pairs.size(), right.mean_mm(), right.median_mm(),
               npt::root_pmd_mm(right.worst_pmd()), 1e4 * right.pmd());
@@ -112,7 +134,7 @@ void print_row(const Outcome& outcome) {
 
 void print_pairs(const Outcome& outcome) {
   for (const npt::PairErrors& pair : outcome.all.pairs)
-    std::printf("  %8.2f mm%s  %s\n", pair.root_mm(), is_wrong(pair) ? "  wrong" : "",
+    std::printf("  %8.2f mm%s  %s\n", pair.root_mm(), outcome.is_wrong(pair) ? "  wrong" : "",
                 outcome.listed_name(pair).c_str());
 }
 
@@ -146,6 +168,7 @@ std::vector<Set> chosen_sets(const Options& o, bool shared) {
     if (o.quick) return set.key != "natural" && set.key != "clothes" && set.key != "network";
     return !o.only.empty() && set.key != o.only;
   });
+  std::ranges::stable_partition(sets, [](const Set& set) { return !set.by_length; });
   return sets;
 }
 
@@ -161,9 +184,6 @@ int run(const Options& o) {
   const auto bounds = accuracy::read_bounds(folder + "bounds.txt");
   const auto wrong = accuracy::read_wrong(folder + "wrong.txt");
   const npt::DefaultExecutor executor(o.threads);
-  if (o.table)
-    std::printf(
-        "| set | pairs | wrong | mean, mm | median, mm | worst, mm | PMD x 1e-4 |\n|---|---|---|---|---|---|---|\n");
   std::map<Method, Transfer> transfers;
   std::size_t complaints = 0;
   for (const Set& set : sets) {
@@ -172,6 +192,7 @@ int run(const Options& o) {
     constexpr auto all = std::numeric_limits<std::size_t>::max();
     const Outcome outcome = measure(set, transfer, executor, wrong, o.quick ? 1 : all);
     if (o.table) {
+      print_head(set, &set == &sets.front() ? nullptr : &set - 1);
       print_row(outcome);
     } else if (o.write_bounds) {
       std::puts(line_of(outcome).c_str());

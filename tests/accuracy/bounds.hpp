@@ -59,13 +59,19 @@ inline std::set<std::string> read_wrong(const std::string& path) {
 }
 
 inline bool is_refused(const npt::PairErrors& pair) { return std::isnan(pair.pmd); }
-inline bool is_wrong(const npt::PairErrors& pair) { return !(pair.root_mm() < wrong_mm); }
 
 /// A set's pairs, and those that are neither wrong now nor listed as wrong, of which mean and median are taken.
 struct Outcome {
   std::string key, title;
   npt::Evaluation all, right;
   double seconds = 0;
+  bool by_length = false;       ///< Set::by_length
+  npt::Evaluation untouched{};  ///< of such a set: the identity as it is
+
+  /// NaN, of a refused pair, is wrong.
+  bool is_wrong(const npt::PairErrors& pair) const {
+    return by_length ? is_refused(pair) : !(pair.root_mm() < wrong_mm);
+  }
 
   std::string listed_name(const npt::PairErrors& pair) const { return key + ": " + pair.name; }
 };
@@ -84,7 +90,7 @@ inline std::vector<std::string> complaints_of(const Outcome& outcome, const std:
   std::vector<std::string> complaints;
   char text[200];
   for (const npt::PairErrors& pair : outcome.all.pairs) {
-    if (!is_wrong(pair) || wrong.contains(outcome.listed_name(pair))) continue;
+    if (!outcome.is_wrong(pair) || wrong.contains(outcome.listed_name(pair))) continue;
     std::snprintf(text, sizeof text, "%.1f mm, expected less than %.0f", pair.root_mm(), wrong_mm);
     complaints.push_back(outcome.listed_name(pair) + ": " + (is_refused(pair) ? "is refused" : text));
   }
@@ -109,7 +115,7 @@ inline std::vector<std::string> stale_entries(const Outcome& outcome, const std:
   std::set<std::string> known, now_right;
   for (const npt::PairErrors& pair : outcome.all.pairs) {
     known.insert(outcome.listed_name(pair));
-    if (!is_wrong(pair)) now_right.insert(outcome.listed_name(pair));
+    if (!outcome.is_wrong(pair)) now_right.insert(outcome.listed_name(pair));
   }
   std::vector<std::string> stale;
   for (const std::string& entry : wrong)

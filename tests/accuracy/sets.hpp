@@ -2,7 +2,10 @@
 /// identity's own size (npt/lab/evaluation.hpp). Counts are chosen so that all of them take 90 s on two cores.
 ///   made by the project     the mannequin in poses of three kinds, with proportions, with clothes, by the network alone
 ///   from ../shared/data     other people, clothes and triangulations, rigged characters by their own skinning, animals
+/// Animals by body estimation, and by their network beside it, are in lengths of the identity (animals.hpp).
 #pragma once
+
+#include "animals.hpp"
 
 #include <npt/body/body_file.hpp>
 #include <npt/body/body_model.hpp>
@@ -24,13 +27,14 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 namespace accuracy {
 
-/// What takes a set's pairs: the transfer of people with default settings, their network alone, or quadrupeds' network.
-enum class Method { people, network, quadrupeds };
+/// What takes a set's pairs: the transfer of people or of animals with default settings, or the network alone of either.
+enum class Method { people, network, animals, quadrupeds };
 
 struct Set {
   std::string key;    ///< in bounds.txt and wrong.txt
@@ -38,6 +42,7 @@ struct Set {
   Method method = Method::people;
   bool shared = false;  ///< needs ../shared/data
   std::function<npt::EvaluationSet()> make{};
+  bool by_length = false;  ///< in lengths of the identity's longest side: all pairs that aren't refused count
 };
 
 using Body = std::shared_ptr<const npt::BodyModel>;
@@ -128,9 +133,21 @@ inline npt::EvaluationSet listed(const std::string& name) {
   return npt::file_pairs(std::string(NPT_SOURCE_DIR) + "/tests/accuracy/" + name);
 }
 
+inline std::string weights_file(Method method) {
+  const bool animals = method == Method::animals || method == Method::quadrupeds;
+  return std::string(NPT_SOURCE_DIR) + "/examples/weights/" + (animals ? "quadruped" : "human") + ".safetensors";
+}
+
+/// A set of animals twice: by their network, and by body estimation.
+inline void add_animals(std::vector<Set>& sets, const std::string& key, const std::string& title, bool shared,
+                        const std::function<npt::EvaluationSet()>& make) {
+  sets.push_back({key + "-network", title + ", by the network", Method::quadrupeds, shared, make, true});
+  sets.push_back({key + "-body", title + ", by body estimation", Method::animals, shared, make, true});
+}
+
 inline std::vector<Set> made_sets() {
   constexpr auto natural = npt::PoseDistribution::natural, wide = npt::PoseDistribution::wide;
-  return {
+  std::vector<Set> sets{
       {"natural", "mannequin, natural poses in any direction", Method::people, false,
        [] { return fresh(mannequin(), 10, natural); }},
       {"wide", "mannequin, wide poses", Method::people, false, [] { return fresh(mannequin(), 8, wide); }},
@@ -143,11 +160,15 @@ inline std::vector<Set> made_sets() {
       {"network", "mannequin, the paper's protocol, by the network", Method::network, false,
        [] { return paper(mannequin(), 16); }},
   };
+  // Not by their network, which is for animals that stand upright and look the same way.
+  sets.push_back({"template", "the template, random proportions and poses, any direction, by body estimation",
+                  Method::animals, false, [] { return template_animals(weights_file(Method::animals), 20); }, true});
+  return sets;
 }
 
 inline std::vector<Set> shared_sets() {
   constexpr auto natural = npt::PoseDistribution::natural;
-  return {
+  std::vector<Set> sets{
       {"other-natural", "another body model, natural poses", Method::people, true,
        [] { return fresh(other_person(), 6, natural); }},
       {"other-paper", "another body model, the paper's protocol, unseen poses", Method::people, true,
@@ -162,6 +183,11 @@ inline std::vector<Set> shared_sets() {
       {"rigged", "rigged characters in moments of their own clips", Method::people, true, rigged_people},
       {"animals", "four-legged animals in new clips, by their network", Method::quadrupeds, true, animals},
   };
+  for (const auto& [key, title, unseen] : {std::tuple("clips", "known species, new clips", Unseen::clip),
+                                           std::tuple("species", "a new species, known clips", Unseen::species),
+                                           std::tuple("both", "a new species, new clips", Unseen::both)})
+    add_animals(sets, key, title, true, [unseen] { return clip_animals(shared_data("glb"), unseen, 20); });
+  return sets;
 }
 
 }  // namespace accuracy
