@@ -7,6 +7,7 @@
 #include <npt/base/error.hpp>
 #include <npt/io/file.hpp>
 #include <npt/transfer/result_measures.hpp>
+#include <npt/transfer/warning.hpp>
 
 #include <algorithm>
 #include <charconv>

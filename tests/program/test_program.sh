@@ -241,6 +241,17 @@ test_generate() {
   expect 1 --err "nowhere" -- generate --out nowhere/deeper
   echo "not a body" > bad.safetensors
   expect 1 --err "bad.safetensors" -- generate --out x --body bad.safetensors
+  # Of another kind of body: proportions among the shapes, the kind's own poses.
+  local animals=$project/examples/weights/quadruped.safetensors
+  expect 0 --out "1 mesh of 5600 vertices" -- generate --body "$animals" --shape zero --pose rest --out animal.ply
+  expect 0 -- generate --body "$animals" --proportions --pose random --out wild.ply
+  expect 0 -- generate --body "$animals" --shape "0,0,0,0,0,0,0,0,0,1" --pose natural --out longer.ply
+  different animal.ply longer.ply
+  expect 1 --err "--pose: found random poses for a body of 35 joints" -- generate --body "$animals" --pose wide --out x.ply
+  expect 0 --out "four-legged animal by body estimation" -- transfer --identity animal.ply --pose longer.ply --out posed.ply --report r.jsonl
+  grep -q '"kind":"four-legged animal"' r.jsonl || fail "the report doesn't say what was recognised"
+  expect 0 -- generate --seed 3 --out person.ply
+  expect 1 --err "longer.ply: found a pose of the domain 'quadruped', expected one of 'human'" -- transfer --identity person.ply --pose longer.ply --out x.ply
   missing x
   missing x.ply
 }
