@@ -13,6 +13,8 @@
 #include <view/page.hpp>
 
 #include <npt/body/joint_names.hpp>
+#include <npt/body/roles/joint_role.hpp>
+#include <npt/body/roles/joint_roles.hpp>
 #include <npt/io/bvh.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/glb.hpp>
@@ -81,14 +83,19 @@ npt::BoneMapText bone_map(const std::optional<fs::path>& file) {
   return file ? npt::BoneMapText{npt::read_file(*file), file->string()} : npt::BoneMapText{};
 }
 
-/// The bones as a mesh, to be drawn.
-npt::Mesh drawn_skeleton(const npt::Motion& motion, std::optional<double> time) {
+/// The bones as a mesh, to be drawn; of an animal those of its body alone, whose rigs have goals far from it.
+npt::Mesh drawn_skeleton(const npt::Motion& motion, const npt::JointRoles& roles, std::optional<double> time) {
+  const bool all = roles.kind() == npt::SkeletonKind::person;
+  const auto of_body = [&](std::size_t joint) {
+    while (joint != npt::no_item && roles.role_of(joint) == npt::JointRole::none) joint = motion.joints[joint].parent;
+    return joint != npt::no_item;
+  };
   npt::Mesh mesh;
   std::vector<npt::Triangle> triangles;
   const std::vector<npt::Vec3d> places = npt::joint_positions(motion, time);
   for (std::size_t j = 0; j < places.size(); ++j) {
     const std::size_t parent = motion.joints[j].parent;
-    if (parent == npt::no_item || motion.joints[parent].parent == npt::no_item) continue;
+    if (parent == npt::no_item || (all ? motion.joints[parent].parent == npt::no_item : !of_body(parent))) continue;
     const npt::Vec3d from = places[parent], bone = places[j] - from;
     const npt::Vec3d side =
         npt::normalised(cross(bone, std::abs(bone.y) > std::abs(bone.x) ? npt::Vec3d{1, 0, 0} : npt::Vec3d{0, 1, 0}));
@@ -143,7 +150,7 @@ class MotionCharacter {
 
   /// The mesh at a time; the bones, where there is none.
   npt::Mesh moved(const npt::Motion& motion, double time) const {
-    if (mesh_.vertex_count() == 0) return drawn_skeleton(motion, time);
+    if (mesh_.vertex_count() == 0) return drawn_skeleton(motion, skeleton_.roles, time);
     npt::Mesh mesh = mesh_;
     if (scene_)
       move_scene(motion, time, mesh);
@@ -409,11 +416,12 @@ class MotionTransfer {
     std::vector<npt::Mesh> meshes;
     for (std::size_t r = 0; r < rows; ++r) {
       const double time = all[rows == 1 ? 0 : r * (all.size() - 1) / (rows - 1)];
-      meshes.push_back(drawn_skeleton(sources_.front()->motion, options_.time.value_or(time)));
+      meshes.push_back(drawn_skeleton(sources_.front()->motion, sources_.front()->roles, options_.time.value_or(time)));
       meshes.push_back(character_->moved(results_.front(), time));
     }
-    const npt::Mesh still =
-        character_->mesh().vertex_count() > 0 ? character_->mesh() : drawn_skeleton(results_.front(), std::nullopt);
+    const npt::Mesh still = character_->mesh().vertex_count() > 0
+                                ? character_->mesh()
+                                : drawn_skeleton(results_.front(), character_->skeleton().roles, std::nullopt);
     std::vector<std::vector<PictureCell>> cells;
     for (std::size_t r = 0; r < rows; ++r)
       cells.push_back(
@@ -424,11 +432,12 @@ class MotionTransfer {
   void show(view::Page& page) const {
     view::Group& group = page.groups.emplace_back(view::Group{job_.out.filename().string(), {}});
     const npt::Motion& source = sources_.front()->motion;
+    const npt::JointRoles& roles = sources_.front()->roles;
     const std::vector<double> all = times();
-    view::Panel clip = view::mesh_panel("clip", drawn_skeleton(source, all.front()));
+    view::Panel clip = view::mesh_panel("clip", drawn_skeleton(source, roles, all.front()));
     clip.colour = render::parse_colour("sand", "--view");
     for (std::size_t i = 1; i < all.size(); ++i)
-      view::add_frame(clip, drawn_skeleton(source, all[i]), job_.pose.string());
+      view::add_frame(clip, drawn_skeleton(source, roles, all[i]), job_.pose.string());
     group.panels.push_back(std::move(clip));
     if (extension_of(job_.out) == ".glb" && character_->mesh().vertex_count() > 0) {
       view::Panel result;

@@ -369,7 +369,7 @@ test_transfer() {
 "animations":[{"name":"Walk","samplers":[{"input":0,"output":1}],
 "channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}]}]}
 END
-  expect 1 --err "bare.gltf: found a skeleton that is not recognised as a person's (confidence 0 %), expected a person's, or a bone map" \
+  expect 1 --err "bare.gltf: found a skeleton that is not recognised as a person's (confidence 0 %), nor as a four-legged animal's (0 %), expected one of both, or a bone map" \
     -- transfer --identity a.obj --pose bare.gltf --clip Walk --out x.glb
   # GLB files are in metres.
   sed 's/^v \(.*\) \(.*\) \(.*\)$/v \1e2 \2e2 \3e2/' a.obj > cm.obj

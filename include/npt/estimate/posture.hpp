@@ -83,6 +83,21 @@ class BasicPosture {
     return result;
   }
 
+  /// [J] The mesh's own rest where it stands so, else what its shape says. An identity that stands is taken to be at
+  /// rest as a whole, but not in its direction: it may lie on its side, as meshes do whose z is up. Of a pose mesh that
+  /// stands, what is far from what its shape says is its pose: it may graze.
+  std::vector<Vec3d> rest_of(const BodyEstimate& mesh, bool is_pose) const {
+    std::vector<Vec3d> result = rest(as_span(mesh.fit.body.betas));
+    const double share = standing(mesh);
+    if (!(share > 0)) return result;
+    const std::vector<Vec3d> own = angles_without_yaw(mesh);
+    for (std::size_t j = 0; j < result.size(); ++j) {
+      const Vec3d off = own[j] - result[j];
+      result[j] += off * (is_pose || j == 0 ? share * (1 - beyond_rest(length(off))) : share);
+    }
+    return result;
+  }
+
   /// How far the mesh stands at rest, from 0 to 1: both sides alike, and no limb bent much beyond what its shape says.
   double standing(const BodyEstimate& estimate) const {
     const std::vector<Vec3d> own = angles_without_yaw(estimate), told = rest(as_span(estimate.fit.body.betas));
@@ -104,20 +119,6 @@ class BasicPosture {
   static constexpr double most = 3;
 
   static Vec3d mirrored(Vec3d a) { return {a.x, -a.y, -a.z}; }
-
-  /// [J] The mesh's own rest where it stands so, else what its shape says. An identity that stands is taken to be at
-  /// rest as a whole. Of a pose mesh that stands, what is far from what its shape says is its pose: it may graze.
-  std::vector<Vec3d> rest_of(const BodyEstimate& mesh, bool is_pose) const {
-    std::vector<Vec3d> result = rest(as_span(mesh.fit.body.betas));
-    const double share = standing(mesh);
-    if (!(share > 0)) return result;
-    const std::vector<Vec3d> own = angles_without_yaw(mesh);
-    for (std::size_t j = 0; j < result.size(); ++j) {
-      const Vec3d off = own[j] - result[j];
-      result[j] += off * (is_pose ? share * (1 - beyond_rest(length(off))) : share);
-    }
-    return result;
-  }
 
   const BodyKind& kind_;
   std::vector<float> weights_;
