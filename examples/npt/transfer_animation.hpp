@@ -24,6 +24,7 @@ struct AnimationArguments {
   std::optional<std::string> clip_name;
   std::string skeleton = "auto";  ///< own, npt, or own where the character has one
   bool apply = false, bake = false, no_foot_lock = false, root_motion = false;
+  bool across = false;  ///< also from people to animals and back
   double clearance = 1;
 
   npt::RetargetOptions retarget() const {
@@ -87,6 +88,9 @@ inline void add_motion_options(CLI::App& command, AnimationArguments& arguments)
   command.add_flag("--root-motion", arguments.root_motion,
                    "Let the joint without parent carry the way over the ground, instead of the hips");
   command.add_flag("--no-foot-lock", arguments.no_foot_lock, "Let feet slide that stand still in the clip");
+  command.add_flag("--across", arguments.across,
+                   "An experiment: put an animal's clip or pose on a person, or a person's on an animal, with forelegs "
+                   "as arms");
   command
       .add_option("--clearance", arguments.clearance,
                   "Keep arms and thighs this far out of the body: 0 not at all, 1 wholly")

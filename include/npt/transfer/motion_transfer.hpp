@@ -39,6 +39,8 @@ struct MotionOptions {
   std::string clip_name{};       ///< of the result; empty: as the source's clip
   std::optional<double> time{};  ///< the pose at this second, as a clip of one key
   std::optional<double> rate{};  ///< keys at so many frames a second; none: as the source has them
+  /// Also from people to animals and back, by upright_stance.hpp: an experiment.
+  bool across = false;
   RetargetOptions retarget{};
 };
 
@@ -128,7 +130,7 @@ inline void bind_as(const MotionSkeleton& target, MotionSkeleton& source) {
 
 inline MotionResult transfer_motion(const MotionSkeleton& from, const MotionSkeleton& target,
                                     const MotionOptions& options = {}) {
-  internal::expect_one_kind(from, target);
+  if (!options.across) internal::expect_one_kind(from, target);
   MotionSkeleton source = from;
   internal::bind_as(target, source);
   Motion clip = source.motion;

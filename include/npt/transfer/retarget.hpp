@@ -70,7 +70,7 @@ inline Motion retarget(const Motion& source, const JointRoles& from, const Motio
   }
   frames.moving = retargeter.moving();
   internal::PosedJoints pose(target, retargeter.follows(), retargeter.target().worlds);
-  const bool person = to.kind() == SkeletonKind::person;
+  const bool person = to.kind() == SkeletonKind::person && from.kind() == to.kind();
   if (person) internal::ArmClearance(retargeter, shapes, options, pose, frames).apply();
   if (person && options.clearance > 0)
     internal::clear_thighs(retargeter, shapes.target, options.clearance, pose, frames);

@@ -16,11 +16,12 @@
 
 namespace npt::inline NPT_ABI {
 
-/// From the hips on, each: spine, neck without the head, tail. A person's spine is that of its roles, and it has no other.
+/// From the hips on, each: spine, neck without the head, tail. A person's spine is that of its roles.
 using JointChains = std::array<std::vector<std::size_t>, 3>;
 inline constexpr std::size_t neck_chain = 1;
 
-inline JointChains joint_chains(const Motion& motion, const JointRoles& roles) {
+/// across: with a person's neck, which counts where animals and people take each other's motions
+inline JointChains joint_chains(const Motion& motion, const JointRoles& roles, bool across = false) {
   using enum JointRole;
   JointChains chains;
   const auto add = [&](std::vector<std::size_t>& chain, std::initializer_list<JointRole> parts) {
@@ -28,7 +29,7 @@ inline JointChains joint_chains(const Motion& motion, const JointRoles& roles) {
       if (roles.joint(role) != no_item) chain.push_back(roles.joint(role));
   };
   add(chains[0], {spine, chest, upper_chest});
-  if (roles.kind() == SkeletonKind::person) return chains;
+  if (roles.kind() == SkeletonKind::person && !across) return chains;
   add(chains[neck_chain], {neck, neck_2, neck_3});
   add(chains[2], {tail_1, tail_2, tail_3, tail_4, tail_5});
   for (std::vector<std::size_t>& chain : chains) {  // with those between the roles' joints

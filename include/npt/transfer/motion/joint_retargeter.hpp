@@ -15,6 +15,7 @@
 #include <npt/scene/scene.hpp>
 #include <npt/transfer/motion/retarget_side.hpp>
 #include <npt/transfer/motion/straight_stance.hpp>
+#include <npt/transfer/motion/upright_stance.hpp>
 
 #include <algorithm>
 #include <array>
@@ -31,8 +32,9 @@ namespace internal {
 class JointRetargeter {
  public:
   JointRetargeter(const Motion& source, const JointRoles& from, const Motion& target, const JointRoles& to)
-      : from_(source, from, reference_pose(source, from)),
-        to_(target, to),
+      : across_kinds_(from.kind() != to.kind()),
+        from_(source, from, across_kinds_ ? UprightStance(source, from).worlds() : reference_pose(source, from)),
+        to_(target, to, across_kinds_ ? UprightStance(target, to).worlds() : bound_worlds(target)),
         parts_(target.joints.size()),
         follows_(feet_apart(target, to)),
         moving_(target.joints.size()) {
@@ -40,7 +42,7 @@ class JointRetargeter {
     from_.find_ground();
     const double own = to_.leg(), other = from_.leg();
     if (own > 0 && other > 0) scale_ = own / other;
-    chains_ = {joint_chains(source, from), joint_chains(target, to)};
+    chains_ = {joint_chains(source, from, across_kinds_), joint_chains(target, to, across_kinds_)};
     likes_ = same_joints(source, from, target, to);
     for (std::size_t j = 0; j < target.joints.size(); ++j) {
       const std::size_t parent = target.joints[j].parent;
@@ -93,7 +95,7 @@ class JointRetargeter {
   /// Between two rests: from the direction of the target's bone to that of the source's. Animals keep how their species
   /// stands.
   void correct_limbs() {
-    if (to_.roles.kind() == SkeletonKind::four_legged) return;
+    if (across_kinds_ || to_.roles.kind() == SkeletonKind::four_legged) return;
     for (std::size_t r = middle_role_count; r < limb_role_end; ++r) {
       const auto role = static_cast<JointRole>(r);
       const LimbPart part = part_of(role);
@@ -166,6 +168,7 @@ class JointRetargeter {
     moving_[hips][1] = true;
   }
 
+  bool across_kinds_;  ///< from a person to an animal or back
   RetargetSide from_, to_;
   std::array<JointChains, 2> chains_;  ///< of source and target
   std::vector<std::size_t> likes_;     ///< [joints] the source's joint of the same name, where none has a role

@@ -52,7 +52,13 @@ struct RetargetSide {
       : motion(from), roles(own), worlds(std::move(reference)), rotations(world_rotations(worlds)) {
     std::vector<Vec3d> positions;
     for (const Affine& world : worlds) positions.push_back(world.shift);
+    // An animal's forelegs are before its hind legs where it stands on all of them, as it was bound.
     BodyAxes axes = body_axes(roles.joints, positions);
+    if (roles.kind() == SkeletonKind::four_legged) {
+      std::vector<Vec3d> bound;
+      for (const Affine& world : bound_worlds(from)) bound.push_back(world.shift);
+      axes = body_axes(roles.joints, bound);
+    }
     if (axes.up.y > 0.7) {  // who stands, stands upright, or else the way of a walk would lean as the spine does
       axes.up = {0, 1, 0};
       axes.left = normalised(Vec3d{axes.left.x, 0, axes.left.z});
