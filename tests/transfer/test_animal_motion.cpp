@@ -1,4 +1,4 @@
-/// Clips of four-legged animals onto animals: between made skeletons, and beside the repository's, where they are there.
+/// Clips of four-legged animals onto animals: of made skeletons, and of those beside the repository, where they are.
 #include <doctest/doctest.h>
 
 #include <npt/base/affine.hpp>
@@ -192,8 +192,8 @@ Truth truth(const std::string& from, const std::string& to) {
 
 TEST_CASE("animals' clips, without a mesh, move other species as their makers move these" *
           support::needs_shared("data/glb/Horse.glb")) {
-  // In hundredths of the length: 0.8 to 2.9 among hoofed animals and 1.8 between fox and dog, whose legs bend alike; 4.6
-  // to 8.5 between both groups, where the clips themselves differ. What stays at rest would be off by 6.7 to 13.5.
+  // In hundredths of the length: 0.8 to 2.9 among hoofed animals and 1.8 between fox and dog, whose legs bend alike;
+  // 4.6 to 8.5 between both groups, where the clips themselves differ. What stays at rest would be off by 6.7 to 13.5.
   struct Pair {
     std::string from, to;
     double most;

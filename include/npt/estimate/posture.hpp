@@ -17,12 +17,14 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/roles/placed_motion.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/rest_posture.hpp>
 #include <npt/io/safetensors.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -31,11 +33,15 @@
 
 namespace npt::inline NPT_ABI {
 
-/// [J] The angles of a fit, the root's without the direction in which it looks.
+/// [J] The angles of a fit, the root's without the direction in which it looks, nor the right-angled turn of a mesh
+/// whose up axis is another one.
 NPT_INLINE std::vector<Vec3d> angles_without_yaw(const BodyEstimate& estimate) {
   std::vector<Vec3d> angles(estimate.fit.body.axis_angles.size() / 3);
-  for (std::size_t j = 0; j < angles.size(); ++j)
-    angles[j] = axis_angle(j == 0 ? estimate.facing_front() * estimate.joint_rotation(0) : estimate.joint_rotation(j));
+  for (std::size_t j = 0; j < angles.size(); ++j) angles[j] = axis_angle(estimate.joint_rotation(j));
+  if (angles.empty()) return angles;
+  const Matrix3 root = internal::to_y_up(estimate.up()) * estimate.joint_rotation(0);
+  const Vec3d front = root * Vec3d{0, 0, 1};
+  angles[0] = axis_angle(rotation_matrix({0, -std::atan2(front.x, front.z), 0}) * root);
   return angles;
 }
 
@@ -84,8 +90,8 @@ class BasicPosture {
   }
 
   /// [J] The mesh's own rest where it stands so, else what its shape says. An identity that stands is taken to be at
-  /// rest as a whole, but not in its direction: it may lie on its side, as meshes do whose z is up. Of a pose mesh that
-  /// stands, what is far from what its shape says is its pose: it may graze.
+  /// rest as a whole, but for a body that leans much. Of a pose mesh that stands, what is far from what its shape says
+  /// is its pose: it may graze.
   std::vector<Vec3d> rest_of(const BodyEstimate& mesh, bool is_pose) const {
     std::vector<Vec3d> result = rest(as_span(mesh.fit.body.betas));
     const double share = standing(mesh);

@@ -103,8 +103,8 @@ inline void expect_one_kind(const MotionSkeleton& source, const MotionSkeleton& 
                .code = ErrorCode::domains_differ});
 }
 
-/// An animal's clip without a skin has only a rest, which may be a frame of a clip. One of the target's own skeleton was
-/// bound as this is: joints of its names, as far from their parents, where a limb isn't moved in parts.
+/// An animal's clip without a skin has only a rest, which may be a frame of a clip. One of the target's own skeleton
+/// was bound as this is: joints of its names, as far from their parents, where a limb isn't moved in parts.
 inline void bind_as(const MotionSkeleton& target, MotionSkeleton& source) {
   const auto is_bound = [](const MotionJoint& joint) { return joint.bind.has_value(); };
   if (target.roles.kind() == SkeletonKind::person || std::ranges::any_of(source.motion.joints, is_bound)) return;

@@ -3,8 +3,9 @@
 ///   rotations   of each role's joint, relative to the pose that its skeleton was bound or stands in; arms, legs and
 ///               fingers point where the source's point, whether their rests are T or A poses
 ///   spine       turns by its place between hips and shoulders, whatever the number of its joints
-///   animals     keep how their species stands: joints turn from the rest of the one as from that of the other; neck and
-///               tail as the spine, ears and hooves where both have joints of these names; nothing below is done to them
+///   animals     keep how their species stands: joints turn from the rest of the one as from that of the other; neck
+///               and tail as the spine, ears and hooves where both have joints of these names; feet and bodies aren't
+///               looked at
 ///   hips        move as the source's above the ground, by the ratio of leg lengths; the middle between the thighs
 ///               counts, so that a root on the floor does, too
 ///   others      keep their place in their parent; feet that a rig moves apart from their legs follow these

@@ -1,5 +1,5 @@
-/// What tools call the joints of a person or a four-legged animal: a row for each dialect. Words as joint_name.hpp leaves them, in lower case
-/// and without side, prefix and separators.
+/// What tools call the joints of a person or a four-legged animal: a row for each dialect. Words as joint_name.hpp
+/// leaves them, in lower case and without side, prefix and separators.
 ///   middle    hips, neck, head; joints between hips and neck are found by their place in the skeleton
 ///   arm       shoulder, upper arm, lower arm, hand
 ///   leg       upper leg, lower leg, foot, toes

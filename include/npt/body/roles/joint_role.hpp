@@ -92,7 +92,7 @@ constexpr JointRole mirrored(JointRole role) {
   return is_of_limb(role) ? limb_role(part_of(role), 1 - side_of(role)) : role;
 }
 
-/// The joints of a limb from the trunk on, as far as a kind has them; those of an arm or foreleg begin with the girdle's.
+/// The joints of a limb from the trunk on, as far as a kind has them; an arm's or foreleg's begin with the girdle's.
 inline std::vector<JointRole> limb_roles(SkeletonKind kind, bool arm, std::size_t side) {
   using enum LimbPart;
   std::vector<JointRole> roles;

@@ -1,5 +1,5 @@
-/// Which joint of a person's or an animal's skeleton is which: names say it where they are of a known dialect and the skeleton agrees,
-/// its shape where they are silent or wrong. Left and right are the body's own, by its shape.
+/// Which joint of a person's or an animal's skeleton is which: names say it where they are of a known dialect and the
+/// skeleton agrees, its shape where they are silent or wrong. Left and right are the body's own, by its shape.
 ///   JointRoles roles = joint_roles(motion);
 ///   std::size_t hips = roles.joint(JointRole::hips);
 /// Joints that are nobody's, as hair, props, twist and control joints, have no role. JointRoles::joints.kind says which

@@ -1,6 +1,6 @@
 /// Legs, arms and head in the shape of a skeleton, without names: two pairs of like branches, one where the spine
-/// begins and one where it ends. A person's legs hang opposite to the spine; an animal's limbs all hang square to it and
-/// end at one height.
+/// begins and one where it ends. A person's legs hang opposite to the spine; an animal's limbs all hang square to it
+/// and end at one height.
 /// Limits    bodies with two arms or forelegs, two legs and a head; which side is which stays open
 #pragma once
 
@@ -159,7 +159,7 @@ class LimbFinder {
     return score * (0.3 + 0.7 * arms * legs * sides);
   }
 
-  /// The same of four legs. Hind legs are distinguished from forelegs by the head, which is more than a tail: it branches into
+  /// The same of four legs. Hind legs are distinguished from forelegs by the head, which unlike a tail branches into
   /// ears and jaw, or is higher; and by knees, which bend forwards.
   double judge_animal(Limbs& limbs) const {
     const Vec3d spine = normalised(middle(limbs.arms) - middle(limbs.legs));

@@ -128,7 +128,7 @@ class JointRetargeter {
     return now[joint] * inverse(from_.rotations[joint]);
   }
 
-  /// By its place in the chain, whatever the number of joints; a chain that the source has not goes with what carries it.
+  /// By its place in the chain, whatever the number of joints; a chain that the source lacks goes with what carries it.
   std::optional<Quaternion> chain_turn(std::size_t chain, std::size_t own, const std::vector<Quaternion>& now) const {
     const std::vector<std::size_t>& other = chains_[0][chain];
     std::optional<Quaternion> base = turn_of(from_.roles.joint(JointRole::hips), now);

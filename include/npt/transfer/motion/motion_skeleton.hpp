@@ -38,8 +38,8 @@ struct MotionSkeleton {
   std::string name{};
 };
 
-/// The confidence below which a skeleton isn't taken for a person's or an animal's, unless a bone map says it. Of 53 figures all are
-/// above, a head and two arms alone (0.34) as well; of 22 animals four, which get a warning.
+/// The confidence below which a skeleton isn't taken for a person's or an animal's, unless a bone map says it. Of 53
+/// figures all are above, a head and two arms alone (0.34) as well.
 inline constexpr double least_skeleton_confidence = 0.3;
 
 namespace internal {
