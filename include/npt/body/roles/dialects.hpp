@@ -112,7 +112,7 @@ inline constexpr std::array<JointDialect, 6> animal_dialects{{
      "frontshoulder frontupperleg/frontupleg/frontleg1/frontleg frontlowerleg/frontlowleg/frontleg2 "
      "ikfrontleg/frontfoot/frontfeet",
      "backleg/backupperleg/backleg1 backupperleg/backleg2 backlowerleg/backleg3 ikbackleg", "", "ff ear1/ear"},
-    {"Quaternius, dinosaurs", "body/hips neck head tail1 jaw/mouth",
+    {"Quaternius, farm and dinosaurs", "body/hips neck head tail1 jaw/mouth",
      "frontleg frontupleg/frontupperleg frontlowleg/frontlowerleg frontfoot",
      "backupleg/backupperleg backlowleg/backlowerleg backfoot backtoes", "", "- ear"},
     {"Rigify, animals", "spine/hips/pelvis spine008/neck spine011/head tail/tail001 jaw",
