@@ -479,15 +479,17 @@ typedef struct npt_motion_info {
   double base[3][4];        /* from the roots' coordinates to metres with y up */
   npt_rest_pose rest_pose;
   const char* dialect;  /* of the joints' names: "Mixamo, HumanIK" ...; "" where none is known */
-  double confidence;    /* 0 to 1: that it is a person's skeleton */
+  double confidence;    /* 0 to 1: that it is a person's or a four-legged animal's skeleton */
   int32_t root_joint;   /* which joint takes the body over the ground; -1: in place */
   double root_shift[3]; /* of the hips, from the first to the last frame, in metres */
+  int32_t four_legged;  /* 1: an animal's skeleton */
 } npt_motion_info;
 
 NPT_C_API npt_status npt_describe_motion(const npt_motion* motion, npt_motion_info* info);
 
-/* What joints of a person are for: hips, head, left foot ... VRM's bones but eyes and jaw. */
-#define NPT_ROLES 52
+/* What joints are for: hips, head, left foot ... VRM's bones but eyes and jaw, and behind them an animal's tail, ears and
+ * the like. An animal's forelegs have the roles of arms. */
+#define NPT_ROLES 64
 /* "hips", "leftUpperArm" ...; NULL for a number that is none of a role. */
 NPT_C_API const char* npt_role_name(int role);
 /* The joint of each role, -1 for none, and how certain it is, 0 to 1. Each [NPT_ROLES]; may be NULL. */
@@ -550,6 +552,7 @@ typedef struct npt_motion_warning {
   npt_mesh_role skeleton; /* NPT_IDENTITY: the character's, NPT_POSE: the motion's */
   double value;           /* a confidence from 0 to 1; else 0 */
   uint64_t roles;         /* a bit for each role: bit 0 is the hips' */
+  int32_t four_legged;    /* 1: of an animal's skeleton */
 } npt_motion_warning;
 #define NPT_MOST_MOTION_WARNINGS 16
 

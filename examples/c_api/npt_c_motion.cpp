@@ -320,6 +320,7 @@ void describe(const npt_motion& motion, npt_motion_info& info) {
   info.rest_pose = rest_pose_of(motion.skeleton);
   info.dialect = roles.dialect.c_str();
   info.confidence = roles.confidence;
+  info.four_legged = roles.kind() == npt::SkeletonKind::four_legged ? 1 : 0;
   info.root_joint = given_number(motion, root.joint);
   info.root_shift[0] = root.way.x, info.root_shift[1] = root.way.y, info.root_shift[2] = root.way.z;
 }

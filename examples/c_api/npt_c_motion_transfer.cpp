@@ -74,7 +74,8 @@ static_assert(npt::joint_role_count <= 64);
 
 npt_motion_warning warning_of(const npt::MotionWarning& own) {
   npt_motion_warning warning{static_cast<npt_motion_warning_code>(own.code),
-                             own.skeleton == npt::MeshRole::pose ? NPT_POSE : NPT_IDENTITY, own.value, 0};
+                             own.skeleton == npt::MeshRole::pose ? NPT_POSE : NPT_IDENTITY, own.value, 0,
+                             own.kind == npt::SkeletonKind::four_legged ? 1 : 0};
   for (const npt::JointRole role : own.roles) warning.roles |= std::uint64_t{1} << npt::index_of(role);
   return warning;
 }
@@ -82,6 +83,7 @@ npt::MotionWarning warning_from(const npt_motion_warning& given) {
   npt::MotionWarning warning{
       static_cast<npt::MotionWarningCode>(given.code),
       c_api::number_of(given.skeleton) == NPT_POSE ? npt::MeshRole::pose : npt::MeshRole::identity,
+      given.four_legged != 0 ? npt::SkeletonKind::four_legged : npt::SkeletonKind::person,
       given.value,
       {}};
   for (std::size_t r = 0; r < npt::joint_role_count; ++r)

@@ -9,6 +9,7 @@
 #include <npt/base/default_executor.hpp>
 #include <npt/base/error.hpp>
 #include <npt/body/roles/bone_map.hpp>
+#include <npt/body/roles/joint_role.hpp>
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/body/roles/rest_pose.hpp>
 #include <npt/body/roles/root_motion.hpp>
@@ -177,8 +178,10 @@ void describe_skeleton(Report& report, const npt::Motion& motion, bool names) {
     report["joints"] = joints;
   }
   if (!roles.dialect.empty()) report["joint_names"] = roles.dialect;
-  report["person"] = std::to_string(std::lround(100 * roles.confidence)) + " % confidence";
-  if (roles.confidence >= 0.3) report["rest_pose"] = npt::to_string(npt::rest_pose_of(motion, roles));
+  const bool person = roles.kind() == npt::SkeletonKind::person;
+  report[person ? "person" : "four_legged_animal"] =
+      std::to_string(std::lround(100 * roles.confidence)) + " % confidence";
+  if (roles.confidence >= 0.3 && person) report["rest_pose"] = npt::to_string(npt::rest_pose_of(motion, roles));
   report["up_axis"] = npt::up_axis(motion);
   report["unit"] = in_units(npt::metres_a_unit(motion), "m");
 }

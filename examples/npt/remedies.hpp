@@ -104,7 +104,9 @@ inline std::vector<std::string> notes_of(const npt::Warnings& warnings, const st
 
 /// The message of an error, with what to do about it.
 inline std::string message_of(const npt::Error& error) {
-  const std::string remedy = remedy_text(error.remedy());
+  const std::string remedy = error.code() == npt::ErrorCode::domains_differ
+                                 ? "npt transfer --across tries it all the same, an experiment"
+                                 : remedy_text(error.remedy());
   return std::string(error.what()) + (remedy.empty() ? "" : " (" + remedy + ")") + guide_text(entry_of(error));
 }
 

@@ -1,4 +1,4 @@
-/// npt rig: a skeleton and skin weights for a person's mesh, and clips for it.
+/// npt rig: a skeleton and skin weights for the mesh of a person or a four-legged animal, and clips for it.
 #include "arguments.hpp"
 #include "subcommand.hpp"
 #include "transfer_animation.hpp"
@@ -38,11 +38,14 @@ void run(Options& options) {
 
 void add(CLI::App& command) {
   auto o = std::make_shared<Options>();
-  command.add_option("--mesh", o->mesh, "Rig this mesh of a person, in any pose (.ply, .obj, .glb, .fbx, ...)")
+  command
+      .add_option("--mesh", o->mesh,
+                  "Rig this mesh of a person or a four-legged animal, in any pose (.ply, .obj, .glb, .fbx, ...)")
       ->required();
   command
       .add_option("-o,--out", o->out,
-                  "Write the mesh with a skeleton of 40 joints and skin weights to this file (.glb)")
+                  "Write the mesh with skin weights and a skeleton to this file (.glb): a person's of 40 joints, an "
+                  "animal's of 35")
       ->required();
   command.add_option("--pose", o->pose,
                      "Also give it a clip, from a folder of poses, or from a .glb or .fbx with --clip");
@@ -61,6 +64,6 @@ void add(CLI::App& command) {
   command.callback([o] { run(*o); });
 }
 
-const program::Subcommand registered("rig", "Give a person's mesh a skeleton and skin weights", add);
+const program::Subcommand registered("rig", "Give a person's or an animal's mesh a skeleton and skin weights", add);
 
 }  // namespace rig_command

@@ -267,7 +267,7 @@ class AnimationTransfer {
 }  // namespace
 
 bool is_animation(const AnimationArguments& animation, const fs::path& pose, const fs::path& out) {
-  if (animation.clip || animation.fps || animation.time || animation.in_place) return true;
+  if (animation.clip || animation.fps || animation.time || animation.in_place || animation.across) return true;
   if (animation.bake || animation.apply || animation.clip_name || animation.skeleton == "own") return true;
   if (fs::is_directory(pose)) return is_gltf(out) || !motions_in(pose).empty();
   return is_motion(pose);

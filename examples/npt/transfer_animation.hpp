@@ -24,6 +24,7 @@ struct AnimationArguments {
   std::optional<std::string> clip_name;
   std::string skeleton = "auto";  ///< own, npt, or own where the character has one
   bool apply = false, bake = false, no_foot_lock = false, root_motion = false;
+  bool across = false;  ///< also from people to animals and back
   double clearance = 1;
 
   npt::RetargetOptions retarget() const {
@@ -51,7 +52,9 @@ inline void add_animation_options(CLI::App& command, AnimationArguments& argumen
       .add_option("--fps", arguments.fps,
                   "Take this many frames a second from a clip, or show this many of a folder (default: 30)")
       ->check(CLI::Range(0.001, 1000.0));
-  command.add_option("--names", arguments.names, "Name the joints of an animated result as VRM, Mixamo or SMPL does")
+  command
+      .add_option("--names", arguments.names,
+                  "Name a person's joints in an animated result as VRM, Mixamo or SMPL does")
       ->check(CLI::IsMember({"vrm", "mixamo", "smpl"}))
       ->capture_default_str();
   command.add_flag("--in-place", arguments.in_place,
@@ -65,8 +68,8 @@ inline void add_animation_options(CLI::App& command, AnimationArguments& argumen
 inline void add_motion_options(CLI::App& command, AnimationArguments& arguments) {
   command
       .add_option("--skeleton", arguments.skeleton,
-                  "Put clips onto the character's own joints (own), onto the 40 joints of its estimated body (npt), or "
-                  "onto its own where it has some that are a person's (auto)")
+                  "Put clips onto the character's own joints (own), onto those of its estimated body (npt), or onto "
+                  "its own where it has some that are a person's or an animal's (auto)")
       ->check(CLI::IsMember({"auto", "own", "npt"}))
       ->capture_default_str();
   command.add_option("--clip-name", arguments.clip_name, "Name the clip in the result (default: as in the source)")
@@ -85,6 +88,9 @@ inline void add_motion_options(CLI::App& command, AnimationArguments& arguments)
   command.add_flag("--root-motion", arguments.root_motion,
                    "Let the joint without parent carry the way over the ground, instead of the hips");
   command.add_flag("--no-foot-lock", arguments.no_foot_lock, "Let feet slide that stand still in the clip");
+  command.add_flag("--across", arguments.across,
+                   "An experiment: put an animal's clip or pose on a person, or a person's on an animal, with forelegs "
+                   "as arms");
   command
       .add_option("--clearance", arguments.clearance,
                   "Keep arms and thighs this far out of the body: 0 not at all, 1 wholly")

@@ -13,6 +13,8 @@
 #include <view/page.hpp>
 
 #include <npt/body/joint_names.hpp>
+#include <npt/body/roles/joint_role.hpp>
+#include <npt/body/roles/joint_roles.hpp>
 #include <npt/io/bvh.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/glb.hpp>
@@ -81,14 +83,19 @@ npt::BoneMapText bone_map(const std::optional<fs::path>& file) {
   return file ? npt::BoneMapText{npt::read_file(*file), file->string()} : npt::BoneMapText{};
 }
 
-/// The bones as a mesh, to be drawn.
-npt::Mesh drawn_skeleton(const npt::Motion& motion, std::optional<double> time) {
+/// The bones as a mesh, to be drawn; of an animal those of its body alone, whose rigs have goals far from it.
+npt::Mesh drawn_skeleton(const npt::Motion& motion, const npt::JointRoles& roles, std::optional<double> time) {
+  const bool all = roles.kind() == npt::SkeletonKind::person;
+  const auto of_body = [&](std::size_t joint) {
+    while (joint != npt::no_item && roles.role_of(joint) == npt::JointRole::none) joint = motion.joints[joint].parent;
+    return joint != npt::no_item;
+  };
   npt::Mesh mesh;
   std::vector<npt::Triangle> triangles;
   const std::vector<npt::Vec3d> places = npt::joint_positions(motion, time);
   for (std::size_t j = 0; j < places.size(); ++j) {
     const std::size_t parent = motion.joints[j].parent;
-    if (parent == npt::no_item || motion.joints[parent].parent == npt::no_item) continue;
+    if (parent == npt::no_item || (all ? motion.joints[parent].parent == npt::no_item : !of_body(parent))) continue;
     const npt::Vec3d from = places[parent], bone = places[j] - from;
     const npt::Vec3d side =
         npt::normalised(cross(bone, std::abs(bone.y) > std::abs(bone.x) ? npt::Vec3d{1, 0, 0} : npt::Vec3d{0, 1, 0}));
@@ -143,7 +150,7 @@ class MotionCharacter {
 
   /// The mesh at a time; the bones, where there is none.
   npt::Mesh moved(const npt::Motion& motion, double time) const {
-    if (mesh_.vertex_count() == 0) return drawn_skeleton(motion, time);
+    if (mesh_.vertex_count() == 0) return drawn_skeleton(motion, skeleton_.roles, time);
     npt::Mesh mesh = mesh_;
     if (scene_)
       move_scene(motion, time, mesh);
@@ -195,7 +202,7 @@ class MotionTransfer {
   bool applies() {
     if (fs::is_directory(job_.pose)) return false;
     const bool asked = options_.skeleton == "own" || extension_of(job_.out) == ".bvh";
-    const bool alone = (asked && formats::is_scene(job_.pose)) || is_motion(job_.pose);
+    const bool alone = (asked && formats::is_scene(job_.pose)) || is_motion(job_.pose) || options_.across;
     const bool asks_for_mesh = options_.skeleton == "npt" || arguments_.method != "auto" || arguments_.refine;
     if (!alone && (asks_for_mesh || !formats::is_scene(job_.pose) || !formats::is_scene(job_.identity))) return false;
     if (last_.character != nullptr && last_.file == job_.identity)
@@ -210,7 +217,11 @@ class MotionTransfer {
   JobOutcome run(const std::function<const PoseTransfer&()>& transfer, view::Page* page) {
     const Stopwatch watch;
     check();
-    if (character_ == nullptr) estimate(transfer());
+    if (character_ == nullptr) character_ = estimated(transfer(), job_.identity);
+    if (clips_.empty()) {  // the pose that the mesh stands in
+      clips_.push_back(estimated(transfer(), job_.pose)->skeleton());
+      clips_.back().motion.clip.name = job_.pose.stem().string();
+    }
     last_ = {job_.identity, character_, notes_};
     confidence_ = character_->confidence();
     for (const npt::MotionSkeleton& clip : clips_) take(clip);
@@ -254,8 +265,19 @@ class MotionTransfer {
     }
   }
 
+  /// Whether a file has a skeleton that moves; else its mesh has a pose.
+  static bool moves(const fs::path& file) {
+    if (!formats::is_scene(file)) return formats::is_bvh(file);
+    const npt::Scene scene = formats::read_scene(file);
+    return npt::has_skeleton(scene) && !scene.clips.empty();
+  }
+
   bool read_clips(bool alone) {
     const std::string name = job_.pose.string();
+    if (options_.across && !moves(job_.pose)) {
+      time_ = 0;
+      return true;
+    }
     const npt::BoneMapText map = bone_map(options_.source_bone_map);
     if (formats::is_bvh(job_.pose)) {
       if (options_.clip)
@@ -283,16 +305,16 @@ class MotionTransfer {
     const std::string extension = extension_of(job_.out);
     static constexpr std::array<std::string_view, 3> moving{".glb", ".vrm", ".bvh"};
     static constexpr std::array<std::string_view, 5> posed{".glb", ".vrm", ".bvh", ".ply", ".obj"};
-    if (options_.apply && !options_.time)
+    if (options_.apply && !time_)
       throw npt::Error({"--apply", {}, "a clip", "--time SECONDS: the pose that becomes the rest"});
-    if (extension.empty() && !options_.time) {
+    if (extension.empty() && !time_) {
       folder_.emplace(job_.out);
       return;
     }
-    expect_extension(job_.out, options_.time ? std::span<const std::string_view>(posed) : moving);
+    expect_extension(job_.out, time_ ? std::span<const std::string_view>(posed) : moving);
     check_output(job_.out, std::array{job_.identity, job_.pose});
     const bool one = extension == ".bvh" || options_.bake || !extension.empty();
-    if (clips_.size() > 1 && one && (extension == ".bvh" || options_.bake || options_.time)) say_which_clip();
+    if (clips_.size() > 1 && one && (extension == ".bvh" || options_.bake || time_)) say_which_clip();
   }
   [[noreturn]] void say_which_clip() const {
     throw npt::Error({job_.pose.string(),
@@ -301,30 +323,30 @@ class MotionTransfer {
                       "the name of one of them, by --clip: npt info lists them"});
   }
 
-  void estimate(const PoseTransfer& transfer) {
+  std::shared_ptr<const MotionCharacter> estimated(const PoseTransfer& transfer, const fs::path& file) {
     if (arguments_.method == "network")
       throw npt::Error({"--method", {}, "network for a clip without a mesh", "body or auto: the clip moves joints"});
-    const npt::Mesh mesh = formats::read_mesh(job_.identity);
+    const npt::Mesh mesh = formats::read_mesh(file);
     const std::vector<npt::Triangle> triangles = npt::triangulate(mesh);
-    const std::string name = job_.identity.string();
+    const std::string name = file.string();
     const npt::MeshView view{mesh.coordinates(), triangles, name};
     const npt::Character character = transfer.character(view);
     character.expect_recognised();
     for (std::string& note : notes_of(character.warnings(), name, name)) notes_.push_back(std::move(note));
     std::string note;
-    const double metres = metres_in(transfer, character, job_.identity, job_.out, note);
+    const double metres = metres_in(transfer, character, file, job_.out, note);
     if (!note.empty()) notes_.push_back(note);
-    character_ =
-        std::make_shared<const MotionCharacter>(mesh, character, job_.identity, joint_names(options_.names), metres);
+    return std::make_shared<const MotionCharacter>(mesh, character, file, joint_names(options_.names), metres);
   }
 
   void take(const npt::MotionSkeleton& clip) {
     npt::MotionOptions options;
     options.clip_name = clips_.size() == 1 ? options_.clip_name.value_or("") : "";
-    options.time = options_.time;
+    options.time = time_;
+    options.across = options_.across;
     options.rate = options_.fps;
     options.retarget = options_.retarget();
-    if (clips_.size() > 1 && !options_.time && !(clip.motion.clip.length() > 0)) {
+    if (clips_.size() > 1 && !time_ && !(clip.motion.clip.length() > 0)) {
       notes_.push_back(clip.name + ": clip '" + clip.motion.clip.name + "' lasts 0 s and is left out");
       return;
     }
@@ -347,7 +369,7 @@ class MotionTransfer {
     if (extension == ".bvh") return npt::write_bvh(job_.out, npt::bvh_of(results_.front(), rate()));
     if (folder_) return write_frames();
     const bool as_mesh = extension == ".ply" || extension == ".obj";
-    if (as_mesh || (options_.time && (options_.bake || !character_->has_own_joints())))
+    if (as_mesh || (time_ && (options_.bake || !character_->has_own_joints())))
       return npt::write_mesh(job_.out, npt::scaled(character_->moved(results_.front(), 0), in_output()));
     if (options_.bake) return write_baked();
     if (character_->has_own_joints()) return write_own_rig();
@@ -409,11 +431,12 @@ class MotionTransfer {
     std::vector<npt::Mesh> meshes;
     for (std::size_t r = 0; r < rows; ++r) {
       const double time = all[rows == 1 ? 0 : r * (all.size() - 1) / (rows - 1)];
-      meshes.push_back(drawn_skeleton(sources_.front()->motion, options_.time.value_or(time)));
+      meshes.push_back(drawn_skeleton(sources_.front()->motion, sources_.front()->roles, time_.value_or(time)));
       meshes.push_back(character_->moved(results_.front(), time));
     }
-    const npt::Mesh still =
-        character_->mesh().vertex_count() > 0 ? character_->mesh() : drawn_skeleton(results_.front(), std::nullopt);
+    const npt::Mesh still = character_->mesh().vertex_count() > 0
+                                ? character_->mesh()
+                                : drawn_skeleton(results_.front(), character_->skeleton().roles, std::nullopt);
     std::vector<std::vector<PictureCell>> cells;
     for (std::size_t r = 0; r < rows; ++r)
       cells.push_back(
@@ -424,11 +447,12 @@ class MotionTransfer {
   void show(view::Page& page) const {
     view::Group& group = page.groups.emplace_back(view::Group{job_.out.filename().string(), {}});
     const npt::Motion& source = sources_.front()->motion;
+    const npt::JointRoles& roles = sources_.front()->roles;
     const std::vector<double> all = times();
-    view::Panel clip = view::mesh_panel("clip", drawn_skeleton(source, all.front()));
+    view::Panel clip = view::mesh_panel("clip", drawn_skeleton(source, roles, all.front()));
     clip.colour = render::parse_colour("sand", "--view");
     for (std::size_t i = 1; i < all.size(); ++i)
-      view::add_frame(clip, drawn_skeleton(source, all[i]), job_.pose.string());
+      view::add_frame(clip, drawn_skeleton(source, roles, all[i]), job_.pose.string());
     group.panels.push_back(std::move(clip));
     if (extension_of(job_.out) == ".glb" && character_->mesh().vertex_count() > 0) {
       view::Panel result;
@@ -472,6 +496,7 @@ class MotionTransfer {
   std::vector<npt::MotionSkeleton> clips_;
   std::vector<const npt::MotionSkeleton*> sources_;  ///< of each result
   std::vector<npt::Motion> results_;
+  std::optional<double> time_ = options_.time;
   std::optional<OutputFolder> folder_;
   std::vector<std::string> notes_;
   double confidence_ = 1;

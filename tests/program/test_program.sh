@@ -380,7 +380,7 @@ test_transfer() {
 "animations":[{"name":"Walk","samplers":[{"input":0,"output":1}],
 "channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}]}]}
 END
-  expect 1 --err "bare.gltf: found a skeleton that is not recognised as a person's (confidence 0 %), expected a person's, or a bone map" \
+  expect 1 --err "bare.gltf: found a skeleton that is not recognised as a person's (confidence 0 %), nor as a four-legged animal's (0 %), expected one of both, or a bone map" \
     -- transfer --identity a.obj --pose bare.gltf --clip Walk --out x.glb
   # GLB files are in metres.
   sed 's/^v \(.*\) \(.*\) \(.*\)$/v \1e2 \2e2 \3e2/' a.obj > cm.obj
@@ -552,6 +552,29 @@ test_motion() {
   expect 0 -- transfer walker.glb still.bvh -o still.glb --time 0
   printf 'HIERARCHY\nROOT Box\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.04\n0 0 0\n0 0 9\n' > box.bvh
   expect 1 --err "box.bvh: found a skeleton that is not recognised as a person's" -- transfer walker.glb box.bvh -o x.glb
+  # An animal's skeleton, with the names of npt's own.
+  (
+    joint() { printf 'JOINT %s\n{\nOFFSET %s\nCHANNELS 3 Zrotation Xrotation Yrotation\n' "$1" "$2"; }
+    tip() { printf 'End Site\n{\nOFFSET %s\n}\n' "$1"; }
+    leg() { joint "$1" "$2 -8 4"; joint "$3" "0 -24 $6"; joint "$4" "0 -26 $7"; tip "0 -22 $8"; printf '}\n}\n}\n'; }
+    printf 'HIERARCHY\nROOT pelvis\n{\nOFFSET 0 80 -50\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n'
+    leg l_hip 12 l_knee l_hock - 12 -20 8
+    leg r_hip -12 r_knee r_hock - 12 -20 8
+    joint chest "0 2 80"
+    leg l_shoulder 12 l_elbow l_wrist - -10 4 4
+    leg r_shoulder -12 r_elbow r_wrist - -10 4 4
+    joint neck1 "0 5 20"; joint head "0 27 30"; tip "0 0 15"; printf '}\n}\n}\n'
+    joint tail1 "0 0 -10"; joint tail2 "0 -12 -15"; tip "0 -20 -5"; printf '}\n}\n}\n'
+    printf 'MOTION\nFrames: 3\nFrame Time: 0.04\n'
+    awk 'BEGIN { for (f = 0; f < 3; ++f) { line = "0 80 -50"; for (c = 0; c < 54; ++c) line = line " " (c % 7 == 1 ? 9 * f : 0); print line } }'
+  ) > dog.bvh
+  expect 0 --out "npt, animals" --out "four legged animal  100 % confidence" -- info dog.bvh
+  expect 0 --out 'leftHindFoot "l_hock"' --out 'rightForeUpperLeg "r_shoulder"' -- info dog.bvh --bones
+  expect 1 --err "dog.bvh: found a four-legged animal's motion on a person (walker.glb), expected a person's motion" \
+    --err "npt transfer --across tries it" --err "docs/troubleshooting.md#domains-differ" -- transfer walker.glb dog.bvh -o x.glb
+  missing x.glb
+  expect 0 --out "3 frames of dog on its own" -- transfer walker.glb dog.bvh -o crawling.glb --across
+  expect 0 --out "1 frame of dog on a skeleton of 40 joints" -- transfer rest.ply dog.bvh -o crawling.obj --across --time 0
   expect 1 --err "--format: found bvh for meshes" -- transfer rest.ply rest.ply -o x.ply --format bvh
   expect 1 --err "--method: found network" -- transfer rest.ply walk.bvh -o x.glb --method network
   missing x.glb

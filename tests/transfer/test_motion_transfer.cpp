@@ -126,7 +126,13 @@ TEST_CASE("bad clips are refused by file, joint, what was found and what was exp
   CHECK(refusal_of(standing()).found == "a skeleton without a clip");
 
   CHECK(refusal_of(dancer(), {"hips - 1\n", "map.txt"}).found == "no hips");
-  parts = refusal_of(horse());
+  CHECK(refusal_of(horse()).found.starts_with("a four-legged animal's motion on a person ("));
+  npt::Motion snake;
+  for (std::size_t j = 0; j < 20; ++j) {
+    snake.joints.push_back({.name = "Bone", .parent = j == 0 ? npt::no_item : j - 1});
+    snake.joints.back().rest.translation = {0, 0, 1};
+  }
+  parts = refusal_of(snake);
   CHECK(parts.code == npt::ErrorCode::not_recognised);
   CHECK(parts.found.starts_with("a skeleton that is not recognised as a person's (confidence "));
   npt::Motion late = dancer();

@@ -77,5 +77,7 @@ TEST_CASE("every clip goes onto every rigged person, and no bone changes its len
 }
 
 TEST_CASE("a horse's clip is refused for a person" * support::needs_shared("data/awkward")) {
-  CHECK_THROWS_AS(shared_clip("awkward/clip_of_a_horse_without_mesh.glb"), npt::Error);
+  const npt::MotionSkeleton person = shared_character(shared_file("glb/Knight.glb"));
+  CHECK_THROWS_WITH(npt::transfer_motion(shared_clip("awkward/clip_of_a_horse_without_mesh.glb"), person),
+                    doctest::Contains("a four-legged animal's motion on a person (Knight.glb)"));
 }

@@ -246,6 +246,7 @@ class CMotionInfo(ctypes.Structure):
         ("confidence", ctypes.c_double),
         ("root_joint", ctypes.c_int32),
         ("root_shift", ctypes.c_double * 3),
+        ("four_legged", ctypes.c_int32),
     ]
 
 
@@ -292,6 +293,7 @@ class CMotionWarning(ctypes.Structure):
         ("skeleton", ctypes.c_int),
         ("value", ctypes.c_double),
         ("roles", ctypes.c_uint64),
+        ("four_legged", ctypes.c_int32),
     ]
 
 

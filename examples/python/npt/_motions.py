@@ -28,7 +28,7 @@ from ._library import (
 from ._prepared import Character, Owned
 from ._transfer import JOINT_NAMES, Progress, Stop, _choice, _positive
 
-ROLES = 52
+ROLES = 64
 REST_POSES = ("T", "A", "arms down", "other")
 ROOT_MOTIONS = {"keep": 0, "extract": 1}
 FORMATS = {"rig": 0, "bvh": 1, "bone_map": 2}
@@ -91,7 +91,8 @@ class Motion:
     base        [3, 4] from the roots' coordinates to metres with y up
     rest_pose   in which the skeleton is bound: "T", "A", "arms down", "other"
     dialect     of the joints' names: "Mixamo, HumanIK" ...; "" where none is known
-    confidence  0 to 1: that it is a person's skeleton
+    confidence  0 to 1: that it is a person's or a four-legged animal's skeleton
+    four_legged  whether it is an animal's
     root_joint  which joint takes the body over the ground; None: in place
     root_shift  [3] of the hips from the first to the last frame, in metres
     notes       what was repaired in its file
@@ -114,7 +115,7 @@ class Motion:
         self.base = np.array(own.base, np.float64).reshape(3, 4)
         self.rest_pose = REST_POSES[own.rest_pose]
         self.dialect = own.dialect.decode()
-        self.confidence = own.confidence
+        self.confidence, self.four_legged = own.confidence, own.four_legged != 0
         self.root_joint = None if own.root_joint < 0 else self.names[own.root_joint]
         self.root_shift = np.array(own.root_shift, np.float64)
         self._frames: Optional[MotionFrames] = None
@@ -129,7 +130,8 @@ class Motion:
 
     @property
     def roles(self) -> "dict[str, JointRole]":
-        """Which joint is which, by VRM's names of bones: "hips", "leftUpperArm" ..., with a confidence each."""
+        """Which joint is which, by VRM's names of bones: "hips", "leftUpperArm" ..., with a confidence each. An animal's
+        forelegs have the roles of arms."""
         joints, confidences = (ctypes.c_int32 * ROLES)(), (ctypes.c_double * ROLES)()
         call("npt_motion_roles", self._owned.handle, joints, confidences)
         return {

@@ -129,7 +129,7 @@ std::string joints_of(const npt::MotionSkeleton& skeleton) {
     const npt::JointRole role = skeleton.roles.role_of(j);
     text += (j == 0 ? "{\"name\":" : ",{\"name\":") + quoted(joint.name) +
             ",\"parent\":" + (joint.parent == npt::no_item ? "-1" : std::to_string(joint.parent)) +
-            ",\"role\":" + (role == npt::JointRole::none ? "null" : quoted(npt::role_name(role))) +
+            ",\"role\":" + (role == npt::JointRole::none ? "null" : quoted(skeleton.roles.role_name(role))) +
             ",\"end\":" + (joint.end ? "true" : "false") + "}";
   }
   return text + "]";

@@ -17,12 +17,14 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/kinematics.hpp>
+#include <npt/body/roles/placed_motion.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/rest_posture.hpp>
 #include <npt/io/safetensors.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -31,11 +33,15 @@
 
 namespace npt::inline NPT_ABI {
 
-/// [J] The angles of a fit, the root's without the direction in which it looks.
+/// [J] The angles of a fit, the root's without the direction in which it looks, nor the right-angled turn of a mesh
+/// whose up axis is another one.
 NPT_INLINE std::vector<Vec3d> angles_without_yaw(const BodyEstimate& estimate) {
   std::vector<Vec3d> angles(estimate.fit.body.axis_angles.size() / 3);
-  for (std::size_t j = 0; j < angles.size(); ++j)
-    angles[j] = axis_angle(j == 0 ? estimate.facing_front() * estimate.joint_rotation(0) : estimate.joint_rotation(j));
+  for (std::size_t j = 0; j < angles.size(); ++j) angles[j] = axis_angle(estimate.joint_rotation(j));
+  if (angles.empty()) return angles;
+  const Matrix3 root = internal::to_y_up(estimate.up()) * estimate.joint_rotation(0);
+  const Vec3d front = root * Vec3d{0, 0, 1};
+  angles[0] = axis_angle(rotation_matrix({0, -std::atan2(front.x, front.z), 0}) * root);
   return angles;
 }
 
@@ -83,6 +89,21 @@ class BasicPosture {
     return result;
   }
 
+  /// [J] The mesh's own rest where it stands so, else what its shape says. An identity that stands is taken to be at
+  /// rest as a whole, but for a body that leans much. Of a pose mesh that stands, what is far from what its shape says
+  /// is its pose: it may graze.
+  std::vector<Vec3d> rest_of(const BodyEstimate& mesh, bool is_pose) const {
+    std::vector<Vec3d> result = rest(as_span(mesh.fit.body.betas));
+    const double share = standing(mesh);
+    if (!(share > 0)) return result;
+    const std::vector<Vec3d> own = angles_without_yaw(mesh);
+    for (std::size_t j = 0; j < result.size(); ++j) {
+      const Vec3d off = own[j] - result[j];
+      result[j] += off * (is_pose || j == 0 ? share * (1 - beyond_rest(length(off))) : share);
+    }
+    return result;
+  }
+
   /// How far the mesh stands at rest, from 0 to 1: both sides alike, and no limb bent much beyond what its shape says.
   double standing(const BodyEstimate& estimate) const {
     const std::vector<Vec3d> own = angles_without_yaw(estimate), told = rest(as_span(estimate.fit.body.betas));
@@ -104,20 +125,6 @@ class BasicPosture {
   static constexpr double most = 3;
 
   static Vec3d mirrored(Vec3d a) { return {a.x, -a.y, -a.z}; }
-
-  /// [J] The mesh's own rest where it stands so, else what its shape says. An identity that stands is taken to be at
-  /// rest as a whole. Of a pose mesh that stands, what is far from what its shape says is its pose: it may graze.
-  std::vector<Vec3d> rest_of(const BodyEstimate& mesh, bool is_pose) const {
-    std::vector<Vec3d> result = rest(as_span(mesh.fit.body.betas));
-    const double share = standing(mesh);
-    if (!(share > 0)) return result;
-    const std::vector<Vec3d> own = angles_without_yaw(mesh);
-    for (std::size_t j = 0; j < result.size(); ++j) {
-      const Vec3d off = own[j] - result[j];
-      result[j] += off * (is_pose ? share * (1 - beyond_rest(length(off))) : share);
-    }
-    return result;
-  }
 
   const BodyKind& kind_;
   std::vector<float> weights_;

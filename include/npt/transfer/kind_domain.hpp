@@ -121,7 +121,11 @@ class KindDomain final : public BodyDomain {
 
   std::vector<Affine> rest_motions(const DomainBinding& identity) const override {
     const BoundCharacter& character = character_of(identity);
-    const std::vector<float> straight(3 * kind().bound_body().joint_count(), 0.0F);
+    std::vector<float> straight(3 * kind().bound_body().joint_count(), 0.0F);
+    if (posture_) {  // as its species stands
+      const std::vector<Vec3d> rest = posture_->rest_of(character.estimate, false);
+      for (std::size_t j = 0; j < rest.size(); ++j) set_joint_rotation(as_span(straight), j, rotation_matrix(rest[j]));
+    }
     return character.motions_in_place(
         kind(), from_own_rest(kind(), as_span(people_at_rest_), character.estimate, as_span(straight)));
   }

@@ -5,14 +5,18 @@
 ///   MotionResult made = transfer_motion(walk, hero);
 ///   write_with_motion("hero.glb", made.motion, {}, "hero_walk.glb");                          io/gltf_patch.hpp
 /// Threads   any number
-/// Errors    npt::Error: a clip of no length, a time behind its end
+/// Errors    npt::Error: a clip of no length, a time behind its end, an animal's motion on a person or a person's on an
+///           animal (domains_differ)
 #pragma once
 
 #include <npt/base/error.hpp>
+#include <npt/body/roles/feet_apart.hpp>
+#include <npt/body/roles/joint_role.hpp>
 #include <npt/config.hpp>
 #include <npt/io/text.hpp>
 #include <npt/scene/clip.hpp>
 #include <npt/scene/motion.hpp>
+#include <npt/scene/scene.hpp>
 #include <npt/transfer/motion/motion_checks.hpp>
 #include <npt/transfer/motion/motion_skeleton.hpp>
 #include <npt/transfer/motion/motion_warning.hpp>
@@ -21,6 +25,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -34,13 +39,15 @@ struct MotionOptions {
   std::string clip_name{};       ///< of the result; empty: as the source's clip
   std::optional<double> time{};  ///< the pose at this second, as a clip of one key
   std::optional<double> rate{};  ///< keys at so many frames a second; none: as the source has them
+  /// Also from people to animals and back, by upright_stance.hpp: an experiment.
+  bool across = false;
   RetargetOptions retarget{};
 };
 
 struct MotionResult {
   Motion motion{};  ///< on the target's joints, whose nodes are the target's
   std::vector<MotionWarning> warnings{};
-  double confidence = 0;  ///< that both are skeletons of people, the smaller one: 0 to 1
+  double confidence = 0;  ///< that both are skeletons of their kind, the smaller one: 0 to 1
 };
 
 /// The clip with linear keys at these times. Requires times that ascend
@@ -86,10 +93,46 @@ inline void expect_frames(const Motion& motion, double rate, const std::string& 
                  .expected = "at most " + std::to_string(static_cast<int>(most_frames)) + " frames"});
 }
 
+inline void expect_one_kind(const MotionSkeleton& source, const MotionSkeleton& target) {
+  const SkeletonKind from = source.roles.kind(), to = target.roles.kind();
+  if (from == to) return;
+  throw Error({.file = source.name,
+               .found = "a " + std::string(to_string(from)) + "'s motion on a " + std::string(to_string(to)) + " (" +
+                        target.name + ")",
+               .expected = "a " + std::string(to_string(to)) + "'s motion",
+               .code = ErrorCode::domains_differ});
+}
+
+/// An animal's clip without a skin has only a rest, which may be a frame of a clip. One of the target's own skeleton
+/// was bound as this is: joints of its names, as far from their parents, where a limb isn't moved in parts.
+inline void bind_as(const MotionSkeleton& target, MotionSkeleton& source) {
+  const auto is_bound = [](const MotionJoint& joint) { return joint.bind.has_value(); };
+  if (target.roles.kind() == SkeletonKind::person || std::ranges::any_of(source.motion.joints, is_bound)) return;
+  const std::vector<FootApart> apart = feet_apart(target.motion, target.roles);
+  std::vector<std::size_t> same(target.motion.joints.size(), no_item);
+  const double unit = metres_a_unit(target.motion) / metres_a_unit(source.motion);
+  for (std::size_t j = 0; j < same.size(); ++j) {
+    const MotionJoint& own = target.motion.joints[j];
+    const auto found = std::ranges::find(source.motion.joints, own.name, &MotionJoint::name);
+    const JointRole role = target.roles.role_of(j);
+    if (found != source.motion.joints.end()) same[j] = static_cast<std::size_t>(found - source.motion.joints.begin());
+    if (role == JointRole::none) continue;
+    if (same[j] == no_item || source.roles.role_of(same[j]) != role) return;
+    const double bone = length(own.rest.translation) * unit, other = length(found->rest.translation);
+    const bool moves = role == JointRole::hips || std::ranges::find(apart, j, &FootApart::foot) != apart.end();
+    if (!moves && 1000 * std::abs(bone - other) > bone) return;  // but for rounding
+  }
+  for (std::size_t j = 0; j < same.size(); ++j)
+    if (same[j] != no_item) source.motion.joints[same[j]].bind = target.motion.joints[j].bind;
+}
+
 }  // namespace internal
 
-inline MotionResult transfer_motion(const MotionSkeleton& source, const MotionSkeleton& target,
+inline MotionResult transfer_motion(const MotionSkeleton& from, const MotionSkeleton& target,
                                     const MotionOptions& options = {}) {
+  if (!options.across) internal::expect_one_kind(from, target);
+  MotionSkeleton source = from;
+  internal::bind_as(target, source);
   Motion clip = source.motion;
   if (options.time)
     internal::expect_time(clip, *options.time, source.name);

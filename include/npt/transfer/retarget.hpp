@@ -3,6 +3,9 @@
 ///   rotations   of each role's joint, relative to the pose that its skeleton was bound or stands in; arms, legs and
 ///               fingers point where the source's point, whether their rests are T or A poses
 ///   spine       turns by its place between hips and shoulders, whatever the number of its joints
+///   animals     keep how their species stands: joints turn from the rest of the one as from that of the other; neck
+///               and tail as the spine, ears and hooves where both have joints of these names; feet and bodies aren't
+///               looked at
 ///   hips        move as the source's above the ground, by the ratio of leg lengths; the middle between the thighs
 ///               counts, so that a root on the floor does, too
 ///   others      keep their place in their parent; feet that a rig moves apart from their legs follow these
@@ -15,6 +18,7 @@
 #pragma once
 
 #include <npt/base/affine.hpp>
+#include <npt/body/roles/joint_role.hpp>
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/config.hpp>
 #include <npt/scene/clip.hpp>
@@ -67,10 +71,12 @@ inline Motion retarget(const Motion& source, const JointRoles& from, const Motio
   }
   frames.moving = retargeter.moving();
   internal::PosedJoints pose(target, retargeter.follows(), retargeter.target().worlds);
-  internal::ArmClearance(retargeter, shapes, options, pose, frames).apply();
-  if (options.clearance > 0) internal::clear_thighs(retargeter, shapes.target, options.clearance, pose, frames);
-  if (options.foot_lock) internal::FootLock(retargeter, pose, frames).apply();
-  if (options.twist) internal::share_twist(internal::TwistJoints(retargeter.target()), pose, frames);
+  const bool person = to.kind() == SkeletonKind::person && from.kind() == to.kind();
+  if (person) internal::ArmClearance(retargeter, shapes, options, pose, frames).apply();
+  if (person && options.clearance > 0)
+    internal::clear_thighs(retargeter, shapes.target, options.clearance, pose, frames);
+  if (person && options.foot_lock) internal::FootLock(retargeter, pose, frames).apply();
+  if (person && options.twist) internal::share_twist(internal::TwistJoints(retargeter.target()), pose, frames);
   internal::move_root(retargeter, pose, frames, options);
   frames.find_moving();
   const internal::RetargetedClip clip(target, retargeter.target().worlds, frames, options.key_tolerance);

@@ -68,10 +68,11 @@ TEST_CASE("the shape of real skeletons gives the roles that their names give" *
   CHECK(static_cast<double>(same) > 0.97 * static_cast<double>(roles));
 }
 
-TEST_CASE("animals and winged creatures are refused, or a warning says that they are hardly people; no figure is" *
+TEST_CASE("creatures are animals, refused, or a warning says that they are hardly people; no figure is" *
           support::needs_shared("data/characters")) {
   const auto doubted = [](const fs::path& file) {
     const npt::JointRoles roles = npt::joint_roles(motion_in(file));
+    if (roles.kind() == npt::SkeletonKind::four_legged) return true;
     if (roles.confidence < npt::least_skeleton_confidence) return true;
     const std::vector<npt::MotionWarning> warnings = npt::motion_warnings(roles, roles);
     return std::ranges::find(warnings, npt::MotionWarningCode::joints_uncertain, &npt::MotionWarning::code) !=
@@ -98,7 +99,31 @@ TEST_CASE("a clip without mesh has the same roles with a prefix before its names
   }
   CHECK(npt::joint_roles(motion_in(folder / "walk.bvh")).joints ==
         npt::joint_roles(motion_in(folder / "walk_other_names.bvh")).joints);
-  CHECK(npt::joint_roles(motion_in(folder / "clip_of_a_horse_without_mesh.glb")).confidence < 0.3);
+}
+
+TEST_CASE("animals' skeletons are known by their names, and by their shape where these are gone" *
+          support::needs_shared("data/glb/Horse.glb")) {
+  const fs::path folder = fs::path(NPT_SHARED) / "data";
+  std::size_t roles = 0, same = 0;
+  for (const char* name : {"glb/Horse", "glb/Donkey", "glb/Cow", "glb/Deer", "glb/Alpaca", "glb/Fox", "glb/Husky",
+                           "awkward/clip_of_a_horse_without_mesh", "characters/creatures/qdino_triceratops",
+                           "characters/creatures/qdino_apatosaurus", "characters/creatures/qdino_stegosaurus"}) {
+    CAPTURE(name);
+    const npt::Motion motion = motion_in(folder / (std::string(name) + ".glb"));
+    const npt::JointRoles named = npt::joint_roles(motion), shaped = roles_without_names(motion);
+    CHECK(named.kind() == npt::SkeletonKind::four_legged);
+    CHECK(named.confidence > 0.9);
+    CHECK(shaped.kind() == npt::SkeletonKind::four_legged);
+    CHECK(shaped.confidence > 0.6);
+    for (std::size_t r = 0; r < npt::joint_role_count; ++r) {
+      if (named.joints[r] == npt::no_item) continue;
+      ++roles;
+      same += named.joints[r] == shaped.joints[r] ? 1U : 0U;
+    }
+  }
+  MESSAGE(same << " of " << roles << " roles by shape as by name");
+  CHECK(static_cast<double>(same) > 0.85 * static_cast<double>(roles));
+  CHECK(npt::joint_roles(motion_in(folder / "characters/creatures/qdino_trex.glb")).confidence < 0.3);
 }
 
 TEST_CASE("clips without mesh that differ in their names alone give a character the same motion" *

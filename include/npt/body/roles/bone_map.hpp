@@ -36,6 +36,7 @@ class BoneMapReader {
       : motion_(motion), roles_(std::move(roles)), file_(file) {}
 
   JointRoles read(std::string_view text) {
+    choose_kind(text);
     lines_ = TextLines(text);
     for (std::string_view line; lines_.next(line);) {
       const auto words = list_words(line);
@@ -43,6 +44,7 @@ class BoneMapReader {
       if (!words || words->size() < 2 || words->size() > 3) fail(found_words(words), "ROLE JOINT [CONFIDENCE]");
       const JointRole role = role_named((*words)[0]);
       if (role == JointRole::none) fail(in_quotes((*words)[0]), "a role: hips, spine, head, leftUpperArm, ...");
+      if ((*words)[0] != roles_.role_name(role)) fail(in_quotes((*words)[0]), "roles of people or of animals alone");
       if (given_[index_of(role)]) fail(in_quotes((*words)[0]) + " twice", "each role once");
       given_[index_of(role)] = true;
       set(role, joint_of((*words)[1]), words->size() == 3 ? confidence_of((*words)[2]) : 1);
@@ -56,6 +58,21 @@ class BoneMapReader {
                  .place = "line " + std::to_string(lines_.number()),
                  .found = std::move(found),
                  .expected = std::move(expected)});
+  }
+
+  /// Where a line names what only the other kind of body has, nothing that was found counts.
+  void choose_kind(std::string_view text) {
+    TextLines lines(text);
+    for (std::string_view line; lines.next(line);) {
+      const auto words = list_words(line);
+      const JointRole role = words && !words->empty() ? role_named(words->front()) : JointRole::none;
+      if (role == JointRole::none || words->front() == roles_.role_name(role)) continue;
+      const bool person = roles_.kind() == SkeletonKind::person;
+      roles_ = JointRoles{};
+      roles_.joints.fill(no_item);
+      roles_.joints.kind = person ? SkeletonKind::four_legged : SkeletonKind::person;
+      return;
+    }
   }
 
   double confidence_of(const std::string& word) const {
@@ -120,7 +137,7 @@ inline std::string format_bone_map(const Motion& motion, const JointRoles& roles
   std::string text = "# role joint confidence\n";
   for (std::size_t r = 0; r < joint_role_count; ++r) {
     if (roles.joints[r] == no_item) continue;
-    text += role_name(static_cast<JointRole>(r)) + " " + internal::name_in_map(motion, roles.joints[r]) + " ";
+    text += roles.role_name(static_cast<JointRole>(r)) + " " + internal::name_in_map(motion, roles.joints[r]) + " ";
     append_number(text, std::round(100 * roles.confidences[r]) / 100);
     text += '\n';
   }

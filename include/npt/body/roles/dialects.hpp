@@ -1,9 +1,12 @@
-/// What tools call the joints of a person: a row for each dialect. Words as joint_name.hpp leaves them, in lower case
-/// and without side, prefix and separators.
+/// What tools call the joints of a person or a four-legged animal: a row for each dialect. Words as joint_name.hpp
+/// leaves them, in lower case and without side, prefix and separators.
 ///   middle    hips, neck, head; joints between hips and neck are found by their place in the skeleton
 ///   arm       shoulder, upper arm, lower arm, hand
 ///   leg       upper leg, lower leg, foot, toes
 ///   digits    fifteen words, of joint_digits
+/// An animal's row calls its forelegs arms, has two more words in the middle, the first joint of the tail and the jaw,
+/// and two for each side:
+///   animal    what stands on the ground below the foreleg's hand, ear
 /// Several words of one joint are separated by '/', the preferred one first; '-': the dialect has none. Where a rig has
 /// a wrist and a hand below it, the wrist is the hand's joint.
 /// Sources   Mixamo's, MotionBuilder's (HumanIK), Unreal's mannequins', VRM 1.0's, VRoid Studio's, 3ds Max' Biped's, Daz
@@ -61,7 +64,7 @@ inline constexpr std::string_view no_digits = "- - - - - - - - - - - - - - -";
 }  // namespace joint_digits
 
 struct JointDialect {
-  std::string_view name, middle, arm, leg, digits;
+  std::string_view name, middle, arm, leg, digits, animal{};
 };
 
 inline constexpr std::array<JointDialect, 19> joint_dialects{{
@@ -99,6 +102,26 @@ inline constexpr std::array<JointDialect, 19> joint_dialects{{
     {"KayKit", "hips neck head", "shoulder upperarm lowerarm wrist/hand", "upperleg lowerleg foot toes",
      joint_digits::no_digits},
     {"Kenney", "root - head", "- arm - -", "leg - - -", joint_digits::no_digits},
+}};
+
+/// npt's is that of examples/sculpt/quadruped.plan.
+inline constexpr std::array<JointDialect, 6> animal_dialects{{
+    {"npt, animals", "pelvis neck1 head tail1 jaw", "scapula shoulder elbow wrist", "hip knee hock hindfoot", "",
+     "forefoot ear"},
+    {"Quaternius, animals", "back neck1/neck head tail1/tail jaw/mouth",
+     "frontshoulder frontupperleg/frontupleg/frontleg1/frontleg frontlowerleg/frontlowleg/frontleg2 "
+     "ikfrontleg/frontfoot/frontfeet",
+     "backleg/backupperleg/backleg1 backupperleg/backleg2 backlowerleg/backleg3 ikbackleg", "", "ff ear1/ear"},
+    {"Quaternius, farm and dinosaurs", "body/hips neck head tail1 jaw/mouth",
+     "frontleg frontupleg/frontupperleg frontlowleg/frontlowerleg frontfoot",
+     "backupleg/backupperleg backlowleg/backlowerleg backfoot backtoes", "", "- ear"},
+    {"Rigify, animals", "spine/hips/pelvis spine008/neck spine011/head tail/tail001 jaw",
+     "shoulder/frontshoulder frontthigh frontshin frontfoot", "thigh shin foot toe", "", "fronttoe ear"},
+    {"Unreal, animals", "pelvis/hips neck01/neck1/neck head tail01/tail1/tail jaw",
+     "clavicle/scapula upperarm/frontupperleg lowerarm/forearm/frontlowerleg hand/frontfoot",
+     "thigh/hindupperleg calf/hindlowerleg foot/hindfoot ball/hindtoes/toes", "", "ball/fronttoes ear/ear1"},
+    {"Biped, animals", "pelvis neck/neck1 head tail/tail1 jaw", "clavicle upperarm forearm hand",
+     "thigh calf horselink/foot foot/toe0", "", "finger0 ear"},
 }};
 
 /// Words before a joint's own that say nothing about it.

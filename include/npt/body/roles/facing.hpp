@@ -1,5 +1,5 @@
-/// Where a skeleton's front is, and so which side is left: toes point forwards, knees bend forwards, elbows backwards,
-/// at rest and in the clip.
+/// Where a skeleton's front is, and so which side is left: a person's toes point forwards, knees bend forwards, elbows
+/// backwards, at rest and in the clip; an animal's forelegs stand before its hind legs.
 #pragma once
 
 #include <npt/base/vec3.hpp>
@@ -40,8 +40,32 @@ inline Vec3d across(const RoleTable& joints, const std::vector<Vec3d>& positions
   return sum;
 }
 
+/// From the ends of a four-legged animal's legs to where they begin; forwards: from the hind legs to the forelegs.
+inline BodyAxes animal_axes(const RoleTable& joints, const std::vector<Vec3d>& positions) {
+  std::array<Vec3d, 2> roots{};
+  std::array<double, 2> counts{};
+  BodyAxes axes{.up = {}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::vector<JointRole> roles = limb_roles(joints.kind, i < 2, i % 2);
+    const auto has = [&](JointRole role) { return joints[index_of(role)] != no_item; };
+    const auto first = std::find_if(roles.begin() + (i < 2 ? 1 : 0), roles.end(), has);
+    const auto last = std::find_if(roles.rbegin(), roles.rend(), has);
+    if (first == roles.end()) continue;
+    const Vec3d root = positions[joints[index_of(*first)]];
+    axes.up += root - positions[joints[index_of(*last)]];
+    roots[i / 2] += root, ++counts[i / 2];
+  }
+  const bool whole = counts[0] > 0 && counts[1] > 0;
+  axes.forward = whole ? roots[0] / counts[0] - roots[1] / counts[1] : Vec3d{0, 0, 1};
+  axes.up = normalised(axes.up);
+  axes.forward = normalised(axes.forward - axes.up * dot(axes.forward, axes.up));
+  axes.left = cross(axes.up, axes.forward);
+  return whole && length(axes.left) > 0 ? axes : BodyAxes{};
+}
+
 /// From the legs to the arms, or to the head.
 inline Vec3d upwards(const RoleTable& joints, const std::vector<Vec3d>& positions) {
+  if (joints.kind == SkeletonKind::four_legged) return animal_axes(joints, positions).up;
   const auto middle = [&](LimbPart part, Vec3d& place) {
     const std::size_t left = joint_of(joints, part, 0), right = joint_of(joints, part, 1);
     if (left != no_item && right != no_item) place = (positions[left] + positions[right]) * 0.5;
@@ -70,6 +94,7 @@ inline Vec3d bend(const std::vector<Vec3d>& positions, std::size_t a, std::size_
 
 /// The axes where the table's left is left.
 inline BodyAxes body_axes(const RoleTable& joints, const std::vector<Vec3d>& positions) {
+  if (joints.kind == SkeletonKind::four_legged) return internal::animal_axes(joints, positions);
   BodyAxes axes;
   axes.up = normalised(internal::upwards(joints, positions));
   const Vec3d left = internal::across(joints, positions);
@@ -84,6 +109,8 @@ inline BodyAxes body_axes(const RoleTable& joints, const std::vector<Vec3d>& pos
 inline double left_is_left(const Motion& motion, const SkeletonShape& shape, const RoleTable& joints) {
   using enum LimbPart;
   const BodyAxes rest = body_axes(joints, shape.positions);
+  if (joints.kind == SkeletonKind::four_legged)
+    return dot(normalised(internal::across(joints, shape.positions)), rest.left);
   double score = 0.02 * rest.forward.z;  // glTF's scenes look along +z
   const auto add_bends = [&](const std::vector<Vec3d>& positions, Vec3d forward, double weight) {
     constexpr std::array<std::array<LimbPart, 3>, 2> limbs{

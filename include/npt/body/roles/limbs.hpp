@@ -1,9 +1,11 @@
 /// Legs, arms and head in the shape of a skeleton, without names: two pairs of like branches, one where the spine
-/// begins and one where it ends.
-/// Limits    bodies with two arms, two legs and a head; which side is which stays open
+/// begins and one where it ends. A person's legs hang opposite to the spine; an animal's limbs all hang square to it
+/// and end at one height.
+/// Limits    bodies with two arms or forelegs, two legs and a head; which side is which stays open
 #pragma once
 
 #include <npt/base/vec3.hpp>
+#include <npt/body/roles/joint_role.hpp>
 #include <npt/body/roles/skeleton_shape.hpp>
 #include <npt/config.hpp>
 #include <npt/scene/scene.hpp>
@@ -35,7 +37,7 @@ namespace internal {
 
 class LimbFinder {
  public:
-  explicit LimbFinder(const SkeletonShape& shape) : shape_(shape) {}
+  LimbFinder(const SkeletonShape& shape, SkeletonKind kind) : shape_(shape), kind_(kind) {}
 
   std::optional<Limbs> find() {
     collect_pairs();
@@ -45,7 +47,7 @@ class LimbFinder {
       for (const BranchPair& arms : pairs_) {
         if (&legs == &arms || !fit(legs, arms)) continue;
         Limbs limbs{.legs = legs, .arms = arms};
-        const double score = judge(limbs);
+        const double score = kind_ == SkeletonKind::person ? judge(limbs) : judge_animal(limbs);
         if (score > most) most = score, best = limbs;
       }
     return best;
@@ -157,8 +159,42 @@ class LimbFinder {
     return score * (0.3 + 0.7 * arms * legs * sides);
   }
 
+  /// The same of four legs. Hind legs are distinguished from forelegs by the head, which unlike a tail branches into
+  /// ears and jaw, or is higher; and by knees, which bend forwards.
+  double judge_animal(Limbs& limbs) const {
+    const Vec3d spine = normalised(middle(limbs.arms) - middle(limbs.legs));
+    const Vec3d hind = ends(limbs.legs) - middle(limbs.legs), fore = ends(limbs.arms) - middle(limbs.arms);
+    const Vec3d down = normalised(hind + fore);
+    if (dot(apart(limbs.legs), apart(limbs.arms)) < 0) std::swap(limbs.arms.branches[0], limbs.arms.branches[1]);
+    limbs.head = find_head(limbs, spine, down * -1.0);
+    const auto at_least = [](double value, double least) { return std::clamp(value / least, 0.0, 1.0); };
+    const double hang = at_least(cosine(hind, down), 0.8) * at_least(cosine(fore, down), 0.8);
+    const double lies = 1 - dot(spine, down) * dot(spine, down);
+    const double off = std::abs(dot(ends(limbs.arms) - ends(limbs.legs), down));
+    const double level = std::clamp(2 - 4 * off / std::max(length(hind), length(fore)), 0.0, 1.0);
+    const double sides = at_least(cosine(apart(limbs.legs), apart(limbs.arms)), 0.6);
+    // A hand's fingers hang so, too, but are short: legs of an apatosaur with its long neck are 0.15 of the way down.
+    const double large = at_least(std::min(limbs.legs.length, limbs.arms.length) / shape_.size, 0.15);
+    limbs.confidence = std::min(limbs.legs.likeness, limbs.arms.likeness) * hang * lies * level * sides * large *
+                       (limbs.head.empty() ? 0.5 : 1);
+    double front = 0;
+    for (const std::size_t joint : limbs.head) front += shape_.children[joint].size() > 1 ? 0.3 : 0;
+    if (!limbs.head.empty()) front -= dot(shape_.positions[limbs.head.back()] - middle(limbs.arms), down) / shape_.size;
+    for (const std::size_t leg : limbs.legs.branches) front += 0.5 * knee(leg, spine);
+    return (limbs.legs.length + limbs.arms.length) * limbs.confidence * (1 + at_least(front, 1));
+  }
+
+  /// How far the first bend of a leg, behind what only ties it to the trunk, stands off forwards.
+  double knee(std::size_t branch, Vec3d forward) const {
+    const std::vector<std::size_t> path = shape_.longest_path(branch);
+    if (path.size() < 4) return 0;
+    const Vec3d line = shape_.positions[path[3]] - shape_.positions[path[1]];
+    return dot(shape_.positions[path[2]] - (shape_.positions[path[1]] + line * 0.5), forward) / length(line);
+  }
+
   /// The branch of the arms' joint that goes on where the spine ends.
-  std::vector<std::size_t> find_head(const Limbs& limbs, Vec3d spine) const {
+  /// up: of an animal, whose neck may rise from there
+  std::vector<std::size_t> find_head(const Limbs& limbs, Vec3d spine, Vec3d up = {}) const {
     std::size_t best = no_item;
     double most = 0;
     for (const std::size_t child : shape_.children[limbs.arms.joint]) {
@@ -168,20 +204,22 @@ class LimbFinder {
       const Vec3d way = shape_.positions[shape_.longest_path(child).back()] - middle(limbs.arms);
       const double along = dot(way, normalised(spine)) + 0.02 * shape_.size;
       const double aside = length(way - normalised(spine) * dot(way, normalised(spine)));
-      if (const double score = along - 0.7 * aside; score > most) most = score, best = child;
+      const double score = up == Vec3d{} ? along - 0.7 * aside : along + 0.5 * dot(way, up);
+      if (score > most) most = score, best = child;
     }
     return best == no_item ? std::vector<std::size_t>{} : shape_.longest_path(best);
   }
 
   const SkeletonShape& shape_;
+  SkeletonKind kind_;
   std::vector<BranchPair> pairs_;
 };
 
 }  // namespace internal
 
 /// Nothing where no two pairs of branches make a body, as where all joints are in one place.
-inline std::optional<Limbs> find_limbs(const SkeletonShape& shape) {
-  return shape.size > 0 ? internal::LimbFinder(shape).find() : std::nullopt;
+inline std::optional<Limbs> find_limbs(const SkeletonShape& shape, SkeletonKind kind = SkeletonKind::person) {
+  return shape.size > 0 ? internal::LimbFinder(shape, kind).find() : std::nullopt;
 }
 
 }  // namespace npt::inline NPT_ABI

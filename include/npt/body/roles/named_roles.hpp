@@ -12,6 +12,7 @@
 #include <array>
 #include <cstddef>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -19,8 +20,10 @@
 
 namespace npt::inline NPT_ABI {
 
-/// The joint of each role; no_item: none.
-using RoleTable = std::array<std::size_t, joint_role_count>;
+/// The joint of each role; no_item: none. kind: of the body whose roles they are
+struct RoleTable : std::array<std::size_t, joint_role_count> {
+  SkeletonKind kind = SkeletonKind::person;
+};
 
 struct NamedRoles {
   RoleTable joints{};
@@ -85,7 +88,8 @@ class JointsByName {
 /// Calls f(role, words) for each role that a dialect has words for, and side of it (2: the middle).
 template <class F>
 void each_role(const JointDialect& dialect, F&& f) {
-  constexpr std::array<JointRole, 3> middle{JointRole::hips, JointRole::neck, JointRole::head};
+  constexpr std::array<JointRole, 5> middle{JointRole::hips, JointRole::neck, JointRole::head, JointRole::tail_1,
+                                            JointRole::jaw};
   std::size_t i = 0;
   each_part(dialect.middle, ' ', [&](std::string_view words) {
     if (words != "-") f(middle[i], words, std::size_t{2});
@@ -98,6 +102,12 @@ void each_role(const JointDialect& dialect, F&& f) {
         if (words != "-") f(limb_role(static_cast<LimbPart>(part), side), words, side);
         ++part;
       });
+    std::array<JointRole, 2> more{JointRole::left_fore_toes, JointRole::left_ear};
+    part = 0;
+    each_part(dialect.animal, ' ', [&](std::string_view words) {
+      if (words != "-") f(side == 0 ? more[part] : mirrored(more[part]), words, side);
+      ++part;
+    });
   }
 }
 
@@ -126,7 +136,7 @@ inline std::size_t add_bones(const Motion& motion, RoleTable& joints) {
              : bone.ends_with("Intermediate") ? bone.substr(0, thumb) + "ThumbProximal"
                                               : bone;
     const JointRole role = role_named(bone);
-    if (role == JointRole::none || joints[index_of(role)] != no_item) continue;
+    if (role == JointRole::none || index_of(role) >= limb_role_end || joints[index_of(role)] != no_item) continue;
     joints[index_of(role)] = j;
     ++added;
   }
@@ -137,18 +147,20 @@ inline std::size_t add_bones(const Motion& motion, RoleTable& joints) {
 
 /// As a VRM file says itself, or by the dialect that knows most joints, then by the next ones for what it leaves open.
 /// Joints between hips and neck are left out: every tool counts them in its own way.
-inline NamedRoles named_roles(const Motion& motion) {
+inline NamedRoles named_roles(const Motion& motion, SkeletonKind kind = SkeletonKind::person) {
   const internal::JointsByName names(motion);
+  const bool person = kind == SkeletonKind::person;
   RoleTable nothing;
   nothing.fill(no_item);
+  nothing.kind = kind;
   std::vector<std::pair<std::size_t, const JointDialect*>> order;
-  for (const JointDialect& dialect : joint_dialects) {
+  for (const JointDialect& dialect : person ? std::span<const JointDialect>(joint_dialects) : animal_dialects) {
     RoleTable own = nothing;
     order.emplace_back(internal::add_roles(dialect, names, own), &dialect);
   }
   std::ranges::stable_sort(order, [](const auto& a, const auto& b) { return a.first > b.first; });
   NamedRoles roles{.joints = nothing};
-  if (const std::size_t told = internal::add_bones(motion, roles.joints); told > 0)
+  if (const std::size_t told = person ? internal::add_bones(motion, roles.joints) : 0; told > 0)
     roles.known = told, roles.dialect = "VRM's bones";
   for (const auto& [count, dialect] : order) roles.known += internal::add_roles(*dialect, names, roles.joints);
   if (roles.known > 0 && roles.dialect.empty()) roles.dialect = order.front().second->name;

@@ -5,6 +5,7 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/roles/facing.hpp>
+#include <npt/body/roles/joint_role.hpp>
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/config.hpp>
 #include <npt/scene/motion.hpp>
@@ -45,8 +46,8 @@ inline Vec3d mean_up(const Motion& motion, const JointRoles& roles) {
 }  // namespace internal
 
 /// The motion in metres with y up: its height becomes a person's in the first of metres, centimetres, millimetres,
-/// inches and CMU's unit (0.45 inch scaled to metres, 0.05644) that makes it 1.2 to 2.2 metres, else 1.7 metres.
-/// One without legs and arms stays as it is.
+/// inches and CMU's unit (0.45 inch scaled to metres, 0.05644) that makes it 1.2 to 2.2 metres, else 1.7 metres; an
+/// animal's, from a mouse's to a dinosaur's, 0.1 to 10 metres, else 1 metre. One without legs and arms stays as it is.
 inline Motion placed_motion(Motion motion) {
   const JointRoles roles = joint_roles(motion);
   if (roles.confidence < 0.3) return motion;
@@ -58,7 +59,8 @@ inline Motion placed_motion(Motion motion) {
   }
   const double height = high - low;
   if (!(height > 0)) return motion;
-  constexpr double least = 1.2, most = 2.2, usual = 1.7;
+  const bool person = roles.kind() == SkeletonKind::person;
+  const double least = person ? 1.2 : 0.1, most = person ? 2.2 : 10, usual = person ? 1.7 : 1;
   double unit = usual / height;
   for (const double known : {0.05644, 0.0254, 0.001, 0.01, 1.0})
     if (height * known >= least && height * known <= most) unit = known;

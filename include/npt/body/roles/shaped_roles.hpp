@@ -1,5 +1,6 @@
 /// The roles of joints as the shape of the skeleton has them, without names: limbs from limbs.hpp, cut into their
 /// joints by the lengths of their bones. Sides are those of the branches: the first one counts as left.
+/// An animal's limbs are cut by the direction of their bones: what leads aside ties a limb to the trunk.
 /// Limits    four fingers count as thumb, index, middle and little finger, three as the first three of them
 #pragma once
 
@@ -25,9 +26,13 @@ namespace internal {
 
 class LimbCutter {
  public:
-  LimbCutter(const SkeletonShape& shape, const Limbs& limbs) : shape_(shape), limbs_(limbs) { joints_.fill(no_item); }
+  LimbCutter(const SkeletonShape& shape, const Limbs& limbs, SkeletonKind kind) : shape_(shape), limbs_(limbs) {
+    joints_.fill(no_item);
+    joints_.kind = kind;
+  }
 
   RoleTable cut() {
+    if (joints_.kind == SkeletonKind::four_legged) return cut_animal();
     for (std::size_t side = 0; side < 2; ++side) {
       cut_leg(side);
       cut_arm(side);
@@ -59,6 +64,75 @@ class LimbCutter {
         path.back() = joint;
     }
     return path;
+  }
+
+  RoleTable cut_animal() {
+    for (std::size_t side = 0; side < 2; ++side) {
+      cut_animal_limb(limbs_.legs, false, side);
+      cut_animal_limb(limbs_.arms, true, side);
+    }
+    // The neck begins before the forelegs, the head where ears and jaw do.
+    const auto at = [&](const BranchPair& pair) {
+      return (shape_.positions[pair.branches[0]] + shape_.positions[pair.branches[1]]) * 0.5;
+    };
+    const Vec3d chest = at(limbs_.arms), forward = normalised(chest - at(limbs_.legs));
+    std::vector<std::size_t> neck;
+    for (const std::size_t joint : limbs_.head) {
+      if (shape_.ends[joint]) break;
+      if (dot(shape_.positions[joint] - chest, forward) > -0.02 * shape_.size) neck.push_back(joint);
+      if (!neck.empty() && neck.back() == joint && branches_at(joint) > 1) break;
+    }
+    if (!neck.empty()) set(JointRole::head, neck.back());
+    if (neck.size() > 1) set(JointRole::neck, neck.front());
+    set(JointRole::hips, shape_.common(limbs_.legs.joint, limbs_.arms.joint));
+    cut_tail(forward);
+    return joints_;
+  }
+
+  void cut_animal_limb(const BranchPair& pair, bool arm, std::size_t side) {
+    const std::vector<std::size_t> path = shape_.longest_path(pair.branches[side]);
+    const Vec3d limb = normalised(shape_.positions[path.back()] - shape_.positions[path.front()]);
+    std::size_t first = 0;
+    while (first + 2 < path.size() &&
+           dot(normalised(shape_.positions[path[first + 1]] - shape_.positions[path[first]]), limb) < 0.5)
+      ++first;
+    std::vector<JointRole> roles = limb_roles(joints_.kind, arm, side);
+    if (arm && first > 0) set(roles.front(), path[first - 1]);
+    if (arm) roles.erase(roles.begin());
+    std::size_t next = 0;
+    for (std::size_t i = first; i < path.size() && next < roles.size() && !shape_.ends[path[i]]; ++i)
+      set(roles[next++], path[i]);
+    for (std::size_t joint = stands_at(path.back()); joint != no_item && next < roles.size();) {
+      set(roles[next++], joint);
+      joint = shape_.children[joint].empty() || shape_.ends[shape_.children[joint].front()]
+                  ? no_item
+                  : shape_.children[joint].front();
+    }
+  }
+
+  /// A joint that a rig moves by itself in the place where a limb's last one ends.
+  std::size_t stands_at(std::size_t end) const {
+    for (std::size_t j = 0; j < shape_.count(); ++j)
+      if (!shape_.ends[j] && !shape_.is_below(end, j) && shape_.distance(j, end) < one_place()) return j;
+    return no_item;
+  }
+
+  /// The longest branch that leads backwards from the hips or what they hang from, without legs and trunk.
+  void cut_tail(Vec3d forward) {
+    double most = 0.1 * shape_.size;
+    const std::size_t hips = joints_[index_of(JointRole::hips)];
+    for (std::size_t j = 0; j < shape_.count(); ++j) {
+      const std::size_t parent = shape_.parents[j];
+      if (parent == no_item || shape_.ends[j] || !shape_.is_below(parent, hips)) continue;
+      bool other =
+          !limbs_.head.empty() && (shape_.is_below(limbs_.head.back(), j) || shape_.is_below(j, limbs_.head.front()));
+      for (const BranchPair* pair : {&limbs_.legs, &limbs_.arms})
+        for (const std::size_t branch : pair->branches)
+          other = other || shape_.is_below(branch, j) || shape_.is_below(j, branch);
+      if (other) continue;
+      const Vec3d way = shape_.positions[shape_.longest_path(j).back()] - shape_.positions[hips];
+      if (shape_.reach[j] > most && dot(way, forward) < 0) most = shape_.reach[j], set(JointRole::tail_1, j);
+    }
   }
 
   /// Where the upper bone of a limb begins: it and the next one are the longest two in a row, on both sides, so that
@@ -297,8 +371,9 @@ class LimbCutter {
 
 }  // namespace internal
 
-inline RoleTable shaped_roles(const SkeletonShape& shape, const Limbs& limbs) {
-  return internal::LimbCutter(shape, limbs).cut();
+inline RoleTable shaped_roles(const SkeletonShape& shape, const Limbs& limbs,
+                              SkeletonKind kind = SkeletonKind::person) {
+  return internal::LimbCutter(shape, limbs, kind).cut();
 }
 
 }  // namespace npt::inline NPT_ABI

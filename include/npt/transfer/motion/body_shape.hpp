@@ -319,8 +319,10 @@ class BodyShapeMaker {
 
 }  // namespace internal
 
-/// Requires  the motion and the roles of a skeleton of the scene. Empty where no skin moves with the skeleton.
+/// Requires  the motion and the roles of a skeleton of the scene. Empty where no skin moves with the skeleton, and for
+/// animals.
 inline BodyShape body_shape(const Scene& scene, const Motion& motion, const JointRoles& roles) {
+  if (roles.kind() != SkeletonKind::person) return {};
   return internal::BodyShapeMaker(scene, motion, roles).make();
 }
 

@@ -13,6 +13,7 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/joint_names.hpp>
 #include <npt/body/roles/joint_role.hpp>
+#include <npt/body/roles/joint_roles.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/points.hpp>
@@ -143,6 +144,11 @@ inline Motion motion_of(const Character& character, JointNames names = JointName
 inline MotionSkeleton motion_skeleton(const Character& character, const std::string& name,
                                       JointNames names = JointNames::vrm, double unit = 1) {
   MotionSkeleton made{motion_of(character, names, unit), {}, {}, name};
+  if (character.skeleton()->names.front() != joint_name(0, JointNames::vrm)) {  // no person's: as its plan names joints
+    made.roles = joint_roles(made.motion);
+    if (made.roles.kind() == SkeletonKind::four_legged) made.roles.confidence = 1;
+    return made;
+  }
   made.roles.joints.fill(no_item);
   for (std::size_t j = 0; j < made.motion.joints.size(); ++j) {
     const JointRole role = role_named(joint_name(made.motion.joints[j].node, JointNames::vrm));

@@ -7,6 +7,7 @@
 #include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/roles/feet_apart.hpp>
+#include <npt/body/roles/joint_chains.hpp>
 #include <npt/body/roles/joint_role.hpp>
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/config.hpp>
@@ -14,6 +15,7 @@
 #include <npt/scene/scene.hpp>
 #include <npt/transfer/motion/retarget_side.hpp>
 #include <npt/transfer/motion/straight_stance.hpp>
+#include <npt/transfer/motion/upright_stance.hpp>
 
 #include <algorithm>
 #include <array>
@@ -30,8 +32,9 @@ namespace internal {
 class JointRetargeter {
  public:
   JointRetargeter(const Motion& source, const JointRoles& from, const Motion& target, const JointRoles& to)
-      : from_(source, from, reference_pose(source, from)),
-        to_(target, to),
+      : across_kinds_(from.kind() != to.kind()),
+        from_(source, from, across_kinds_ ? UprightStance(source, from).worlds() : reference_pose(source, from)),
+        to_(target, to, across_kinds_ ? UprightStance(target, to).worlds() : bound_worlds(target)),
         parts_(target.joints.size()),
         follows_(feet_apart(target, to)),
         moving_(target.joints.size()) {
@@ -39,6 +42,8 @@ class JointRetargeter {
     from_.find_ground();
     const double own = to_.leg(), other = from_.leg();
     if (own > 0 && other > 0) scale_ = own / other;
+    chains_ = {joint_chains(source, from, across_kinds_), joint_chains(target, to, across_kinds_)};
+    likes_ = same_joints(source, from, target, to);
     for (std::size_t j = 0; j < target.joints.size(); ++j) {
       const std::size_t parent = target.joints[j].parent;
       parts_[j] = place_of(inverse(parent == no_item ? target.base : to_.worlds[parent]) * to_.worlds[j]);
@@ -60,12 +65,12 @@ class JointRetargeter {
       const Affine& outer = parent == no_item ? to_.motion.base : worlds[parent];
       rotations[j] = above * places[j].rotation;
       const JointRole role = to_.roles.role_of(j);
-      if (role != JointRole::none)
-        if (const std::optional<Quaternion> turn = turn_for(role, now)) {
-          rotations[j] = across_ * *turn * inverse(across_) * corrections_[index_of(role)] * to_.rotations[j];
-          places[j].rotation = normalised(inverse(above) * rotations[j]);
-          moving_[j][0] = true;
-        }
+      if (const std::optional<Quaternion> turn = turn_for(j, role, now)) {
+        const Quaternion correction = role == JointRole::none ? Quaternion{} : corrections_[index_of(role)];
+        rotations[j] = across_ * *turn * inverse(across_) * correction * to_.rotations[j];
+        places[j].rotation = normalised(inverse(above) * rotations[j]);
+        moving_[j][0] = true;
+      }
       if (role == JointRole::hips) place_hips(j, outer, source, places[j]);
       for (const auto& [foot, knee] : follows_)
         if (j == foot) {
@@ -87,9 +92,11 @@ class JointRetargeter {
   const std::vector<FootApart>& follows() const { return follows_; }
 
  private:
-  /// Between two rests: from the direction of the target's bone to that of the source's.
+  /// Between two rests: from the direction of the target's bone to that of the source's. Animals keep how their species
+  /// stands.
   void correct_limbs() {
-    for (std::size_t r = middle_role_count; r < joint_role_count; ++r) {
+    if (across_kinds_ || to_.roles.kind() == SkeletonKind::four_legged) return;
+    for (std::size_t r = middle_role_count; r < limb_role_end; ++r) {
       const auto role = static_cast<JointRole>(r);
       const LimbPart part = part_of(role);
       if (part == LimbPart::shoulder || part == LimbPart::foot || part == LimbPart::toes) continue;
@@ -115,41 +122,40 @@ class JointRetargeter {
       for (std::size_t j = 0; j < parts_.size(); ++j)
         if (late[j] == now) order_.push_back(j);
   }
-  /// How a joint of the source has turned since its rest; nothing where it has none of the role.
-  std::optional<Quaternion> turn_of(JointRole role, const std::vector<Quaternion>& now) const {
-    const std::size_t joint = from_.roles.joint(role);
+  /// How a joint of the source has turned since its rest; nothing where there is none.
+  std::optional<Quaternion> turn_of(std::size_t joint, const std::vector<Quaternion>& now) const {
     if (joint == no_item) return std::nullopt;
     return now[joint] * inverse(from_.rotations[joint]);
   }
 
-  /// Of the spine's joints that a skeleton has, the roles in their order.
-  static std::vector<JointRole> spine_of(const JointRoles& roles) {
-    std::vector<JointRole> spine;
-    for (const JointRole role : {JointRole::spine, JointRole::chest, JointRole::upper_chest})
-      if (roles.joint(role) != no_item) spine.push_back(role);
-    return spine;
-  }
-
-  std::optional<Quaternion> spine_turn(JointRole role, const std::vector<Quaternion>& now) const {
-    const std::vector<JointRole> own = spine_of(to_.roles), other = spine_of(from_.roles);
-    const std::optional<Quaternion> hips = turn_of(JointRole::hips, now);
-    if (!hips || other.empty()) return hips;
-    const auto place = static_cast<std::size_t>(std::ranges::find(own, role) - own.begin()) + 1;
-    const double along = static_cast<double>(place * other.size()) / static_cast<double>(own.size());
+  /// By its place in the chain, whatever the number of joints; a chain that the source lacks goes with what carries it.
+  std::optional<Quaternion> chain_turn(std::size_t chain, std::size_t own, const std::vector<Quaternion>& now) const {
+    const std::vector<std::size_t>& other = chains_[0][chain];
+    std::optional<Quaternion> base = turn_of(from_.roles.joint(JointRole::hips), now);
+    if (const std::vector<std::size_t>& spine = chains_[0].front(); chain == neck_chain && !spine.empty())
+      base = turn_of(spine.back(), now);
+    if (!base || other.empty()) return base;
+    const double along = static_cast<double>((own + 1) * other.size()) / static_cast<double>(chains_[1][chain].size());
     const auto above = static_cast<std::size_t>(std::ceil(along));  // from 1 on
     const Quaternion high = *turn_of(other[above - 1], now);
-    const Quaternion low = above == 1 ? *hips : *turn_of(other[above - 2], now);
+    const Quaternion low = above == 1 ? *base : *turn_of(other[above - 2], now);
     const double share = along - static_cast<double>(above - 1);
     return share == 1 ? high : slerp(low, high, share);
   }
 
-  std::optional<Quaternion> turn_for(JointRole role, const std::vector<Quaternion>& now) const {
-    if (role >= JointRole::spine && role <= JointRole::upper_chest) return spine_turn(role, now);
-    const std::optional<Quaternion> own = turn_of(role, now);
+  std::optional<Quaternion> turn_for(std::size_t joint, JointRole role, const std::vector<Quaternion>& now) const {
+    for (std::size_t chain = 0; chain < chains_[1].size(); ++chain) {
+      const std::vector<std::size_t>& own = chains_[1][chain];
+      if (const auto at = std::ranges::find(own, joint); at != own.end())
+        return chain_turn(chain, static_cast<std::size_t>(at - own.begin()), now);
+    }
+    if (role == JointRole::none) return turn_of(likes_[joint], now);
+    const std::optional<Quaternion> own = turn_of(from_.roles.joint(role), now);
     if (own || role != JointRole::neck) return own;
-    const std::optional<Quaternion> head = turn_of(JointRole::head, now);
-    const std::vector<JointRole> spine = spine_of(from_.roles);
-    const std::optional<Quaternion> chest = turn_of(spine.empty() ? JointRole::hips : spine.back(), now);
+    const std::optional<Quaternion> head = turn_of(from_.roles.joint(JointRole::head), now);
+    const std::vector<std::size_t>& spine = chains_[0].front();
+    const std::optional<Quaternion> chest =
+        turn_of(spine.empty() ? from_.roles.joint(JointRole::hips) : spine.back(), now);
     return head && chest ? std::optional(slerp(*chest, *head, 0.5)) : std::nullopt;
   }
 
@@ -162,8 +168,11 @@ class JointRetargeter {
     moving_[hips][1] = true;
   }
 
+  bool across_kinds_;  ///< from a person to an animal or back
   RetargetSide from_, to_;
-  Quaternion across_{};  ///< from the source's directions to the target's
+  std::array<JointChains, 2> chains_;  ///< of source and target
+  std::vector<std::size_t> likes_;     ///< [joints] the source's joint of the same name, where none has a role
+  Quaternion across_{};                ///< from the source's directions to the target's
   double scale_ = 1;
   std::vector<NodePlace> parts_;  ///< [joints] of the target, in their parents, as it was bound
   std::array<Quaternion, joint_role_count> corrections_{};

@@ -3,7 +3,7 @@
 ///   MotionSkeleton hero = motion_skeleton(scene, "hero.glb");                 of a character
 ///   MotionSkeleton mine = motion_skeleton(scene, "mine.glb", {text, "bones.txt"});
 /// Errors    npt::Error that names the file: a scene without a skeleton, joints that form a ring, keys that are no
-///           numbers, a skeleton that isn't recognised as a person's, one without hips, a bone map that doesn't fit
+///           numbers, a skeleton that is recognised as nobody's, one without hips, a bone map that doesn't fit
 #pragma once
 
 #include <npt/base/error.hpp>
@@ -38,8 +38,8 @@ struct MotionSkeleton {
   std::string name{};
 };
 
-/// The confidence below which a skeleton isn't taken for a person's, unless a bone map says it. Of 53 figures all are
-/// above, a head and two arms alone (0.34) as well; of 22 animals four, which get a warning.
+/// The confidence below which a skeleton isn't taken for a person's or an animal's, unless a bone map says it. Of 53
+/// figures all are above, a head and two arms alone (0.34) as well.
 inline constexpr double least_skeleton_confidence = 0.3;
 
 namespace internal {
@@ -52,6 +52,17 @@ inline double mapped_confidence(const JointRoles& roles) {
   return sum / static_cast<double>(all.size());
 }
 
+inline ErrorParts unknown_skeleton(const MotionSkeleton& skeleton) {
+  const auto percent = [&](SkeletonKind kind) {
+    return std::to_string(std::lround(100 * joint_roles(skeleton.motion, kind).confidence)) + " %)";
+  };
+  return {.file = skeleton.name,
+          .found = "a skeleton that is not recognised as a person's (confidence " + percent(SkeletonKind::person) +
+                   ", nor as a four-legged animal's (" + percent(SkeletonKind::four_legged),
+          .expected = "one of both, or a bone map (--bone-map) that says which joint is which",
+          .code = ErrorCode::not_recognised};
+}
+
 }  // namespace internal
 
 /// `name`: of its file, for messages. `scene`: that the motion was made of, for the shape of the body; nullptr: none
@@ -61,11 +72,7 @@ inline MotionSkeleton motion_skeleton(Motion motion, std::string name, const Bon
   MotionSkeleton made{std::move(motion), {}, {}, std::move(name)};
   made.roles = joint_roles(made.motion);
   if (map.text.empty() && made.roles.confidence < least_skeleton_confidence)
-    throw Error({.file = made.name,
-                 .found = "a skeleton that is not recognised as a person's (confidence " +
-                          std::to_string(std::lround(100 * made.roles.confidence)) + " %)",
-                 .expected = "a person's, or a bone map (--bone-map) that says which joint is which",
-                 .code = ErrorCode::not_recognised});
+    throw Error(internal::unknown_skeleton(made));
   if (!map.text.empty()) {
     made.roles = parse_bone_map(map.text, made.motion, made.roles, map.file);
     made.roles.confidence = internal::mapped_confidence(made.roles);

@@ -25,6 +25,7 @@ enum class MotionWarningCode {
 struct MotionWarning {
   MotionWarningCode code = MotionWarningCode::joints_uncertain;
   MeshRole skeleton = MeshRole::identity;  ///< identity: the character's, pose: the motion's
+  SkeletonKind kind = SkeletonKind::person;
   double value = 0;
   std::vector<JointRole> roles{};
 
@@ -56,19 +57,20 @@ inline void warn_of_skeleton(const JointRoles& own, const JointRoles& other, Mes
   // A figure without arms or legs is certain of what it has: the next warning names what it lacks.
   constexpr double certain = 0.6;
   if (own.confidence * static_cast<double>(all.size()) < certain * there)
-    warnings.push_back({MotionWarningCode::joints_uncertain, which, own.confidence, {}});
-  if (!missing.empty()) warnings.push_back({MotionWarningCode::joints_missing, which, 0, std::move(missing)});
+    warnings.push_back({MotionWarningCode::joints_uncertain, which, own.kind(), own.confidence, {}});
+  if (!missing.empty())
+    warnings.push_back({MotionWarningCode::joints_missing, which, own.kind(), 0, std::move(missing)});
 }
 
 /// "head, leftFoot, both LowerArm"
-inline std::string listed(const std::vector<JointRole>& roles) {
+inline std::string listed(const std::vector<JointRole>& roles, SkeletonKind kind) {
   const auto has = [&roles](JointRole role) { return std::find(roles.begin(), roles.end(), role) != roles.end(); };
   std::string text;
   for (const JointRole role : roles) {
     const bool both = is_of_limb(role) && has(mirrored(role));
     if (both && side_of(role) == 1) continue;
     if (!text.empty()) text += ", ";
-    text += both ? "both " + std::string(limb_part_names[static_cast<std::size_t>(part_of(role))]) : role_name(role);
+    text += both ? "both " + part_name(part_of(role), kind) : role_name(role, kind);
   }
   return text;
 }
@@ -87,9 +89,10 @@ inline std::string text_of(const MotionWarning& warning, const std::string& iden
   const bool of_target = warning.skeleton == MeshRole::identity;
   const std::string& name = of_target ? identity : pose;
   if (warning.code == MotionWarningCode::joints_uncertain)
-    return name + " hardly looks like a person's skeleton, so which joint is which is uncertain (confidence " +
+    return name + " hardly looks like a " + std::string(to_string(warning.kind)) +
+           "'s skeleton, so which joint is which is uncertain (confidence " +
            std::to_string(std::lround(100 * warning.value)) + " %); a bone map (--bone-map) says it";
-  return name + " has no joint for " + internal::listed(warning.roles) +
+  return name + " has no joint for " + internal::listed(warning.roles, warning.kind) +
          (of_target ? ": what the clip does with it is left out" : ": it stays in the character's rest");
 }
 

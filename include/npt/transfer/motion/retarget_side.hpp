@@ -52,7 +52,13 @@ struct RetargetSide {
       : motion(from), roles(own), worlds(std::move(reference)), rotations(world_rotations(worlds)) {
     std::vector<Vec3d> positions;
     for (const Affine& world : worlds) positions.push_back(world.shift);
+    // An animal's forelegs are before its hind legs where it stands on all of them, as it was bound.
     BodyAxes axes = body_axes(roles.joints, positions);
+    if (roles.kind() == SkeletonKind::four_legged) {
+      std::vector<Vec3d> bound;
+      for (const Affine& world : bound_worlds(from)) bound.push_back(world.shift);
+      axes = body_axes(roles.joints, bound);
+    }
     if (axes.up.y > 0.7) {  // who stands, stands upright, or else the way of a walk would lean as the spine does
       axes.up = {0, 1, 0};
       axes.left = normalised(Vec3d{axes.left.x, 0, axes.left.z});
@@ -66,6 +72,7 @@ struct RetargetSide {
     else if (hips != no_item)
       middle = positions[hips];
     pelvis = middle;
+    if (roles.kind() == SkeletonKind::four_legged) return;  // whose legs are bent where it stands
     if (leg() > 0 && axes.up == Vec3d{0, 1, 0}) pelvis.y = lowest_of_legs(roles, worlds) + standing_height();
   }
 
@@ -90,10 +97,17 @@ struct RetargetSide {
     const std::size_t hips = roles.joint(JointRole::hips);
     return hips == no_item ? middle : at[hips](inverse(worlds[hips])(middle));
   }
-  /// Thigh and shin, the mean of both sides; 0 where there are none.
+  /// Thigh and shin, the mean of both sides, and all bones of an animal's hind leg; 0 where there are none.
   double leg() const {
     double sum = 0;
     for (std::size_t side = 0; side < 2; ++side) {
+      if (roles.kind() == SkeletonKind::four_legged) {
+        const std::vector<JointRole> limb = limb_roles(roles.kind(), false, side);
+        for (std::size_t i = 1; i < limb.size(); ++i)
+          if (roles.joint(limb[i]) != no_item && roles.joint(limb[i - 1]) != no_item)
+            sum += length(worlds[roles.joint(limb[i])].shift - worlds[roles.joint(limb[i - 1])].shift) / 2;
+        continue;
+      }
       const std::size_t hip = roles.joint(LimbPart::upper_leg, side), knee = roles.joint(LimbPart::lower_leg, side);
       const std::size_t foot = roles.joint(LimbPart::foot, side);
       if (hip == no_item || knee == no_item) continue;

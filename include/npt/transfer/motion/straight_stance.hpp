@@ -53,7 +53,9 @@ class StraightStance {
   /// Whether the skeleton's reference is a rest that no standing body has.
   bool is_needed() const {
     const auto bound = [this](std::size_t joint) { return joint != no_item && motion_.joints[joint].bind.has_value(); };
-    if (!stands_ || std::any_of(roles_.joints.begin(), roles_.joints.end(), bound)) return false;
+    if (!stands_ || roles_.kind() != SkeletonKind::person ||
+        std::any_of(roles_.joints.begin(), roles_.joints.end(), bound))
+      return false;
     using enum LimbPart;
     bool crouched = false;
     for (const LimbPart part : {upper_leg, lower_leg, upper_arm, lower_arm}) {
