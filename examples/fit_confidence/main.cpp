@@ -6,22 +6,29 @@
 //
 // Each file is followed by its family: files of one artist, base mesh or kind, which count as one. A rig is measured as
 // it is bound and in frames of its clips, a body in natural and in wide poses, half of them pointing anywhere, a thing
-// as it is and in frames of its clips.
-// Columns   name, family, person (0 or 1), error and worst_error: mean and largest distance of the joints that a limb
-//           or the neck begins with, by the height of the figure; features of the estimate; confidence; seconds
+// as it is and in frames of its clips. The kind of body is the weights file's: people, or another one, whose rigs are
+// measured as bodies with its plan's joints (training/rigged_quadruped.hpp), looking anywhere along the ground.
+// Columns   name, family, person (1: of the kind, 0: a thing), error and worst_error: mean and largest distance of the
+//           joints of limbs and where the neck begins, by the longest side of the figure as it is bound; features of
+//           the estimate; confidence; seconds
 // With --joints FILE, a row for each of these joints, too: its error, what the correspondences about it say against it,
 // and its own confidence.
 #include <formats/read.hpp>
 #include <progress.hpp>
+#include <training/rigged_quadruped.hpp>
 
 #include <npt/base/as_span.hpp>
 #include <npt/base/default_executor.hpp>
 #include <npt/base/random.hpp>
+#include <npt/base/rotation.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/body_file.hpp>
+#include <npt/body/body_kind.hpp>
+#include <npt/body/body_plan.hpp>
+#include <npt/body/kind_file.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/people_kind.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/estimate/body_estimator.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/estimate/fitted_body.hpp>
@@ -36,7 +43,6 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -47,7 +53,9 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <numbers>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -68,8 +76,8 @@ struct Case {
   bool person = true;
   std::vector<float> xyz{};
   std::vector<npt::Triangle> triangles{};
-  std::array<std::optional<npt::Vec3d>, npt::smpl_joint_count> joints{};
-  double height = 0;  // in its unit
+  std::vector<std::optional<npt::Vec3d>> joints{};  // [J] or none
+  double height = 0;                                // in its unit
 };
 using CaseMaker = std::function<Case()>;
 
@@ -80,14 +88,19 @@ std::pair<std::string, std::string> file_and_family(const std::string& argument)
   return {argument.substr(0, sign), argument.substr(sign + 1)};
 }
 
-/// Joints that every person has, and rigs put into about the same places.
-constexpr std::array measured_joints = npt::joint_indices(
-    npt::SmplJoint::left_hip, npt::SmplJoint::right_hip, npt::SmplJoint::left_knee, npt::SmplJoint::right_knee,
-    npt::SmplJoint::left_ankle, npt::SmplJoint::right_ankle, npt::SmplJoint::neck, npt::SmplJoint::left_shoulder,
-    npt::SmplJoint::right_shoulder, npt::SmplJoint::left_elbow, npt::SmplJoint::right_elbow, npt::SmplJoint::left_wrist,
-    npt::SmplJoint::right_wrist);
+/// Joints that all of a kind have, and rigs put into about the same places.
+std::vector<std::size_t> measured_joints(const npt::BodyPlan& plan) {
+  std::vector<std::size_t> joints;
+  for (const npt::LimbPair& pair : plan.limb_pairs())
+    for (const std::vector<std::size_t>& limb : pair.joints)
+      for (std::size_t k = pair.first; k <= pair.middle() + 1; ++k) joints.push_back(limb[k]);
+  joints.push_back(static_cast<std::size_t>(
+      std::ranges::find(plan.joints, npt::JointKind::neck, &npt::JointPlan::kind) - plan.joints.begin()));
+  return joints;
+}
 
-Case posed_rig(const npt::Rig& rig, const npt::Clip* clip, double time, const npt::HumanoidJoints* joints) {
+Case posed_rig(const npt::Rig& rig, const npt::Clip* clip, double time, const npt::HumanoidJoints* joints,
+               const npt::BodyPlan& plan) {
   Case made;
   const std::vector<npt::Affine> motions = rig.motions(clip, time);
   made.xyz = rig.posed(npt::as_span(motions));
@@ -98,12 +111,60 @@ Case posed_rig(const npt::Rig& rig, const npt::Clip* clip, double time, const np
   const double grown = std::cbrt(std::abs(motions.front().linear.determinant()));
   made.height = grown * npt::bounding_box(bound).longest_side();
   if (joints == nullptr) return made;
-  for (const std::size_t j : measured_joints)
+  made.joints.resize(plan.joint_count());
+  for (const std::size_t j : measured_joints(plan))
     if (const std::size_t own = (*joints)[j]; own != npt::no_item) made.joints[j] = motions[own](rig.joint_place(own));
   return made;
 }
 
-void add_rig(const std::string& argument, bool person, const Arguments& arguments, std::vector<CaseMaker>& cases) {
+/// A body in a pose. Its longest side at rest is its height.
+Case posed_body(const npt::BodyModel& body, const npt::BodyPlan& plan, std::span<const float> shape,
+                std::span<const float> pose) {
+  Case made;
+  made.xyz.resize(3 * body.vertex_count());
+  body.posed(shape, std::vector<float>(pose.size()), made.xyz);
+  made.height = npt::bounding_box(made.xyz).longest_side();
+  body.posed(shape, pose, made.xyz);
+  made.triangles.assign(body.triangles().begin(), body.triangles().end());
+  const std::vector<npt::Vec3d> rest = body.joints(shape);
+  const std::vector<npt::Rigid> motions = body.bone_motions(shape, pose);
+  made.joints.resize(plan.joint_count());
+  for (const std::size_t j : measured_joints(plan)) made.joints[j] = motions[j](rest[j]);
+  return made;
+}
+
+/// A rig of a kind that has a plan of its own: as it is bound, and in frames of its clips.
+void add_planned_rig(const std::string& argument, const npt::BodyKind& kind, const Arguments& arguments,
+                     std::vector<CaseMaker>& cases) {
+  const auto [file, family] = file_and_family(argument);
+  const std::string name = std::filesystem::path(file).stem().string();
+  const auto made = std::make_shared<const npt::PlannedBody>(
+      npt::rigged_quadruped(npt::make_rig(formats::read_scene(file), file), *kind.body, kind.plan, {.frame_rate = 15}));
+  npt::Random random(arguments.seed);
+  for (std::size_t f = 0; f <= arguments.frames; ++f) {
+    if (f > 0 && made->clips.empty()) return;
+    std::vector<float> pose(3 * kind.joint_count());
+    std::string clip;
+    if (f > 0) {
+      const std::size_t c = random.below(static_cast<std::uint32_t>(made->clips.size()));
+      const std::size_t frame = random.below(static_cast<std::uint32_t>(made->clips[c].size()));
+      pose = made->clips[c][frame];
+      clip = " " + made->clip_names[c] + " " + std::to_string(frame);
+    }
+    const npt::Vec3d turn{0, random.uniform(-std::numbers::pi, std::numbers::pi), 0};
+    npt::set_joint_rotation(npt::as_span(pose), 0, npt::rotation_matrix(turn) * npt::joint_rotation(pose, 0));
+    cases.emplace_back([=, &kind, family = family] {
+      Case posed = posed_body(*made->body, kind.plan, {}, pose);
+      posed.name = name + clip;
+      posed.family = family;
+      return posed;
+    });
+  }
+}
+
+void add_rig(const std::string& argument, bool person, const npt::BodyKind& kind, const Arguments& arguments,
+             std::vector<CaseMaker>& cases) {
+  if (person && &kind != npt::people_kind().get()) return add_planned_rig(argument, kind, arguments, cases);
   const auto [file, family] = file_and_family(argument);
   const std::string name = std::filesystem::path(file).stem().string();
   const auto rig = std::make_shared<const npt::Rig>(npt::make_rig(formats::read_scene(file), file));
@@ -115,8 +176,8 @@ void add_rig(const std::string& argument, bool person, const Arguments& argument
     if (f > 0 && clips.empty()) return;
     const npt::Clip* clip = f == 0 ? nullptr : &clips[random.below(static_cast<std::uint32_t>(clips.size()))];
     const double time = clip == nullptr ? 0 : random.uniform() * clip->length();
-    cases.emplace_back([=, family = family] {
-      Case made = posed_rig(*rig, clip, time, joints.get());
+    cases.emplace_back([=, &kind, family = family] {
+      Case made = posed_rig(*rig, clip, time, joints.get(), kind.plan);
       made.name = name + (clip == nullptr ? "" : " " + clip->name + " " + std::to_string(time));
       made.family = family;
       made.person = person;
@@ -125,7 +186,9 @@ void add_rig(const std::string& argument, bool person, const Arguments& argument
   }
 }
 
-void add_body(const std::string& argument, const Arguments& arguments, std::vector<CaseMaker>& cases) {
+/// Poses as often beyond what is natural as not; half of them point anywhere.
+void add_body(const std::string& argument, const npt::BodyKind& kind, const Arguments& arguments,
+              std::vector<CaseMaker>& cases) {
   const auto [file, family] = file_and_family(argument);
   const std::shared_ptr<const npt::BodyModel> body = file == "mannequin"
                                                          ? npt::borrowed(npt::mannequin())
@@ -137,24 +200,19 @@ void add_body(const std::string& argument, const Arguments& arguments, std::vect
     if (f % 4 >= 2)  // pointing anywhere
       for (std::size_t i = 0; i < 3; ++i) pose[i] = static_cast<float>(random.uniform(-2, 2));
     cases.emplace_back(
-        [=, name = std::filesystem::path(file).stem().string() + " " + std::to_string(f), family = family] {
-          Case made{.name = name, .family = family};
-          made.xyz.resize(3 * body->vertex_count());
-          body->posed(shape, pose, made.xyz);
-          made.triangles.assign(body->triangles().begin(), body->triangles().end());
-          const std::vector<npt::Vec3d> rest = body->joints(shape);
-          const std::vector<npt::Rigid> motions = body->bone_motions(shape, pose);
-          for (const std::size_t j : measured_joints) made.joints[j] = motions[j](rest[j]);
-          made.height = 1.7;
+        [=, &kind, name = std::filesystem::path(file).stem().string() + " " + std::to_string(f), family = family] {
+          Case made = posed_body(*body, kind.plan, shape, pose);
+          made.name = name, made.family = family;
           return made;
         });
   }
 }
 
-void add_thing(const std::string& argument, const Arguments& arguments, std::vector<CaseMaker>& cases) {
+void add_thing(const std::string& argument, const npt::BodyKind& kind, const Arguments& arguments,
+               std::vector<CaseMaker>& cases) {
   const auto [file, family] = file_and_family(argument);
   if (formats::is_scene(file)) try {
-      return add_rig(argument, false, arguments, cases);
+      return add_rig(argument, false, kind, arguments, cases);
     } catch (const npt::Error&) {  // no rig
     }
   cases.emplace_back([file = file, family = family] {
@@ -202,13 +260,17 @@ std::pair<std::string, std::string> rows_of(const Case& of, const npt::BodyEstim
 }
 
 void run(const Arguments& arguments) {
-  std::vector<CaseMaker> cases;
-  for (const std::string& rig : arguments.rigs) add_rig(rig, true, arguments, cases);
-  for (const std::string& body : arguments.bodies) add_body(body, arguments, cases);
-  for (const std::string& thing : arguments.things) add_thing(thing, arguments, cases);
   const npt::SafetensorsFile file = npt::SafetensorsFile::read(arguments.weights);
+  const std::shared_ptr<const npt::BodyKind> own = npt::load_body_kind(file), kind = own ? own : npt::people_kind();
+  if (own && !arguments.bodies.empty())
+    throw npt::Error(
+        {.file = arguments.weights.string(), .found = "a kind of its own", .expected = "people's, for --body"});
+  std::vector<CaseMaker> cases;
+  for (const std::string& rig : arguments.rigs) add_rig(rig, true, *kind, arguments, cases);
+  for (const std::string& body : arguments.bodies) add_body(body, *kind, arguments, cases);
+  for (const std::string& thing : arguments.things) add_thing(thing, *kind, arguments, cases);
   const npt::BodyEstimator estimator(
-      npt::CorrespondenceEstimator(npt::correspondence_part(file), npt::DefaultExecutor(1)), npt::people_kind());
+      npt::CorrespondenceEstimator(npt::correspondence_part(file), npt::DefaultExecutor(1)), kind);
   std::vector<std::pair<std::string, std::string>> rows(cases.size());
   program::Progress progress("meshes", cases.size());
   std::mutex mutex;
@@ -233,10 +295,10 @@ int main(int count, char** values) try {
   CLI::App app("Measures how right estimates are, for fit_confidence.py");
   app.add_option("WEIGHTS", arguments.weights, "Weights with a correspondence network (.safetensors)")->required();
   app.add_option("TABLE", arguments.table, "A row for each mesh (.csv)")->required();
-  app.add_option("--rig", arguments.rigs, "Rigged person, FILE=FAMILY (repeated)");
+  app.add_option("--rig", arguments.rigs, "Rigged one of the kind, FILE=FAMILY (repeated)");
   app.add_option("--body", arguments.bodies, "Body model in SMPL's layout or mannequin, FILE=FAMILY (repeated)");
-  app.add_option("--thing", arguments.things, "What is no person: a mesh or a rig, FILE=FAMILY (repeated)");
-  app.add_option("--joints", arguments.joints, "A row for each joint of the persons, too (.csv)");
+  app.add_option("--thing", arguments.things, "What is none of the kind: a mesh or a rig, FILE=FAMILY (repeated)");
+  app.add_option("--joints", arguments.joints, "A row for each joint, too (.csv)");
   app.add_option("--frames", arguments.frames, "Of each rig and body")->capture_default_str();
   app.add_option("--seed", arguments.seed, "Of frames, poses and shapes")->capture_default_str();
   app.add_option("--threads", arguments.threads, "0: all")->capture_default_str();

@@ -1,18 +1,22 @@
-// Learns how bodies of a kind stand at rest, by their shape, from rigged ones: tensor posture/joints.
-// See npt/estimate/posture.hpp.
+// Learns how bodies of a kind stand at rest, from rigged ones: tensors under posture/. See npt/estimate/posture.hpp.
 //
 //   npt_fit_posture quadruped.safetensors result.safetensors horse.glb fox.glb cat.fbx ...
 //
-// A rig's angles are those that are estimated as its scene stands; its shapes those in frames of its clips, too, since
-// the shape of one animal comes out a little otherwise in each pose. Both sides count as one. Ridge regression.
-// Printed is how far a rig's angles are from what the others say, for several strengths of the ridge. The weakest is
-// taken that is no more than 3 % worse than the best: shapes that are known are told better by it.
+// A rig's angles at rest are those that are estimated as its scene stands, both sides as one; its shape is the mean of
+// those that are estimated in frames of its clips, which differ a little; what they do there beyond the rest is motion.
+// The covariance of rests is that of the rigs about their mean, half of what is off its diagonal left out (a dozen rigs
+// tell little of 105 angles together), times a factor: the rigs that there are were no draw from all animals. Printed
+// is how far rests are off that are told without a rig's own, and with it, for several factors and odds of another
+// animal; those are taken whose sum of squares is least.
 #include <formats/read.hpp>
 
 #include <npt/base/affine.hpp>
 #include <npt/base/as_span.hpp>
 #include <npt/base/default_executor.hpp>
+#include <npt/base/matrix3.hpp>
 #include <npt/base/random.hpp>
+#include <npt/base/rotation.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/kind_file.hpp>
 #include <npt/estimate/body_estimator.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
@@ -20,7 +24,6 @@
 #include <npt/io/file_tensor.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/lab/rig/rig.hpp>
-#include <npt/solve/dense_cholesky.hpp>
 
 #include <CLI/CLI.hpp>
 
@@ -33,7 +36,6 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
-#include <numeric>
 #include <span>
 #include <string>
 #include <utility>
@@ -41,18 +43,11 @@
 
 namespace {
 
-/// A shape with a 1 behind it, and the angles at rest of the rig that has it.
-struct Sample {
-  std::size_t rig = 0;
-  std::vector<double> inputs, angles;
+/// A rig at rest and in frames of its clips.
+struct Samples {
+  std::vector<double> rest;  ///< [3 J]
+  std::vector<npt::BodyEstimate> frames;
 };
-
-std::vector<double> inputs_of(const npt::BodyEstimate& estimate) {
-  std::vector<double> inputs;
-  for (const float b : estimate.fit.body.betas) inputs.push_back(std::clamp(static_cast<double>(b), -3.0, 3.0));
-  inputs.push_back(1);
-  return inputs;
-}
 
 /// Of both sides.
 std::vector<double> angles_of(const npt::BodyEstimate& estimate, const npt::BodyPlan& plan) {
@@ -66,67 +61,136 @@ std::vector<double> angles_of(const npt::BodyEstimate& estimate, const npt::Body
   return angles;
 }
 
-void add_rig(const std::string& file, std::size_t frames, const std::vector<std::string>& held_out,
-             const npt::BodyEstimator& estimator, std::vector<Sample>& samples) {
+/// Empty where the rig isn't recognised at rest.
+Samples samples_of(const std::string& file, std::size_t frames, const std::vector<std::string>& held_out,
+                   const npt::BodyEstimator& estimator) {
   const npt::Rig rig = npt::make_rig(formats::read_scene(file), file);
   std::vector<const npt::Clip*> clips;
   for (const npt::Clip& clip : rig.scene.clips)
     if (std::ranges::none_of(held_out, [&](const std::string& name) { return clip.name.ends_with(name); }))
       clips.push_back(&clip);
-  const std::size_t number = samples.empty() ? 0 : samples.back().rig + 1;
-  std::vector<double> angles;
+  Samples samples;
   npt::Random random(1);
-  std::size_t used = 0;
   for (std::size_t f = 0; f <= (clips.empty() ? 0 : frames); ++f) {
     const npt::Clip* clip = f == 0 ? nullptr : clips[random.below(static_cast<std::uint32_t>(clips.size()))];
     const std::vector<npt::Affine> motions = rig.motions(clip, clip == nullptr ? 0 : random.uniform() * clip->length());
     const std::vector<float> xyz = rig.posed(npt::as_span(motions));
-    const npt::BodyEstimate estimate = estimator.read({xyz, npt::as_span(rig.triangles), file});
-    if (estimate.confidence < npt::least_confidence && f > 0) continue;
-    if (estimate.fit.body.axis_angles.empty()) return;
-    if (f == 0) angles = angles_of(estimate, estimator.kind().plan);
-    samples.push_back({number, inputs_of(estimate), angles});
-    ++used;
+    npt::BodyEstimate estimate = estimator.read({xyz, npt::as_span(rig.triangles), file});
+    if (estimate.confidence < npt::least_confidence) continue;
+    if (f == 0) samples.rest = angles_of(estimate, estimator.kind().plan);
+    samples.frames.push_back(std::move(estimate));
   }
-  std::printf("%-28s %zu frames\n", std::filesystem::path(file).stem().string().c_str(), used);
+  std::printf("%-28s %zu frames%s\n", std::filesystem::path(file).stem().string().c_str(), samples.frames.size(),
+              samples.rest.empty() ? ", not recognised at rest: left out" : "");
+  return samples;
 }
 
-/// [angles][columns] but for the rig that is left out.
-std::vector<double> solve(const std::vector<Sample>& samples, double ridge, std::size_t left_out) {
-  const std::size_t columns = samples.front().inputs.size(), angles = samples.front().angles.size();
-  std::vector<double> matrix(columns * columns), right(angles * columns);
-  for (const Sample& sample : samples) {
-    if (sample.rig == left_out) continue;
-    const std::vector<double>& x = sample.inputs;
-    for (std::size_t i = 0; i < columns; ++i) {
-      for (std::size_t k = 0; k <= i; ++k) matrix[i * columns + k] += x[i] * x[k];
-      for (std::size_t a = 0; a < angles; ++a) right[a * columns + i] += x[i] * sample.angles[a];
-    }
+/// [J] From one posture to another, each joint in its own axes.
+std::vector<npt::Vec3d> beyond(std::span<const double> rest, std::span<const npt::Vec3d> angles) {
+  std::vector<npt::Vec3d> result;
+  for (std::size_t j = 0; j < angles.size(); ++j) {
+    const npt::Vec3d from{rest[3 * j], rest[3 * j + 1], rest[3 * j + 2]};
+    result.push_back(npt::axis_angle(npt::rotation_matrix(from).transposed() * npt::rotation_matrix(angles[j])));
   }
-  for (std::size_t i = 0; i < columns; ++i) matrix[i * columns + i] += i + 1 < columns ? ridge : 1e-6;
-  const npt::DenseCholesky factor(columns, std::move(matrix));
-  for (std::size_t a = 0; a < angles; ++a) {
-    const std::span<double> row = std::span(right).subspan(a * columns, columns);
-    factor.solve_lower(row);
-    factor.solve_upper(row);
-  }
-  return right;
+  return result;
 }
 
-/// Root mean square of the angles beside what the other rigs say, in radians.
-double error_of(const std::vector<Sample>& samples, double ridge) {
-  double sum = 0, count = 0;
-  for (std::size_t rig = 0; rig <= samples.back().rig; ++rig) {
-    const std::vector<double> weights = solve(samples, ridge, rig);
-    for (const Sample& s : samples) {
-      if (s.rig != rig) continue;
-      for (std::size_t a = 0; a < s.angles.size(); ++a) {
-        const std::span<const double> row = std::span(weights).subspan(a * s.inputs.size(), s.inputs.size());
-        sum += std::pow(std::inner_product(row.begin(), row.end(), s.inputs.begin(), -s.angles[a]), 2), ++count;
-      }
-    }
+/// Adds x x^T, and the same of its mirror image.
+void add_square(std::span<const npt::Vec3d> x, const npt::BodyPlan& plan, double weight, std::span<double> sum) {
+  const std::size_t n = 3 * x.size();
+  std::vector<double> own, other;
+  for (std::size_t j = 0; j < x.size(); ++j) {
+    const npt::Vec3d m = x[plan.joints[j].mirrored];
+    own.insert(own.end(), {x[j].x, x[j].y, x[j].z});
+    other.insert(other.end(), {m.x, -m.y, -m.z});
   }
-  return std::sqrt(sum / count);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t k = 0; k < n; ++k) sum[i * n + k] += weight / 2 * (own[i] * own[k] + other[i] * other[k]);
+}
+
+/// Leaves out a share of what is off the diagonal.
+void shrink(std::span<double> covariance, double share) {
+  const auto n = static_cast<std::size_t>(std::sqrt(static_cast<double>(covariance.size())));
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t k = 0; k < n; ++k) covariance[i * n + k] *= i == k ? 1 : 1 - share;
+  // Square radians: joints that no clip moves are known to 0.01.
+  for (std::size_t i = 0; i < n; ++i) covariance[i * n + i] += 1e-4;
+}
+
+struct Choice {
+  double factor = 1, other_odds = 0;
+};
+
+npt::PostureModel learn(const std::vector<Samples>& rigs, std::size_t left_out, const npt::BodyKind& kind,
+                        Choice choice) {
+  const std::size_t n = 3 * kind.joint_count(), shapes = kind.body->shape_count();
+  npt::PostureModel model;
+  model.other_odds = choice.other_odds;
+  model.shape_variances.assign(shapes, 1e-3);
+  model.rest_covariance.assign(n * n, 0), model.motion_covariance.assign(n * n, 0);
+  const auto count = static_cast<double>(rigs.size() - (left_out < rigs.size() ? 1 : 0));
+  std::vector<double> mean(n);
+  for (std::size_t r = 0; r < rigs.size(); ++r)
+    for (std::size_t i = 0; r != left_out && i < n; ++i) mean[i] += rigs[r].rest[i] / count;
+  for (std::size_t r = 0; r < rigs.size(); ++r) {
+    if (r == left_out) continue;
+    const auto frames = static_cast<double>(rigs[r].frames.size());
+    std::vector<double> shape(shapes);
+    for (const npt::BodyEstimate& frame : rigs[r].frames)
+      for (std::size_t b = 0; b < shapes; ++b) shape[b] += static_cast<double>(frame.fit.body.betas[b]) / frames;
+    for (const npt::BodyEstimate& frame : rigs[r].frames) {
+      for (std::size_t b = 0; b < shapes; ++b)
+        model.shape_variances[b] +=
+            std::pow(static_cast<double>(frame.fit.body.betas[b]) - shape[b], 2) / frames / count;
+      add_square(beyond(rigs[r].rest, npt::angles_without_yaw(frame)), kind.plan, 1 / frames / count,
+                 model.motion_covariance);
+    }
+    std::vector<npt::Vec3d> rest;
+    for (std::size_t i = 0; i < n; i += 3) rest.push_back({rigs[r].rest[i], rigs[r].rest[i + 1], rigs[r].rest[i + 2]});
+    add_square(beyond(mean, rest), kind.plan, choice.factor / (count - 1), model.rest_covariance);
+    model.shapes.insert(model.shapes.end(), shape.begin(), shape.end());
+    model.angles.insert(model.angles.end(), rigs[r].rest.begin(), rigs[r].rest.end());
+  }
+  shrink(model.rest_covariance, 0.5), shrink(model.motion_covariance, 0.1);
+  return model;
+}
+
+/// Root mean square of what rests are off, in radians a joint, all rigs alike.
+double error_of(const std::vector<Samples>& rigs, const npt::BodyKind& kind, Choice choice, bool known) {
+  double sum = 0;
+  for (std::size_t r = 0; r < rigs.size(); ++r) {
+    const npt::Posture posture(learn(rigs, known ? rigs.size() : r, kind, choice), kind);
+    double square = 0, count = 0;
+    for (const npt::BodyEstimate& frame : rigs[r].frames)
+      for (const npt::Vec3d off : beyond(rigs[r].rest, posture.rest(frame))) square += npt::dot(off, off), ++count;
+    sum += std::sqrt(square / count);
+  }
+  return sum / static_cast<double>(rigs.size());
+}
+
+npt::FileTensor tensor_of(const char* name, const std::vector<float>& values, npt::TensorShape shape) {
+  return {.name = std::string("posture/") + name,
+          .dtype = npt::Dtype::f32,
+          .shape = std::move(shape),
+          .bytes = std::as_bytes(std::span(values))};
+}
+
+void write(const npt::SafetensorsFile& file, const npt::PostureModel& model, const std::filesystem::path& result) {
+  const auto floats = [](const std::vector<double>& x) { return std::vector<float>(x.begin(), x.end()); };
+  const std::uint64_t rigs = model.rig_count(), n = model.angles.size() / rigs;
+  const std::vector<float> shapes = floats(model.shapes), variances = floats(model.shape_variances),
+                           angles = floats(model.angles), odds{static_cast<float>(model.other_odds)},
+                           rest = floats(model.rest_covariance), motion = floats(model.motion_covariance);
+  std::vector<npt::FileTensor> tensors;
+  for (const npt::FileTensor& other : file.tensors())
+    if (!other.name.starts_with("posture/")) tensors.push_back(other);
+  tensors.push_back(tensor_of("shapes", shapes, {rigs, variances.size()}));
+  tensors.push_back(tensor_of("shape_variances", variances, {variances.size()}));
+  tensors.push_back(tensor_of("angles", angles, {rigs, n}));
+  tensors.push_back(tensor_of("other_odds", odds, {1}));
+  tensors.push_back(tensor_of("rest_covariance", rest, {n, n}));
+  tensors.push_back(tensor_of("motion_covariance", motion, {n, n}));
+  npt::write_safetensors(result, tensors, file.metadata());
 }
 
 void run(const std::filesystem::path& weights, const std::filesystem::path& result,
@@ -136,29 +200,22 @@ void run(const std::filesystem::path& weights, const std::filesystem::path& resu
   if (!kind) throw npt::Error({.file = weights.string(), .found = "no template", .expected = "a kind with a plan"});
   const npt::BodyEstimator estimator(
       npt::CorrespondenceEstimator(npt::correspondence_part(file), npt::DefaultExecutor()), kind);
-  std::vector<Sample> samples;
-  for (const std::string& rig : rigs) add_rig(rig, frames, held_out, estimator, samples);
-  if (samples.empty() || samples.back().rig < 3)
-    throw npt::Error({"rigs", {}, "fewer than four that are estimated", "four and more"});
-  double least = std::numeric_limits<double>::infinity(), best = 0;
-  for (const double ridge : {1e9, 300.0, 100.0, 30.0, 10.0, 3.0, 1.0}) {  // the first: their mean
-    const double rms = error_of(samples, ridge);
-    std::printf("ridge %-8g left out: %.3f radians\n", ridge, rms);
-    least = std::min(least, rms);
-    if (rms < 1.03 * least) best = ridge;
-  }
-  const std::vector<double> learned = solve(samples, best, rigs.size());
-  const std::vector<float> values(learned.begin(), learned.end());
-  const std::size_t columns = samples.front().inputs.size();
-  const npt::FileTensor tensor{.name = "posture/joints",
-                               .dtype = npt::Dtype::f32,
-                               .shape = {learned.size() / columns, columns},
-                               .bytes = std::as_bytes(std::span(values))};
-  std::vector<npt::FileTensor> tensors;
-  for (const npt::FileTensor& other : file.tensors())
-    if (other.name != tensor.name) tensors.push_back(other);
-  tensors.push_back(tensor);
-  npt::write_safetensors(result, tensors, file.metadata());
+  std::vector<Samples> samples;
+  for (const std::string& rig : rigs)
+    if (Samples own = samples_of(rig, frames, held_out, estimator); !own.rest.empty())
+      samples.push_back(std::move(own));
+  if (samples.size() < 4) throw npt::Error({"rigs", {}, "fewer than four that are recognised", "four and more"});
+  double least = std::numeric_limits<double>::infinity();
+  Choice best;
+  for (const double factor : {1.0, 2.0, 4.0, 8.0})
+    for (const double odds : {0.0, 10.0, 20.0, 40.0, 80.0}) {
+      const Choice choice{factor, odds};
+      const double without = error_of(samples, *kind, choice, false), with = error_of(samples, *kind, choice, true);
+      std::printf("factor %g, odds exp(%g): off by %.3f radians without the rig, by %.3f with it\n", factor, odds,
+                  without, with);
+      if (const double sum = std::hypot(without, with); sum < least) least = sum, best = choice;
+    }
+  write(file, learn(samples, samples.size(), *kind, best), result);
 }
 
 }  // namespace
@@ -166,10 +223,10 @@ void run(const std::filesystem::path& weights, const std::filesystem::path& resu
 int main(int count, char** values) try {
   std::filesystem::path weights, result;
   std::vector<std::string> rigs, held_out;
-  std::size_t frames = 12;
-  CLI::App app("Learns how bodies of a kind stand at rest, by their shape");
+  std::size_t frames = 24;
+  CLI::App app("Learns how bodies of a kind stand at rest");
   app.add_option("WEIGHTS", weights, "With a template and its correspondence network (.safetensors)")->required();
-  app.add_option("RESULT", result, "The same with posture/joints (.safetensors)")->required();
+  app.add_option("RESULT", result, "The same with tensors under posture/ (.safetensors)")->required();
   app.add_option("RIG", rigs, "Rigged bodies of the kind, whose scenes stand at rest")->required();
   app.add_option("--held-out", held_out, "Leave out clips whose names end so (repeated)");
   app.add_option("--frames", frames, "Of each rig's clips")->capture_default_str();

@@ -14,10 +14,13 @@
 #include <estimate/four_legged.hpp>
 #include <io/scratch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -26,28 +29,56 @@ using npt::Vec3d;
 
 const npt::BodyPlan& plan() { return four_legged::kind()->plan; }
 
-npt::Posture posture_of(const std::vector<float>& values, npt::TensorShape shape) {
-  const scratch::Folder folder;
-  const std::vector<npt::FileTensor> tensors{{.name = "joints",
-                                              .dtype = npt::Dtype::f32,
-                                              .shape = std::move(shape),
-                                              .bytes = std::as_bytes(std::span(values))}};
-  npt::write_safetensors(folder / "posture.safetensors", tensors, {});
-  return {npt::SafetensorsFile::read(folder / "posture.safetensors"), *four_legged::kind()};
+std::size_t count() { return 3 * plan().joint_count(); }
+
+/// Random angles, the same on both sides.
+std::vector<double> even_angles(std::uint64_t seed) {
+  npt::Random random(seed);
+  std::vector<double> values(count());
+  for (double& value : values) value = 0.2 * random.normal();
+  for (std::size_t j = 0; j < plan().joint_count(); ++j)
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (plan().side(j) < 0) values[3 * j + i] = (i < 1 ? 1 : -1) * values[3 * plan().joints[j].mirrored + i];
+      if (plan().side(j) == 0 && i >= 1) values[3 * j + i] = 0;  // no turn to a side
+    }
+  return values;
 }
 
-/// Random angles by the one shape, and constants; the same on both sides.
-npt::Posture even_posture() {
-  const std::size_t joints = plan().joint_count();
-  npt::Random random(3);
-  std::vector<float> values(6 * joints);
-  for (float& value : values) value = static_cast<float>(0.2 * random.normal());
-  for (std::size_t j = 0; j < joints; ++j)
-    for (std::size_t i = 0; i < 6; ++i) {
-      if (plan().side(j) < 0) values[6 * j + i] = (i < 2 ? 1.0F : -1.0F) * values[6 * plan().joints[j].mirrored + i];
-      if (plan().side(j) == 0 && i >= 2) values[6 * j + i] = 0;  // no turn to a side
-    }
-  return posture_of(values, {3 * joints, 2});
+std::vector<double> diagonal(double value) {
+  std::vector<double> matrix(count() * count());
+  for (std::size_t i = 0; i < count(); ++i) matrix[i * count() + i] = value;
+  return matrix;
+}
+
+constexpr double rest_variance = 0.04, motion_variance = 0.09;
+
+/// Two rigs, of shapes 2 and -2.
+const npt::PostureModel& model() {
+  static const npt::PostureModel all = [] {
+    npt::PostureModel model{.shapes = {2, -2}, .shape_variances = {1e-12}, .angles = even_angles(1)};
+    const std::vector<double> second = even_angles(2);
+    model.angles.insert(model.angles.end(), second.begin(), second.end());
+    model.rest_covariance = diagonal(rest_variance), model.motion_covariance = diagonal(motion_variance);
+    return model;
+  }();
+  return all;
+}
+const npt::Posture& posture() {
+  static const npt::Posture all(model(), *four_legged::kind());
+  return all;
+}
+
+/// [J] Of a rig at rest, or of the mean of both.
+std::vector<Vec3d> rest_of_rig(std::size_t rig) {
+  const double* a = &model().angles[rig * count()];
+  std::vector<Vec3d> angles;
+  for (std::size_t i = 0; i < count(); i += 3) angles.push_back({a[i], a[i + 1], a[i + 2]});
+  return angles;
+}
+std::vector<Vec3d> mean_rest() {
+  std::vector<Vec3d> angles = rest_of_rig(0), other = rest_of_rig(1);
+  for (std::size_t j = 0; j < angles.size(); ++j) angles[j] = (angles[j] + other[j]) / 2;
+  return angles;
 }
 
 npt::BodyEstimate estimate_of(float beta, const std::vector<Vec3d>& angles) {
@@ -57,86 +88,112 @@ npt::BodyEstimate estimate_of(float beta, const std::vector<Vec3d>& angles) {
     for (const double x : {a.x, a.y, a.z}) estimate.fit.body.axis_angles.push_back(static_cast<float>(x));
   return estimate;
 }
-npt::BodyEstimate at_rest(const npt::Posture& posture, float beta) {
-  return estimate_of(beta, posture.rest(std::vector{beta}));
-}
-/// Each pair's left limb bends about x by one angle, its right by another.
-npt::BodyEstimate bent(const npt::Posture& posture, float beta, double left, double right) {
-  std::vector<Vec3d> angles = posture.rest(std::vector{beta});
+/// Each pair's left limb turns on about x by one angle, its right by another.
+npt::BodyEstimate bent(npt::BodyEstimate estimate, double left, double right) {
   for (const npt::LimbPair& pair : plan().limb_pairs())
     for (std::size_t k = 0; k < pair.joints[0].size(); ++k)
-      angles[pair.joints[0][k]].x += left, angles[pair.joints[1][k]].x += right;
-  return estimate_of(beta, angles);
+      for (std::size_t side = 0; side < 2; ++side)
+        npt::set_joint_rotation(
+            estimate.fit.body.axis_angles, pair.joints[side][k],
+            estimate.joint_rotation(pair.joints[side][k]) * npt::rotation_matrix({side == 0 ? left : right, 0, 0}));
+  return estimate;
 }
 
 double difference(const npt::Matrix3& a, const npt::Matrix3& b) { return std::sqrt((a - b).squared_norm()); }
+double largest(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
+  double most = 0;
+  for (std::size_t j = 0; j < a.size(); ++j)
+    most = std::max(most, difference(npt::rotation_matrix(a[j]), npt::rotation_matrix(b[j])));
+  return most;
+}
 
 }  // namespace
 
-TEST_CASE("the posture at rest is linear in the shape, up to three deviations") {
-  const npt::Posture posture = even_posture();
-  const auto rest = [&posture](float beta) { return posture.rest(std::vector{beta}); };
-  const std::vector<Vec3d> none = posture.rest({}), zero = rest(0), one = rest(1), two = rest(2), less = rest(-1);
-  REQUIRE(zero.size() == plan().joint_count());
-  double moved = 0;
-  for (std::size_t j = 0; j < zero.size(); ++j) {
-    CHECK(none[j] == zero[j]);
-    CHECK(length(two[j] - zero[j] - (one[j] - zero[j]) * 2) < 1e-9);
-    CHECK(length(less[j] + one[j] - zero[j] * 2) < 1e-9);
-    moved += length(one[j] - zero[j]);
+TEST_CASE("an animal that was learned from has its rig's rest in whatever pose") {
+  for (const std::size_t rig : {0U, 1U}) {
+    const npt::BodyEstimate standing = estimate_of(rig == 0 ? 2.0F : -2.0F, rest_of_rig(rig));
+    CHECK(largest(posture().rest(standing), rest_of_rig(rig)) < 1e-5);
+    CHECK(largest(posture().rest(bent(standing, 0.5, -0.4)), rest_of_rig(rig)) < 0.03);
+    CHECK(largest(posture().rest(bent(standing, 0.8, 0.8)), rest_of_rig(rig)) < 0.03);
   }
-  CHECK(moved > 1);
-  CHECK(rest(9) == rest(3));
-  CHECK(rest(-9) == rest(-3));
 }
 
-TEST_CASE("a body stands in the rest of its shape, wherever it looks, and doesn't in a walk or crouching") {
-  const npt::Posture posture = even_posture();
-  npt::BodyEstimate standing = at_rest(posture, 1);
-  CHECK(posture.standing(standing) == 1);
-  npt::set_joint_rotation(standing.fit.body.axis_angles, 0,
-                          npt::rotation_matrix({0, 2, 0}) * standing.joint_rotation(0));
-  CHECK(posture.standing(standing) == 1);
-  CHECK(posture.standing(bent(posture, 1, 0.5, -0.5)) == 0);  // a walk
-  CHECK(posture.standing(bent(posture, 1, 0.8, 0.8)) == 0);   // crouching
-  CHECK(posture.standing(bent(posture, 1, 0.05, -0.05)) == doctest::Approx(1));
+TEST_CASE("another animal's rest is the mean of the posterior, as plain sums give it") {
+  const npt::BodyEstimate mesh = bent(estimate_of(0.5F, mean_rest()), 0.3, 0.3);
+  const std::vector<Vec3d> mean = mean_rest(), rest = posture().rest(mesh);
+  const std::size_t knee = plan().joint("l_knee");
+  double square = 0;
+  for (std::size_t j = 1; j < mean.size(); ++j) {
+    const Vec3d off = npt::axis_angle(npt::rotation_matrix(mean[j]).transposed() * mesh.joint_rotation(j));
+    square += dot(off, off);
+  }
+  double share = 0, sum = 0;
+  for (const double scale : {0.1, 0.3, 1.0, 3.0}) {
+    const double variance = rest_variance + scale * scale * motion_variance, n = static_cast<double>(count() - 3);
+    const double odds = std::exp(-0.5 * (square / variance + n * std::log(variance / rest_variance)));
+    share += odds * rest_variance / variance, sum += odds;
+  }
+  share /= sum;
+  CHECK(share > 0.1);
+  const Vec3d moved = npt::axis_angle(npt::rotation_matrix(mean[knee]).transposed() * npt::rotation_matrix(rest[knee]));
+  CHECK(moved.x == doctest::Approx(0.3 * share).epsilon(1e-4));
+  CHECK(std::abs(moved.y) + std::abs(moved.z) < 1e-6);
 }
 
-TEST_CASE("a pose goes from one shape's rest to another's") {
-  const npt::Posture posture = even_posture();
-  const npt::BodyEstimate identity = at_rest(posture, 1), rest = at_rest(posture, -1);
+TEST_CASE("what left and right differ by is no rest") {
+  const npt::BodyEstimate walking = bent(estimate_of(0.5F, mean_rest()), 0.4, -0.4);
+  CHECK(largest(posture().rest(walking), mean_rest()) < 1e-4);
+}
+
+TEST_CASE("a rest doesn't depend on where an animal looks or lies") {
+  const npt::BodyEstimate mesh = bent(estimate_of(0.5F, mean_rest()), 0.3, 0.1);
+  const std::vector<Vec3d> rest = posture().rest(mesh);
+  for (const Vec3d turn : {Vec3d{0, 2, 0}, Vec3d{1.5, 0, 0}, Vec3d{0.3, -1, 2}}) {
+    npt::BodyEstimate turned = mesh;
+    npt::set_joint_rotation(turned.fit.body.axis_angles, 0, npt::rotation_matrix(turn) * mesh.joint_rotation(0));
+    CHECK(posture().rest(turned) == rest);
+  }
+}
+
+TEST_CASE("a pose goes from one animal's rest to another's") {
+  const npt::BodyEstimate identity = estimate_of(2, rest_of_rig(0)), rest = estimate_of(-2, rest_of_rig(1));
   npt::BodyEstimate result = identity;
-  result.fit.body.axis_angles = posture.angles(identity, rest);
+  result.fit.body.axis_angles = posture().angles(identity, rest);
   for (std::size_t j = 0; j < plan().joint_count(); ++j)
     CHECK(difference(result.joint_rotation(j), identity.joint_rotation(j)) < 1e-5);
 
-  // What a joint does far beyond its rest is what the identity's does beyond its own.
-  npt::BodyEstimate pose = rest;
-  const npt::Matrix3 bend = npt::rotation_matrix({0.6, 0.1, -0.2}), turn = npt::rotation_matrix({0, 1, 0});
-  const std::size_t knee = plan().joint("l_knee");
-  npt::set_joint_rotation(pose.fit.body.axis_angles, knee, rest.joint_rotation(knee) * bend);
+  // What a joint does beyond its rest is what the identity's does beyond its own.
+  const npt::BodyEstimate walking = bent(rest, 0.4, -0.4);
+  const npt::Matrix3 turn = npt::rotation_matrix({0, 1, 0});
+  npt::BodyEstimate pose = walking;
   npt::set_joint_rotation(pose.fit.body.axis_angles, 0, turn * rest.joint_rotation(0));
-  result.fit.body.axis_angles = posture.angles(identity, pose);
-  CHECK(difference(result.joint_rotation(knee), identity.joint_rotation(knee) * bend) < 1e-5);
-  CHECK(difference(result.joint_rotation(0), turn * identity.joint_rotation(0)) < 1e-5);
+  result.fit.body.axis_angles = posture().angles(identity, pose);
+  const std::size_t knee = plan().joint("l_knee");
+  CHECK(difference(result.joint_rotation(knee), bent(identity, 0.4, -0.4).joint_rotation(knee)) < 1e-3);
+  CHECK(difference(result.joint_rotation(0), turn * identity.joint_rotation(0)) < 1e-3);
 }
 
-TEST_CASE("an identity that stands at rest keeps its own angles, one that walks takes its shape's") {
-  const npt::Posture posture = even_posture();
-  const npt::BodyEstimate rest = at_rest(posture, -1), own = bent(posture, 1, 0.1, 0.1),
-                          walking = bent(posture, 1, 0.5, -0.5), shape = at_rest(posture, 1);
-  const std::size_t knee = plan().joint("r_knee");
-  npt::BodyEstimate result = rest;
-  result.fit.body.axis_angles = posture.angles(own, rest);
-  CHECK(difference(result.joint_rotation(knee), own.joint_rotation(knee)) < 1e-5);
-  result.fit.body.axis_angles = posture.angles(walking, rest);
-  CHECK(difference(result.joint_rotation(knee), shape.joint_rotation(knee)) < 1e-5);
-}
-
-TEST_CASE("a tensor of another shape is refused, with the file's name and the expected shape") {
-  const std::string expected = "expected [" + std::to_string(3 * plan().joint_count()) + ", 2]";
-  CHECK_THROWS_WITH_AS(posture_of(std::vector<float>(12, 0.0F), {6, 2}), doctest::Contains(expected.c_str()),
-                       npt::Error);
-  CHECK_THROWS_WITH_AS(posture_of(std::vector<float>(12, 0.0F), {6, 2}), doctest::Contains("posture.safetensors"),
-                       npt::Error);
+TEST_CASE("tensors of other shapes are refused, with the file's name and the expected shape") {
+  const std::size_t n = count();
+  const std::vector<float> values(n * n, 0.0F);
+  const auto read = [&](npt::TensorShape angles, npt::TensorShape covariance) {
+    const scratch::Folder folder;
+    std::vector<npt::FileTensor> tensors;
+    const auto add = [&](const char* name, npt::TensorShape shape) {
+      std::uint64_t size = 1;
+      for (const std::uint64_t extent : shape) size *= extent;
+      tensors.push_back({.name = name,
+                         .dtype = npt::Dtype::f32,
+                         .shape = std::move(shape),
+                         .bytes = std::as_bytes(std::span(values).first(size))});
+    };
+    add("shapes", {2, 1}), add("shape_variances", {1}), add("angles", std::move(angles));
+    add("rest_covariance", std::move(covariance)), add("motion_covariance", {n, n}), add("other_odds", {1});
+    npt::write_safetensors(folder / "posture.safetensors", tensors, {});
+    return npt::read_posture_model(npt::SafetensorsFile::read(folder / "posture.safetensors"), *four_legged::kind());
+  };
+  CHECK(read({2, n}, {n, n}).rig_count() == 2);
+  const std::string expected = "expected [2, " + std::to_string(n) + "]";
+  CHECK_THROWS_WITH_AS(read({n, 2}, {n, n}), doctest::Contains(expected.c_str()), npt::Error);
+  CHECK_THROWS_WITH_AS(read({2, n}, {n}), doctest::Contains("posture.safetensors"), npt::Error);
 }

@@ -40,6 +40,13 @@ class DenseCholesky {
 
   std::size_t size() const noexcept { return size_; }
 
+  /// Of the matrix, its natural logarithm.
+  double log_determinant() const {
+    double sum = 0;
+    for (std::size_t i = 0; i < size_; ++i) sum += 2 * std::log(at(i, i));
+    return sum;
+  }
+
   /// x becomes L^-1 x.
   void solve_lower(std::span<double> x) const {
     NPT_ASSERT(x.size() == size_);

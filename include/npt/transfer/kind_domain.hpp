@@ -93,7 +93,7 @@ class KindDomain final : public BodyDomain {
       people_at_rest_ = bias_->people_at_rest();
     }
     if (const SafetensorsFile posture = file.part("posture/"); !posture.tensors().empty())
-      posture_.emplace(posture, this->kind());
+      posture_.emplace(read_posture_model(posture, this->kind()), this->kind());
     if (const SafetensorsFile network = file.part("network_correction/"); !network.tensors().empty())
       correction_ = std::make_unique<const BasicNetworkCorrection<Exec>>(network, Exec(1));
   }
@@ -123,7 +123,7 @@ class KindDomain final : public BodyDomain {
     const BoundCharacter& character = character_of(identity);
     std::vector<float> straight(3 * kind().bound_body().joint_count(), 0.0F);
     if (posture_) {  // as its species stands
-      const std::vector<Vec3d> rest = posture_->rest_of(character.estimate, false);
+      const std::vector<Vec3d> rest = posture_->rest(character.estimate);
       for (std::size_t j = 0; j < rest.size(); ++j) set_joint_rotation(as_span(straight), j, rotation_matrix(rest[j]));
     }
     return character.motions_in_place(
