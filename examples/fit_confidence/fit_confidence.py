@@ -2,6 +2,7 @@
 """Learns from measured estimates how their features tell whether they are right, and puts it into a weights file.
 
     fit_confidence.py table.csv weights.safetensors result.safetensors [--joints joints.csv] [--judge-only FAMILY ...]
+        [--right 0.05]
 
 table    rows of npt_measure_estimates
 joints   its rows of joints: without them, confidences of joints stay as they are
@@ -9,9 +10,9 @@ weights  with a correspondence network, which the table was measured with
 result   the same with "confidence_weights" and "joint_confidence_weights" in the metadata of that network
          (npt/estimate/confidence.hpp)
 
-An estimate is right where the mesh is a person and its joints lie within 5 % of its height in the mean. The model is
+An estimate is right where the mesh is of the kind and its joints lie within 5 % of its height in the mean (--right). The model is
 logistic regression. All families of people count the same, and so do all kinds of things; both halves count the same,
-with the meshes in which no body was found at all. A joint is right where it lies within 5 % of the height; its
+with the meshes in which no body was found at all. A joint is right where it lies within as much; its
 features are the correspondences about it and the odds of the whole estimate. Printed are predictions for each family
 by a model that was learned without it: how many are right of those with a high, a middling and a low confidence, with
 90 % intervals of a bootstrap over families.
@@ -32,12 +33,11 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from convert_common import ConvertError, read_safetensors, run, write_safetensors  # noqa: E402
 
 FEATURES = ("correspondences", "surface", "pose", "shape")
-RIGHT = 0.05  # of the height
 RIDGE = 0.001  # holds the weights of standardised features at 0; of 0.001 to 0.01 the best out of family
 BINS = ((0.9, 1.01), (0.6, 0.9), (0.5, 0.6), (0.1, 0.5), (0, 0.1))
 
 
-def read_table(paths):
+def read_table(paths, right):
     rows = []
     for path in paths:
         with open(path, newline="") as file:
@@ -51,7 +51,7 @@ def read_table(paths):
     return {
         "count": counts,
         "x": np.array([[float(row[name]) for name in FEATURES] for row in rows]),
-        "right": np.array([row["person"] == "1" and float(row["error"]) < RIGHT for row in rows], float),
+        "right": np.array([row["person"] == "1" and float(row["error"]) < right for row in rows], float),
         "person": np.array([row["person"] == "1" for row in rows]),
         "family": np.array([row["family"] for row in rows]),
         "name": np.array([row["name"] for row in rows]),
@@ -90,7 +90,7 @@ def logistic(x, right, weights):
     return np.append(own, w[-1] - own @ mean)
 
 
-def learn_joints(path, table, w, judge_only):
+def learn_joints(path, table, w, judge_only, most):
     """[3] of the correspondences about a joint, of the odds of the whole, and the constant; families count the same."""
     odds = dict(zip(table["name"], table["x"] @ w[:-1] + w[-1]))
     with open(path, newline="") as file:
@@ -98,7 +98,7 @@ def learn_joints(path, table, w, judge_only):
     if not rows:
         raise ConvertError(f"{path}: found no joint of the table's meshes, expected rows of npt_measure_estimates")
     x = np.array([[float(row["correspondences"]), odds[row["name"]]] for row in rows])
-    right = np.array([float(row["error"]) < RIGHT for row in rows], float)
+    right = np.array([float(row["error"]) < most for row in rows], float)
     families = np.array([row["family"] for row in rows])
     weights = np.zeros(len(rows))
     for family in set(families):
@@ -146,8 +146,9 @@ def main():
     parser.add_argument("result")
     parser.add_argument("--joints", metavar="joints.csv")
     parser.add_argument("--judge-only", nargs="*", default=[], metavar="FAMILY")
+    parser.add_argument("--right", type=float, default=0.05, metavar="SHARE", help="of the height")
     arguments = parser.parse_args()
-    table = read_table(arguments.tables)
+    table = read_table(arguments.tables, arguments.right)
     predicted = out_of_family(table, arguments.judge_only)
     print("confidence      estimates  predicted  right  (90 % interval)")
     for low, high in BINS:
@@ -175,7 +176,7 @@ def main():
     part = "correspondence/" if inside else ""
     metadata[part + "confidence_weights"] = " ".join(f"{value:.4f}" for value in w)
     if arguments.joints:
-        joints = learn_joints(arguments.joints, table, w, arguments.judge_only)
+        joints = learn_joints(arguments.joints, table, w, arguments.judge_only, arguments.right)
         metadata[part + "joint_confidence_weights"] = " ".join(f"{value:.4f}" for value in joints)
     metadata.pop(part + "confidence", None)
     write_safetensors(arguments.result, tensors, metadata)
