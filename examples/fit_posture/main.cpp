@@ -13,6 +13,8 @@
 #include <npt/base/as_span.hpp>
 #include <npt/base/default_executor.hpp>
 #include <npt/base/random.hpp>
+#include <npt/base/rotation.hpp>
+#include <npt/base/vec3.hpp>
 #include <npt/body/kind_file.hpp>
 #include <npt/estimate/body_estimator.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
@@ -49,7 +51,7 @@ struct Sample {
 
 std::vector<double> inputs_of(const npt::BodyEstimate& estimate) {
   std::vector<double> inputs;
-  for (const float b : estimate.fit.body.betas) inputs.push_back(std::clamp(static_cast<double>(b), -3.0, 3.0));
+  for (const float b : estimate.fit.body.betas) inputs.push_back(npt::Posture::limited(b));
   inputs.push_back(1);
   return inputs;
 }
@@ -57,11 +59,10 @@ std::vector<double> inputs_of(const npt::BodyEstimate& estimate) {
 /// Of both sides.
 std::vector<double> angles_of(const npt::BodyEstimate& estimate, const npt::BodyPlan& plan) {
   std::vector<double> angles;
-  const std::vector<npt::Vec3d> own = npt::angles_without_yaw(estimate);
+  const std::vector<npt::Vec3d> own = estimate.angles_without_yaw();
   for (std::size_t j = 0; j < own.size(); ++j) {
-    const npt::Vec3d other = own[plan.joints[j].mirrored];
-    for (const double a : {(own[j].x + other.x) / 2, (own[j].y - other.y) / 2, (own[j].z - other.z) / 2})
-      angles.push_back(a);
+    const npt::Vec3d both = (own[j] + npt::mirrored(own[plan.joints[j].mirrored])) / 2;
+    angles.insert(angles.end(), {both.x, both.y, both.z});
   }
   return angles;
 }

@@ -12,14 +12,13 @@
 #include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/matrix3.hpp>
-#include <npt/base/quaternion.hpp>
 #include <npt/base/rotation.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
-#include <npt/estimate/rest_posture.hpp>
+#include <npt/estimate/build.hpp>
 #include <npt/io/safetensors.hpp>
 
 #include <algorithm>
@@ -30,14 +29,6 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
-
-/// [J] The angles of a fit, the root's without the direction in which it looks.
-NPT_INLINE std::vector<Vec3d> angles_without_yaw(const BodyEstimate& estimate) {
-  std::vector<Vec3d> angles(estimate.fit.body.axis_angles.size() / 3);
-  for (std::size_t j = 0; j < angles.size(); ++j)
-    angles[j] = axis_angle(j == 0 ? estimate.facing_front() * estimate.joint_rotation(0) : estimate.joint_rotation(j));
-  return angles;
-}
 
 NPT_INLINE_CLASS(class, Posture);
 template <class>
@@ -54,6 +45,9 @@ class BasicPosture {
     weights_ = to_float(tensor);
   }
 
+  /// A beta as it counts: beyond three deviations a shape says no more.
+  static double limited(float beta) { return std::clamp(static_cast<double>(beta), -3.0, 3.0); }
+
   /// [J] Axis angles at rest of a body of this shape.
   std::vector<Vec3d> rest(std::span<const float> betas) const {
     const std::size_t columns = kind_.body->shape_count() + 1;
@@ -61,8 +55,7 @@ class BasicPosture {
     for (std::size_t i = 0; i < angles.size(); ++i) {
       const std::span<const float> row = as_span(weights_).subspan(i * columns, columns);
       angles[i] = static_cast<double>(row.back());
-      for (std::size_t b = 0; b < betas.size(); ++b)
-        angles[i] += static_cast<double>(row[b]) * std::clamp(static_cast<double>(betas[b]), -most, most);
+      for (std::size_t b = 0; b < betas.size(); ++b) angles[i] += static_cast<double>(row[b]) * limited(betas[b]);
     }
     std::vector<Vec3d> result(kind_.joint_count());
     for (std::size_t j = 0; j < result.size(); ++j) result[j] = {angles[3 * j], angles[3 * j + 1], angles[3 * j + 2]};
@@ -85,7 +78,7 @@ class BasicPosture {
 
   /// How far the mesh stands at rest, from 0 to 1: both sides alike, and no limb bent much beyond what its shape says.
   double standing(const BodyEstimate& estimate) const {
-    const std::vector<Vec3d> own = angles_without_yaw(estimate), told = rest(as_span(estimate.fit.body.betas));
+    const std::vector<Vec3d> own = estimate.angles_without_yaw(), told = rest(as_span(estimate.fit.body.betas));
     double uneven = 0, bent = 0, count = 0;
     for (const LimbPair& pair : kind_.plan.limb_pairs())
       for (std::size_t k = 0; k < pair.joints[0].size(); ++k) {
@@ -100,18 +93,13 @@ class BasicPosture {
   }
 
  private:
-  /// Deviations beyond which a shape says no more.
-  static constexpr double most = 3;
-
-  static Vec3d mirrored(Vec3d a) { return {a.x, -a.y, -a.z}; }
-
   /// [J] The mesh's own rest where it stands so, else what its shape says. An identity that stands is taken to be at
   /// rest as a whole. Of a pose mesh that stands, what is far from what its shape says is its pose: it may graze.
   std::vector<Vec3d> rest_of(const BodyEstimate& mesh, bool is_pose) const {
     std::vector<Vec3d> result = rest(as_span(mesh.fit.body.betas));
     const double share = standing(mesh);
     if (!(share > 0)) return result;
-    const std::vector<Vec3d> own = angles_without_yaw(mesh);
+    const std::vector<Vec3d> own = mesh.angles_without_yaw();
     for (std::size_t j = 0; j < result.size(); ++j) {
       const Vec3d off = own[j] - result[j];
       result[j] += off * (is_pose ? share * (1 - beyond_rest(length(off))) : share);
