@@ -14,7 +14,7 @@ namespace {
 
 /// Rosenbrock's valley: (10 (y - x^2))^2 + (1 - x)^2.
 struct Valley {
-  std::array<double, 2> at{-1.2, 1}, tried{};
+  std::array<double, 2> at{0.9, 0.7}, tried{};
   npt::NormalEquations equations{2};
   int tries = 0;
 
