@@ -54,9 +54,8 @@ std::vector<double> angles_of(const npt::BodyEstimate& estimate, const npt::Body
   std::vector<double> angles;
   const std::vector<npt::Vec3d> own = npt::angles_without_yaw(estimate);
   for (std::size_t j = 0; j < own.size(); ++j) {
-    const npt::Vec3d other = own[plan.joints[j].mirrored];
-    for (const double a : {(own[j].x + other.x) / 2, (own[j].y - other.y) / 2, (own[j].z - other.z) / 2})
-      angles.push_back(a);
+    const npt::Vec3d even = (own[j] + npt::mirrored(own[plan.joints[j].mirrored])) / 2;
+    angles.insert(angles.end(), {even.x, even.y, even.z});
   }
   return angles;
 }
@@ -100,9 +99,9 @@ void add_square(std::span<const npt::Vec3d> x, const npt::BodyPlan& plan, double
   const std::size_t n = 3 * x.size();
   std::vector<double> own, other;
   for (std::size_t j = 0; j < x.size(); ++j) {
-    const npt::Vec3d m = x[plan.joints[j].mirrored];
+    const npt::Vec3d m = npt::mirrored(x[plan.joints[j].mirrored]);
     own.insert(own.end(), {x[j].x, x[j].y, x[j].z});
-    other.insert(other.end(), {m.x, -m.y, -m.z});
+    other.insert(other.end(), {m.x, m.y, m.z});
   }
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = 0; k < n; ++k) sum[i * n + k] += weight / 2 * (own[i] * own[k] + other[i] * other[k]);

@@ -30,3 +30,10 @@ TEST_CASE("the axis angle of a rotation gives the rotation back, half turns too"
     CHECK((r - again).squared_norm() < 1e-10);
   }
 }
+
+TEST_CASE("a mirrored axis angle turns the mirror image") {
+  const Vec3d turn{0.4, -1.2, 0.7}, p{0.3, 0.8, -0.5};
+  const Vec3d there = npt::rotation_matrix(turn) * p;
+  CHECK(length(npt::rotation_matrix(npt::mirrored(turn)) * Vec3d{-p.x, p.y, p.z} - Vec3d{-there.x, there.y, there.z}) <
+        1e-14);
+}

@@ -13,8 +13,7 @@ npt::BodyEstimate usual_estimate() {
   npt::BodyEstimate estimate;
   estimate.fit.body.axis_angles.assign(72, 0.0F);
   estimate.fit.body.betas.assign(26, 1.0F);
-  estimate.fit.mesh_explained = estimate.fit.body_explained = 0.98;
-  estimate.fit.correspondence_residual = 0.04;
+  estimate.fit.mesh_explained = 0.98;
   estimate.fit.relative_distance = 0.005;
   estimate.fit.part_distances.assign(24, 0.005);
   estimate.joint_confidence.assign(24, 0.9);

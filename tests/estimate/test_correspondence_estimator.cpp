@@ -17,7 +17,9 @@ namespace {
 
 const std::filesystem::path weights = std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/human.safetensors";
 
-npt::FitSurface surface_of(const npt::Mesh& mesh) { return {mesh.coordinates(), npt::triangulate(mesh), 1500, "mesh"}; }
+npt::FitSurface surface_of(const npt::Mesh& mesh) {
+  return {npt::points_of(mesh.coordinates()), npt::triangulate(mesh), 1500, "mesh"};
+}
 
 }  // namespace
 

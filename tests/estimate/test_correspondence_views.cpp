@@ -6,6 +6,7 @@
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/correspondence_views.hpp>
 #include <npt/estimate/fit_surface.hpp>
+#include <npt/mesh/points.hpp>
 
 #include <array>
 #include <cstddef>
@@ -23,7 +24,7 @@ namespace {
 npt::FitSurface z_up() {
   Person person(5);
   for (npt::Vec3f& p : person.mesh.positions) p = {p.x, -p.z, p.y};
-  return npt::FitSurface(person.mesh.coordinates(), npt::mannequin().triangles(), 800);
+  return npt::FitSurface(npt::points_of(person.mesh.coordinates()), npt::mannequin().triangles(), 800);
 }
 
 const npt::Matrix3 rotation_of_z_up = npt::rotation_matrix({-std::numbers::pi / 2, 0, 0});

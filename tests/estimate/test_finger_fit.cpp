@@ -9,6 +9,7 @@
 #include <npt/body/pose_sampler.hpp>
 #include <npt/estimate/finger_fit.hpp>
 #include <npt/estimate/fit_surface.hpp>
+#include <npt/mesh/points.hpp>
 
 #include <array>
 #include <cstddef>
@@ -30,9 +31,9 @@ struct PersonWithHands {
 
   PersonWithHands(std::uint64_t seed, const std::array<npt::HandBend, 2>& hands)
       : fit(fit_in_natural_pose(seed)),
-        surface(npt::to_mesh(people::mannequins()->bound_body(), fit.body.betas,
-                             npt::with_fingers(fit.body.axis_angles, hands))
-                    .coordinates(),
+        surface(npt::points_of(npt::to_mesh(people::mannequins()->bound_body(), fit.body.betas,
+                                            npt::with_fingers(fit.body.axis_angles, hands))
+                                   .coordinates()),
                 npt::mannequin().triangles()) {}
 
  private:

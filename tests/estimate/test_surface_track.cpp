@@ -39,13 +39,8 @@ struct Followed {
       : posed(p),
         fit{.translation = {}, .axis_angles = {p.pose.begin(), p.pose.end()}, .betas = p.betas},
         surface(std::span<const Vec3d>(off(p.points, clothes)), npt::mannequin().triangles()),
-        track(npt::mannequin(), level(), npt::TriangleTree(level().rest_points(), level().triangles()), surface, fit,
-              1) {}
+        track(npt::mannequin(), surface, fit, 1) {}
 
-  static const npt::BodyLevel& level() {
-    static const npt::BodyLevel full = npt::BodyLevel::full(npt::mannequin(), 1);
-    return full;
-  }
   static std::vector<Vec3d> off(std::span<const Vec3d> body, double clothes) {
     std::vector<Vec3d> normals(body.size()), result(body.begin(), body.end());
     for (const npt::Triangle& t : npt::mannequin().triangles()) {

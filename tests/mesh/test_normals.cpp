@@ -5,6 +5,8 @@
 #include <npt/mesh/validate.hpp>
 
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 namespace {
 
@@ -126,4 +128,14 @@ TEST_CASE("area vectors of points are sums over their triangles") {
   const std::vector<npt::Vec3d> points{{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, 1}, {5, 5, 5}};
   const std::vector<npt::Vec3d> sums = npt::area_vectors(points, std::vector<npt::Triangle>{{0, 1, 2}, {0, 2, 3}});
   CHECK(sums == std::vector<npt::Vec3d>{{3, 0, 6}, {0, 0, 6}, {3, 0, 6}, {3, 0, 0}, {0, 0, 0}});
+}
+
+TEST_CASE("area shares of sets stand at their least points, and are none without an area") {
+  const std::vector<npt::Vec3d> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 0, 0}, {8, 0, 0}, {5, 1, 0}};
+  const std::vector<npt::Triangle> triangles{{0, 1, 2}, {3, 4, 5}};
+  const std::vector<double> shares = npt::area_shares(points, triangles, std::vector<std::uint32_t>{0, 0, 0, 3, 3, 3});
+  CHECK(shares[0] == doctest::Approx(0.25));
+  CHECK(shares[3] == doctest::Approx(0.75));
+  CHECK(shares[4] == 0);
+  CHECK(npt::area_shares(points, {}, std::vector<std::uint32_t>(6)) == std::vector<double>(6));
 }

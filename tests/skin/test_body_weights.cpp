@@ -5,8 +5,8 @@
 #include <npt/base/random.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
+#include <npt/estimate/fitted_body.hpp>
 #include <npt/skin/body_weights.hpp>
-#include <npt/skin/skeleton_pose.hpp>
 
 #include <algorithm>
 #include <array>

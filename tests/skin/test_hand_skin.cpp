@@ -34,14 +34,13 @@ std::vector<Vec3d> skin_points(const std::vector<float>& angles) {
 }
 
 /// Weights of a mesh of the mannequin's topology with fists, from a body with fists that are closed by `off` more.
-npt::SparseMatrix fist_weights(double off, std::array<npt::skeleton::internal::HandMeasure, 2>* measured = nullptr,
-                               bool closed = true) {
+npt::SparseMatrix fist_weights(double off, bool closed = true) {
   npt::HandBend other = fist;
   for (double& m : other.middle) m += off;
   npt::BodyFit fit;
   fit.axis_angles = npt::with_fingers(straight, {other, other});
   return npt::body_weights(*people::mannequins(), fit, skin_points(npt::with_fingers(straight, {fist, fist})),
-                           fingered_mannequin().triangles(), {.closed = {closed, closed}}, measured);
+                           fingered_mannequin().triangles(), {.closed = {closed, closed}});
 }
 
 /// Mean of how much of a finger's weights is where it doesn't belong, over vertices that are moved by fingers alone.
@@ -65,13 +64,13 @@ double misplaced(const npt::SparseMatrix& weights) {
 }  // namespace
 
 TEST_CASE("a fist's fingers get their own weights, though other skin lies nearer") {
-  const double along_skin = misplaced(fist_weights(-0.4)), nearest = misplaced(fist_weights(-0.4, nullptr, false));
+  const double along_skin = misplaced(fist_weights(-0.4)), nearest = misplaced(fist_weights(-0.4, false));
   CHECK(along_skin < 0.12);
   CHECK(along_skin < 0.5 * nearest);
 }
 
 TEST_CASE("rows still sum to 1, the thumb stays with the palm, the rest of the body as it was") {
-  const npt::SparseMatrix weights = fist_weights(-0.4), without = fist_weights(-0.4, nullptr, false);
+  const npt::SparseMatrix weights = fist_weights(-0.4), without = fist_weights(-0.4, false);
   const std::vector<float> own = weights.to_dense(), before = without.to_dense();
   for (std::size_t v = 0; v < weights.rows; ++v) {
     CHECK(weights.row_sum(v) == doctest::Approx(1).epsilon(1e-5));
@@ -85,37 +84,16 @@ TEST_CASE("rows still sum to 1, the thumb stays with the palm, the rest of the b
   }
 }
 
-TEST_CASE("fingers are measured against the body's: their bend beyond it, and where their joints are") {
-  constexpr double off = -0.4;
-  std::array<npt::skeleton::internal::HandMeasure, 2> measured;
-  fist_weights(off, &measured);
-  const std::vector<float> angles = npt::with_fingers(straight, {fist, fist});
-  const std::vector<Vec3d> joints = fingered_mannequin().joints({});
-  const std::vector<npt::Rigid> motions = fingered_mannequin().bone_motions({}, angles);
-  for (std::size_t side = 0; side < 2; ++side)
-    for (std::size_t f = 0; f < npt::finger_count; ++f) {
-      const auto& finger = measured[side].closed[f];
-      // The body's middle joints lack 0.4, and the ends of its fingers two thirds of it more.
-      CHECK(std::abs(finger.turns[0] + off) < 0.3);
-      CHECK(std::abs(finger.turns[1] + off * 5 / 3) < 0.35);
-      for (std::size_t k = 0; k < 2; ++k) {
-        const std::size_t j = npt::middle_finger_joint(side, f) + k;
-        REQUIRE(finger.joints[k].has_value());
-        CHECK(length(*finger.joints[k] - motions[j](joints[j])) < 0.01);
-      }
-    }
-}
-
 TEST_CASE("hands without fingers, and what is no hand, bend with the hand's joint alone") {
   const std::vector<Vec3d> points = skin_points(npt::with_fingers(straight, {}));
   npt::BodyFit fit;
   fit.axis_angles = npt::with_fingers(straight, {});
   const auto fingers_of = [&](std::span<const Vec3d> mesh, std::span<const npt::Triangle> triangles) {
-    std::array<npt::skeleton::internal::HandMeasure, 2> measured;
-    const npt::SparseMatrix weights = npt::body_weights(*people::mannequins(), fit, mesh, triangles, {}, &measured);
+    std::array<bool, 2> fingers{};
+    const npt::SparseMatrix weights = npt::body_weights(*people::mannequins(), fit, mesh, triangles, {}, &fingers);
     const bool bend = std::ranges::any_of(weights.column, [](std::uint32_t j) { return j >= npt::smpl_joint_count; });
-    CHECK(bend == (measured[0].fingers || measured[1].fingers));
-    return std::array{measured[0].fingers, measured[1].fingers};
+    CHECK(bend == (fingers[0] || fingers[1]));
+    return fingers;
   };
   CHECK(fingers_of(points, fingered_mannequin().triangles()) == std::array{true, true});
   // Cut off at the knuckles.

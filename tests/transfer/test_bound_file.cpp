@@ -46,7 +46,7 @@ npt::BoundCharacter small_character() {
   c.estimate.hands[1].knuckles = 0.7;
   c.body = c.estimate.fit.body;
   c.body.axis_angles[5] = 9;
-  c.hands[0].end[2] = 1.1;
+  c.estimate.hands[0].middle[2] = 1.1;
   c.fingers = {false, true};
   for (std::size_t j = 0; j < joints; ++j) c.joints.push_back({static_cast<double>(j) / 7, 0, 1});
   c.points = {{0.1, 0.2, 0.3}, {1, 0, 0}};
@@ -80,7 +80,7 @@ TEST_CASE("a bound character comes back with every bit") {
   CHECK(back.estimate.hands[1].knuckles == 0.7);
   CHECK(back.body.axis_angles == c.body.axis_angles);
   CHECK(back.body.betas == c.body.betas);
-  CHECK(back.hands[0].end == c.hands[0].end);
+  CHECK(back.estimate.hands[0].middle == c.estimate.hands[0].middle);
   CHECK(back.fingers == c.fingers);
   CHECK(back.joints == c.joints);
   CHECK(back.points == c.points);

@@ -7,6 +7,9 @@
 #pragma once
 
 #include <npt/base/error.hpp>
+#include <npt/base/rotation.hpp>
+#include <npt/base/vec3.hpp>
+#include <npt/body/body_kind.hpp>
 #include <npt/body/body_plan.hpp>
 #include <npt/config.hpp>
 #include <npt/io/safetensors.hpp>
@@ -26,12 +29,13 @@ namespace npt::inline NPT_ABI {
 
 using PlanPose = std::vector<float>;
 
-/// Left and right exchanged: at x, which mirrors, an axis keeps its x and turns the other two.
+/// Left and right exchanged.
 inline PlanPose mirrored_pose(const BodyPlan& plan, const PlanPose& pose) {
-  PlanPose result(pose.size());
-  for (std::size_t j = 0; j < plan.joint_count(); ++j) {
-    const std::size_t from = 3 * plan.joints[j].mirrored;
-    result[3 * j] = pose[from], result[3 * j + 1] = -pose[from + 1], result[3 * j + 2] = -pose[from + 2];
+  PlanPose result;
+  for (const JointPlan& joint : plan.joints) {
+    const float* from = &pose[3 * joint.mirrored];
+    const Vec3f own = mirrored(Vec3f{from[0], from[1], from[2]}.as<double>()).as<float>();
+    result.insert(result.end(), {own.x, own.y, own.z});
   }
   return result;
 }
@@ -75,17 +79,14 @@ inline GatheredMoments pose_moments(const BodyPlan& plan, const std::vector<Plan
                    .expected = "three for each of " + std::to_string(plan.joint_count()) + " joints"});
     all.push_back(mirrored_pose(plan, pose));
   }
-  std::vector<double> mean(n), covariance(m * m);
-  const double share = 1 / static_cast<double>(all.size());
-  for (const PlanPose& pose : all)
-    for (std::size_t i = 0; i < n; ++i) mean[i] += share * static_cast<double>(pose[i]);
-  std::vector<double> off(m);
-  for (const PlanPose& pose : all) {
-    for (std::size_t i = 0; i < m; ++i) off[i] = static_cast<double>(pose[i + 3]) - mean[i + 3];
-    for (std::size_t i = 0; i < m; ++i)
-      for (std::size_t k = 0; k < m; ++k) covariance[i * m + k] += share * off[i] * off[k];
-  }
-  return {{mean.begin(), mean.end()}, {covariance.begin(), covariance.end()}};
+  const PoseMoments own = moments_of(all);
+  GatheredMoments moments;
+  for (const Vec3d mean : own.mean)
+    for (const double x : {mean.x, mean.y, mean.z}) moments.mean.push_back(static_cast<float>(x));
+  for (std::size_t i = 0; i < m; ++i)
+    for (std::size_t k = 0; k < m; ++k)
+      moments.covariance.push_back(static_cast<float>(own.covariance[std::max(i, k) * m + std::min(i, k)]));
+  return moments;
 }
 
 /// A file with the poses and their moments.

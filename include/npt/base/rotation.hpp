@@ -24,6 +24,9 @@ NPT_INLINE Matrix3 rotation_matrix(Vec3d axis_angle) {
             {a.z * a.x * k - a.y * s, a.z * a.y * k + a.x * s, c + a.z * a.z * k}}}};
 }
 
+/// The mirror image at x of an axis angle: of a turn by which left and right are exchanged.
+constexpr Vec3d mirrored(Vec3d axis_angle) { return {axis_angle.x, -axis_angle.y, -axis_angle.z}; }
+
 /// The axis angle of a rotation, of at most half a turn.
 NPT_INLINE Vec3d axis_angle(const Matrix3& r) {
   const Vec3d skew{r.rows[2].y - r.rows[1].z, r.rows[0].z - r.rows[2].x, r.rows[1].x - r.rows[0].y};

@@ -22,7 +22,6 @@ namespace npt::inline NPT_ABI {
 struct HandBend {
   double knuckles = 0;                        ///< about the hand's joint
   std::array<double, finger_count> middle{};  ///< about the middle joints; index finger first
-  std::array<double, finger_count> end{};     ///< about the end joints, beyond two thirds of the middle ones
 
   friend bool operator==(const HandBend&, const HandBend&) = default;
 };
@@ -57,8 +56,7 @@ NPT_INLINE std::vector<float> with_fingers(std::span<const float> axis_angles, c
     for (std::size_t f = 0; f < finger_count; ++f) {
       const std::size_t middle = joints.middles[f];
       set_joint_rotation(as_span(result), middle, rotation_matrix(joints.hinge * bend.middle[f]));
-      set_joint_rotation(as_span(result), middle + 1,
-                         rotation_matrix(joints.hinge * (bend.middle[f] * 2 / 3 + bend.end[f])));
+      set_joint_rotation(as_span(result), middle + 1, rotation_matrix(joints.hinge * (bend.middle[f] * 2 / 3)));
     }
   }
   return result;

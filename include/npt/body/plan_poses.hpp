@@ -76,7 +76,7 @@ class BasicPlanPoses {
       if (!given[j] && given[mirrored_[j]]) ranges_[j] = mirror(ranges_[mirrored_[j]]);
     for (std::size_t p = 0; p < poses_.size(); ++p) {
       for (std::size_t j = 0; j < given.size(); ++j)
-        if (!bent[p][j] && bent[p][mirrored_[j]]) poses_[p].angles[j] = mirror(poses_[p].angles[mirrored_[j]]);
+        if (!bent[p][j] && bent[p][mirrored_[j]]) poses_[p].angles[j] = mirrored(poses_[p].angles[mirrored_[j]]);
       choice_.add(poses_[p].weight);
     }
     set_limits();
@@ -126,7 +126,7 @@ class BasicPlanPoses {
       if (!free) angles[j] += poses_[first].angles[j] * share + poses_[second].angles[j] * (1 - share);
       if (j == 0) angles[j].y = drawn.y;
       // Hanging or pricked: an animal's ears seldom differ.
-      if (appendage_[j] && mirrored_[j] < j) angles[j] = angles[j] * 0.25 + mirror(angles[mirrored_[j]]) * 0.75;
+      if (appendage_[j] && mirrored_[j] < j) angles[j] = angles[j] * 0.25 + mirrored(angles[mirrored_[j]]) * 0.75;
     }
     if (mirror_it) angles = mirror(as_span(angles));
     for (std::size_t j = 0; j < angles.size(); ++j) {
@@ -146,7 +146,7 @@ class BasicPlanPoses {
   /// The same pose with left and right exchanged.
   std::vector<Vec3d> mirror(std::span<const Vec3d> angles) const {
     std::vector<Vec3d> result(angles.size());
-    for (std::size_t j = 0; j < angles.size(); ++j) result[j] = mirror(angles[mirrored_[j]]);
+    for (std::size_t j = 0; j < angles.size(); ++j) result[j] = mirrored(angles[mirrored_[j]]);
     return result;
   }
 
@@ -166,7 +166,6 @@ class BasicPlanPoses {
     return j;
   }
 
-  static Vec3d mirror(Vec3d a) { return {a.x, -a.y, -a.z}; }
   static JointLimits mirror(const JointLimits& r) {
     return {{r.low.x, -r.high.y, -r.high.z}, {r.high.x, -r.low.y, -r.low.z}};
   }

@@ -80,6 +80,13 @@ struct BasicBodyEstimate {
     const Vec3d front = joint_rotation(0) * Vec3d{0, 0, 1};
     return rotation_matrix({0, -std::atan2(front.x, front.z), 0});
   }
+  /// [J] The angles of the fit, the root's without the direction in which it looks.
+  std::vector<Vec3d> angles_without_yaw() const {
+    std::vector<Vec3d> angles(fit.body.axis_angles.size() / 3);
+    for (std::size_t j = 0; j < angles.size(); ++j)
+      angles[j] = axis_angle(j == 0 ? facing_front() * joint_rotation(0) : joint_rotation(j));
+    return angles;
+  }
   static constexpr double odd_shape = 450;  ///< CorrespondenceFit::shape_deviation from which on a user is told
   /// What a user should know of the mesh, or nothing. Limbs behind a girdle count as arms, the others as legs.
   std::vector<WarningCode> warnings(const BodyPlan& plan) const {

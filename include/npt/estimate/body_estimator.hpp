@@ -45,9 +45,9 @@ namespace npt::inline NPT_ABI {
 struct BodyEstimatorOptions {
   std::size_t read_points = 1500;  ///< of a surface that the network reads
   ViewOptions views;
-  /// Seven candidates instead of the fit's own three: of 110 natural poses 4 instead of 6 end beyond 3 cm, for a tenth
-  /// of the time.
-  CorrespondenceFitOptions fit{.candidates = 7};
+  /// Views that are fitted, at most. Seven instead of three: of 110 natural poses 4 instead of 6 end beyond 3 cm, for a
+  /// tenth of the time.
+  std::size_t candidates = 7;
 };
 
 template <class Exec = DefaultExecutor>
@@ -58,7 +58,7 @@ class BasicBodyEstimator {
                      BodyEstimatorOptions options = {})
       : reader_(std::move(reader)),
         options_(std::move(options)),
-        fitter_(std::make_unique<CorrespondenceFitter>(kind, options_.fit)),
+        fitter_(std::make_unique<CorrespondenceFitter>(kind, options_.candidates)),
         fingers_(kind),
         limbs_(std::move(kind)) {}
 
@@ -92,21 +92,14 @@ class BasicBodyEstimator {
       anew = read(mesh);
       if (anew->confidence >= high_confidence) return *std::move(anew);
     }
-    BodyEstimate reading;
+    BodyEstimate reading = last;
     reading.followed = frame;
-    reading.residuals = last.residuals;
-    reading.confidence = last.confidence;
-    reading.joint_confidence = last.joint_confidence;
-    reading.metres = last.metres;
-    reading.centre = last.centre;
-    reading.figure = last.figure;
     std::vector<Triangle> kept;
     reading.surface = std::make_shared<const FitSurface>(
         last.surface->moved(as_span(reading.points_of(mesh)), figure_triangles(mesh, last.figure, kept)));
-    reading.track = last.track ? last.track : fitter_->track(*last.surface, last.fit);
+    if (!reading.track) reading.track = fitter_->track(*last.surface, last.fit);
     SurfaceTrack::Step step = reading.track->follow(*reading.surface, last.fit.body);
     if (step.off > lost) return anew ? *std::move(anew) : read(mesh);
-    reading.fit = last.fit;
     reading.fit.body = std::move(step.body);
     reading.hands = fingers_(*reading.surface, reading.fit, last.hands);
     return reading;

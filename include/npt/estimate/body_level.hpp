@@ -9,17 +9,28 @@
 #include <npt/body/body_model.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/differentiable_body.hpp>
+#include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/farthest_points.hpp>
 #include <npt/mesh/geodesics.hpp>
+#include <npt/mesh/points.hpp>
 #include <npt/mesh/topology.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
+
+/// A point of a body's surface: the sum of the vertices `corners` times `weights`.
+struct BodyPoint {
+  Triangle corners{};
+  std::array<double, 3> weights{};
+  Vec3d rest;  ///< where it is on the mean shape in the rest pose
+};
 
 NPT_INLINE_CLASS(class, BodyLevel);
 template <class>
@@ -33,101 +44,109 @@ class BasicBodyLevel {
   };
 
   /// A level of at most `count` vertices, each a probe.
-  BasicBodyLevel(const BodyModel& model, std::size_t count) : BodyLevel(of_probes(model, choose(model, count))) {}
+  BasicBodyLevel(const BodyModel& model, std::size_t count) : BodyLevel(model, Cells(model, count)) {
+    for (std::uint32_t i = 0; i < probes_.size(); ++i) probes_[i].vertex = i;
+  }
 
   /// The level of all vertices and triangles, with at most `probe_count` probes.
   static BodyLevel full(const BodyModel& model, std::size_t probe_count) {
-    BodyLevel level(model, choose(model, model.vertex_count()));
-    level.probes_ = probes_of(model, choose(model, probe_count));
+    BodyLevel level(model, model.vertex_count());
+    level.place_probes(model, Cells(model, probe_count));
     return level;
   }
 
   const DifferentiableBody& body() const noexcept { return body_; }
   std::span<const Triangle> triangles() const noexcept { return as_span(triangles_); }
   std::span<const Vec3d> rest_points() const noexcept { return as_span(rest_); }
+  /// Of the triangles at rest.
+  const TriangleTree& tree() const noexcept { return tree_; }
   std::span<const Probe> probes() const noexcept { return probes_; }
+  /// Of the model's surface at rest.
+  double area() const noexcept { return area_; }
+
+  /// The surface's point that is closest to a place on the resting body.
+  BodyPoint locate(Vec3d place) const {
+    const ClosestPoint c = tree_.closest(place);
+    return {triangles_[c.triangle], c.weights, c.point};
+  }
 
  private:
-  struct Choice {
+  /// Chosen vertices, and what belongs to each.
+  struct Cells {
+    std::vector<Vec3d> points;            ///< [V] of the body at rest
     std::vector<std::uint32_t> vertices;  ///< [n] of the body
     std::vector<std::uint32_t> cell;      ///< [V] which of them each vertex belongs to, or no_index
+
+    Cells(const BodyModel& model, std::size_t count) : points(points_of(model.tables().v_template)) {
+      if (count >= points.size()) {
+        vertices.resize(points.size());
+        std::iota(vertices.begin(), vertices.end(), 0U);
+        cell = vertices;
+        return;
+      }
+      vertices = farthest_points(as_span(points), count);
+      cell = geodesics(points, neighbours(as_span(edges_of_triangles(model.triangles())), points.size()), vertices)
+                 .nearest;
+    }
   };
 
-  BasicBodyLevel(const BodyModel& model, const Choice& choice) : body_(model, choice.vertices) {
-    const std::vector<Vec3d> all = rest_of(model);
-    for (const std::uint32_t v : choice.vertices) rest_.push_back(all[v]);
-    for (const Triangle& t : model.triangles()) {
-      const Triangle cells{choice.cell[t[0]], choice.cell[t[1]], choice.cell[t[2]]};
-      if (cells[0] != cells[1] && cells[1] != cells[2] && cells[2] != cells[0]) triangles_.push_back(cells);
+  BasicBodyLevel(const BodyModel& model, const Cells& cells)
+      : body_(model, cells.vertices),
+        triangles_(triangles_between(model, cells)),
+        rest_(rest_of(cells)),
+        tree_(as_span(rest_), as_span(triangles_)) {
+    place_probes(model, cells);
+  }
+
+  static std::vector<Vec3d> rest_of(const Cells& cells) {
+    std::vector<Vec3d> rest;
+    for (const std::uint32_t v : cells.vertices) rest.push_back(cells.points[v]);
+    return rest;
+  }
+
+  /// Each once. Turning order is kept.
+  static std::vector<Triangle> triangles_between(const BodyModel& model, const Cells& cells) {
+    std::vector<Triangle> all;
+    for (const auto& [p, q, r] : model.triangles()) {
+      Triangle t{cells.cell[p], cells.cell[q], cells.cell[r]};
+      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+      std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+      all.push_back(t);
     }
-    once();
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
   }
 
-  /// A level whose vertices are all probes.
-  static BodyLevel of_probes(const BodyModel& model, const Choice& choice) {
-    BodyLevel level(model, choice);
-    level.probes_ = probes_of(model, choice);
-    for (std::uint32_t i = 0; i < level.probes_.size(); ++i) level.probes_[i].vertex = i;
-    return level;
-  }
-
-  /// The chosen vertices with the area of their cells.
-  static std::vector<Probe> probes_of(const BodyModel& model, const Choice& choice) {
-    const std::vector<Vec3d> points = rest_of(model);
-    std::vector<Probe> probes(choice.vertices.size());
-    for (std::size_t i = 0; i < probes.size(); ++i) probes[i].vertex = choice.vertices[i];
+  /// At the chosen vertices, with the area of their cells.
+  void place_probes(const BodyModel& model, const Cells& cells) {
+    probes_.assign(cells.vertices.size(), {});
+    for (std::size_t i = 0; i < probes_.size(); ++i) probes_[i].vertex = cells.vertices[i];
     double total = 0;
+    area_ = 0;
     for (const Triangle& t : model.triangles()) {
-      const Vec3d normal = cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]);
+      const Vec3d normal = cross(cells.points[t[1]] - cells.points[t[0]], cells.points[t[2]] - cells.points[t[0]]);
+      area_ += 0.5 * length(normal);
       for (const std::uint32_t v : t) {
-        const std::uint32_t cell = choice.cell[v];
+        const std::uint32_t cell = cells.cell[v];
         if (cell == no_index) continue;
-        probes[cell].area += length(normal);
+        probes_[cell].area += length(normal);
         total += length(normal);
-        if (choice.vertices[cell] == v) probes[cell].normal += normal;
+        if (cells.vertices[cell] == v) probes_[cell].normal += normal;
       }
     }
-    for (Probe& probe : probes) {
+    for (Probe& probe : probes_) {
       probe.area /= total > 0 ? total : 1;
       probe.normal = normalised(probe.normal);
     }
-    return probes;
-  }
-
-  static std::vector<Vec3d> rest_of(const BodyModel& model) {
-    const std::span<const float> xyz = model.tables().v_template;
-    std::vector<Vec3d> points(xyz.size() / 3);
-    for (std::size_t v = 0; v < points.size(); ++v)
-      points[v] = Vec3f{xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]}.as<double>();
-    return points;
-  }
-
-  /// Takes out triangles that stand for the same three cells. Turning order is kept.
-  void once() {
-    for (Triangle& t : triangles_) std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-    std::sort(triangles_.begin(), triangles_.end());
-    triangles_.erase(std::unique(triangles_.begin(), triangles_.end()), triangles_.end());
-  }
-
-  static Choice choose(const BodyModel& model, std::size_t count) {
-    const std::vector<Vec3d> points = rest_of(model);
-    Choice choice;
-    if (count >= points.size()) {
-      for (std::uint32_t v = 0; v < points.size(); ++v) choice.vertices.push_back(v);
-      choice.cell = choice.vertices;
-      return choice;
-    }
-    choice.vertices = farthest_points(as_span(points), count);
-    choice.cell =
-        geodesics(points, neighbours(as_span(edges_of_triangles(model.triangles())), points.size()), choice.vertices)
-            .nearest;
-    return choice;
   }
 
   DifferentiableBody body_;
   std::vector<Triangle> triangles_;
   std::vector<Vec3d> rest_;
+  TriangleTree tree_;
   std::vector<Probe> probes_;
+  double area_ = 0;
 };
 
 }  // namespace npt::inline NPT_ABI

@@ -8,7 +8,9 @@
 
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
@@ -51,12 +53,7 @@ class BasicBodyLookUp {
   ClosestPoint operator()(Vec3d point, Vec3d outward, std::uint32_t& hint) const {
     const Vec3d normal = normalised(outward);
     ClosestPoint c = tree_.closest(
-        point,
-        [&](std::uint32_t t) {
-          const double cosine = dot(normals_[t], normal);
-          return normal == Vec3d{} || (facing_ == 0 ? std::abs(cosine) : facing_ * cosine) > 0.2;
-        },
-        hint);
+        point, [&](std::uint32_t t) { return normal == Vec3d{} || faces_alike(normals_[t], normal, facing_); }, hint);
     if (c.triangle == no_index) c = tree_.closest(point);
     hint = c.triangle;
     return c;
@@ -64,6 +61,17 @@ class BasicBodyLookUp {
 
   /// From the body's surface as such, whichever way it faces.
   double distance(Vec3d point) const { return std::sqrt(tree_.closest(point).squared_distance); }
+
+  /// add(joint, weight) for the skin weights of the body there; a joint may come several times.
+  template <class Add>
+  void for_each_weight(const ClosestPoint& on, const Add& add) const {
+    const SparseMatrix& skin = model_.tables().weights;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t v = model_.triangles()[on.triangle][k];
+      for (std::size_t i = skin.start[v]; i < skin.start[v + 1]; ++i)
+        add(skin.column[i], on.weights[k] * static_cast<double>(skin.value[i]));
+    }
+  }
 
   BodyPlace place(const ClosestPoint& on) const {
     const Triangle& t = model_.triangles()[on.triangle];

@@ -13,6 +13,9 @@ namespace npt::inline NPT_ABI {
 /// 0 up to `from`, 1 from `to` on, linear between.
 constexpr double rising(double x, double from, double to) { return std::clamp((x - from) / (to - from), 0.0, 1.0); }
 
+/// How far a bend of so many radians is no posture at rest any more, from 0 to 1.
+constexpr double beyond_rest(double bend) { return rising(bend, 0.35, 0.5); }
+
 /// How far the build is another one than the mannequin's, from 0 to 1.
 NPT_INLINE double unlike_mannequin(const BodyEstimate& estimate) {
   return rising(estimate.fit.relative_distance, 0.002, 0.005);

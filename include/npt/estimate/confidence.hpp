@@ -7,16 +7,17 @@
 #pragma once
 
 #include <npt/base/error.hpp>
-#include <npt/base/number_text.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/residuals.hpp>
 #include <npt/io/safetensors.hpp>
+#include <npt/io/text.hpp>
 
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <string>
-#include <system_error>
+#include <string_view>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -40,20 +41,18 @@ struct LogisticModel {
   void read(const SafetensorsFile& file, const char* key) {
     const std::string* text = file.find_metadata(key);
     if (text == nullptr) return;
-    const auto fail = [&] {
+    std::string_view rest = *text;
+    bool good = true;
+    for (double& weight : weights) {
+      const std::optional<double> number = parse_number<double>(next_word(rest));
+      good = good && number && std::isfinite(*number);
+      weight = number.value_or(0);
+    }
+    if (!good || !next_word(rest).empty())
       throw Error({.file = file.name(),
                    .place = std::string("metadata ") + key,
                    .found = "'" + *text + "'",
                    .expected = std::to_string(Features + 1) + " numbers, as examples/fit_confidence writes them"});
-    };
-    const char *at = text->data(), *const end = at + text->size();
-    for (double& weight : weights) {
-      while (at != end && *at == ' ') ++at;
-      const auto number = number_from_chars(at, end, weight);
-      if (number.ec != std::errc() || !std::isfinite(weight)) fail();
-      at = number.ptr;
-    }
-    if (at != end) fail();
   }
 };
 

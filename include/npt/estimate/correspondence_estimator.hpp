@@ -32,7 +32,6 @@
 #include <npt/nn/graph/program.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
@@ -59,23 +58,18 @@ struct CorrespondenceEstimatorOptions {
 template <class Exec = DefaultExecutor>
 class BasicCorrespondenceEstimator {
  public:
-  template <class Networks = CorrespondenceNetworks>
   static BasicCorrespondenceEstimator open(const std::filesystem::path& weights, int threads = 0) {
-    return open<Networks>(correspondence_part(SafetensorsFile::read(weights)), Exec(threads));
+    return {correspondence_part(SafetensorsFile::read(weights)), Exec(threads)};
   }
-  /// Weights of any network of the list that takes points and normals.
-  template <class Networks = CorrespondenceNetworks>
-  static BasicCorrespondenceEstimator open(const SafetensorsFile& file, Exec executor) {
-    return BasicCorrespondenceEstimator(open_network<Networks>(
-                                            file, std::move(executor),
-                                            [](const graph::Program& p) {
-                                              return p.inputs.are({{"points", 3}, {"normals", 3}});
-                                            },
-                                            "a correspondence network, of points and normals"),
-                                        ConfidenceModel::of(file));
-  }
+  /// Weights of any network that takes points and normals.
   BasicCorrespondenceEstimator(const SafetensorsFile& file, Exec executor)
-      : BasicCorrespondenceEstimator(open(file, std::move(executor))) {}
+      : engine_(open_network<CorrespondenceNetworks>(
+            file, std::move(executor),
+            [](const graph::Program& p) {
+              return p.inputs.are({{"points", 3}, {"normals", 3}});
+            },
+            "a correspondence network, of points and normals")),
+        confidence_(ConfidenceModel::of(file)) {}
   template <int Width>
   BasicCorrespondenceEstimator(const Model<CorrespondenceNet<Width>>& model, Exec executor)
       : engine_(Engine<CorrespondenceNet<Width>, float, Exec>(model, std::move(executor))) {}
@@ -103,9 +97,6 @@ class BasicCorrespondenceEstimator {
  private:
   /// Metres; of places in bodies that no training had.
   static constexpr double usual_spread = 0.05;
-
-  BasicCorrespondenceEstimator(engine::Core<float, Exec> engine, const ConfidenceModel& confidence)
-      : engine_(std::move(engine)), confidence_(confidence) {}
 
   /// [turns][n] in metres.
   std::vector<std::vector<Vec3f>> places_of(std::span<const FitSurface::Sample> samples,

@@ -1,8 +1,8 @@
-/// Fits a body to a surface of which it was read where each point belongs: Gauss-Newton steps from the motion in closed
-/// form, in place of a search. Several candidate readings may be given, such as those of the mesh in turned directions.
+/// Fits a body to a surface by correspondences, where each point belongs on it: Gauss-Newton steps from the motion in
+/// closed form, in place of a search. Several views' correspondences may be given.
 ///   E(x) = place weight * mean_k rho(|body(place_k) - point_k|^2) +
 ///          sum_i a_i rho(|v_i - surface|^2) + mean_k rho(|q_k - body|^2) + priors
-///   1. motion    of every reading, from few points, and of the best ones with limbs swapped (part_motion.hpp)
+///   1. motion    of every view, from few points, and of the best ones with limbs swapped (part_motion.hpp)
 ///   2. coarse    a coarse body, first to the places of up to three of these, then, where it comes near, to the surface
 ///   3. finish    all vertices, both ways, with a kernel that narrows; where the body keeps a distance from it,
 ///                as under clothes, the places count too
@@ -11,12 +11,12 @@
 /// Shapes    x as DifferentiableBody's: [translation, axis angles J x 3, betas S]
 /// Units     those of the model, metres; E in square centimetres
 /// Numerics  double; some 20 steps, 75 to 100 ms on one core of an EPYC with AVX-512, whatever the mesh's size. Of 50
-///           mannequins in natural poses, read with errors of 5 cm, a tenth of the places wild and limbs swapped, 47
+///           mannequins in natural poses, seen with errors of 5 cm, a tenth of the places wild and limbs swapped, 47
 ///           ended within 7 mm RMS over vertices and the others within 23; 50 people of another model's shapes at a
 ///           distance of 7 mm between surfaces, 3 of them with an arm twisted by more than 60 degrees.
 /// Threads   a fitter may be used by several threads at a time; a fit runs its candidates side by side on the executor
 ///           that it is given, with the same bits for any, and in its caller's thread without one
-/// Errors    npt::Error for no reading or too few points, and for a surface of quite another size than the body
+/// Errors    npt::Error for no view or too few points, and for a surface of quite another size than the body
 /// Source    Chen and Medioni, "Object modelling by registration of multiple range images", 1992 (point to plane);
 ///           Nocedal and Wright, "Numerical Optimization", 2006, section 10.3 (Levenberg and Marquardt)
 #pragma once
@@ -27,7 +27,6 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/body_plan.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_level.hpp>
 #include <npt/estimate/correspondence_problem.hpp>
@@ -38,10 +37,8 @@
 #include <npt/estimate/pose_prior.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/estimate/surface_track.hpp>
-#include <npt/mesh/closest_point.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -54,30 +51,19 @@
 
 namespace npt::inline NPT_ABI {
 
-/// A mesh's points as they were read. Points should be drawn by area, in random order: the first n stand for all.
+/// A mesh's points and where they were seen to belong. Points should be drawn by area, in random order: the first n of
+/// them stand for all.
 using Correspondences = std::vector<PointCorrespondence>;
 
-struct CorrespondenceFitOptions {
-  std::size_t coarse_vertices = 1200;      ///< of the body that is fitted first
-  std::size_t probes = 1500;               ///< vertices that the finish measures at
-  std::size_t samples = 2000;              ///< points of the surface that the finish measures at
-  std::size_t ranked_points = 400;         ///< of each reading, from which the best ones are chosen
-  std::size_t candidates = 3;              ///< readings that are fitted coarsely, at most
-  std::vector<double> shape_deviations{};  ///< [S] standard deviations of the betas; missing ones are 1
-};
-
-/// A body that was fitted to a read surface, and what tells how reliable it is.
+/// A body that was fitted to a surface, and what tells how reliable it is.
 struct CorrespondenceFit {
   BodyFit body;
   /// Root of the mean squared distance between the surfaces, both ways, cut off at 5 cm, divided by the size of the
   /// surface (the root of its area over the body's).
   double relative_distance = 0;
-  double mesh_explained = 0;           ///< share of the surface that has the body within 3 cm (times its size)
-  double body_explained = 0;           ///< share of the body that has the surface within 3 cm
-  double correspondence_residual = 0;  ///< PartMotion::residual of the reading that was taken
-  std::size_t reading = 0;             ///< number of that
-  double facing = 1;                   ///< 1: the mesh's triangles turn outwards, -1: inwards, 0: can't be said
-  double pose_deviation = 0;           ///< how improbable the pose is: the mean of squared deviations of natural poses
+  double mesh_explained = 0;  ///< share of the surface that has the body within 3 cm (times its size)
+  double facing = 1;          ///< 1: the mesh's triangles turn outwards, -1: inwards, 0: can't be said
+  double pose_deviation = 0;  ///< how improbable the pose is: the mean of squared deviations of natural poses
   /// As relative_distance, of each part alone.
   std::vector<double> part_distances;
 
@@ -93,14 +79,13 @@ NPT_INLINE_CLASS(class, CorrespondenceFitter);
 template <class>
 class BasicCorrespondenceFitter {
  public:
-  explicit BasicCorrespondenceFitter(std::shared_ptr<const BodyKind> kind, CorrespondenceFitOptions options = {})
+  /// candidates: views that are fitted coarsely, at most
+  explicit BasicCorrespondenceFitter(std::shared_ptr<const BodyKind> kind, std::size_t candidates = 3)
       : kind_(checked_kind(std::move(kind))),
         model_(kind_->body),
-        options_(std::move(options)),
-        coarse_(*model_, options_.coarse_vertices),
-        full_(BodyLevel::full(*model_, options_.probes)),
-        coarse_tree_(coarse_.rest_points(), coarse_.triangles()),
-        full_tree_(full_.rest_points(), full_.triangles()),
+        candidates_(std::max<std::size_t>(1, candidates)),
+        coarse_(*model_, coarse_vertices),
+        full_(BodyLevel::full(*model_, full_probes)),
         template_(*model_, coarse_, kind_->plan),
         prior_(PosePrior::natural(*kind_)),
         main_part_(model_->tables().weights.heaviest_columns()),
@@ -110,49 +95,46 @@ class BasicCorrespondenceFitter {
     for (const LimbPair& limb : template_.limbs())
       for (const auto& joints : limb.joints)
         if (limb.first > 0) turns_freely_[joints[limb.middle() + 1]] = true;
-    for (const Triangle& t : full_.triangles()) {
-      const std::span<const Vec3d> rest = full_.rest_points();
-      area_ += 0.5 * length(cross(rest[t[1]] - rest[t[0]], rest[t[2]] - rest[t[0]]));
-    }
   }
   BasicCorrespondenceFitter(const BasicCorrespondenceFitter&) = delete;
   BasicCorrespondenceFitter& operator=(const BasicCorrespondenceFitter&) = delete;
 
   const BodyModel& model() const noexcept { return *model_; }
   const BodyKind& kind() const noexcept { return *kind_; }
-  /// The resting body that places are read on.
+  /// The resting body that places are seen on.
   const CorrespondenceTemplate& correspondence_template() const noexcept { return template_; }
-  const CorrespondenceFitOptions& options() const noexcept { return options_; }
   /// Of the resting body's surface, in square metres.
-  double area() const noexcept { return area_; }
+  double area() const noexcept { return full_.area(); }
 
-  CorrespondenceFit fit(const FitSurface& surface, const Correspondences& reading) const {
-    return fit(surface, std::span(&reading, 1));
+  CorrespondenceFit fit(const FitSurface& surface, const Correspondences& view) const {
+    return fit(surface, std::span(&view, 1));
   }
 
-  /// The best of several readings of one surface.
+  /// The best of several views of one surface.
   template <class Exec = SerialExecutor>
-  CorrespondenceFit fit(const FitSurface& surface, std::span<const Correspondences> readings,
+  CorrespondenceFit fit(const FitSurface& surface, std::span<const Correspondences> views,
                         const Exec& executor = Exec()) const {
-    if (readings.empty()) throw Error({.file = "reading", .found = "none", .expected = "at least one"});
-    std::vector<Candidate> candidates = ranked(readings);
-    int evaluations = 0;
+    if (views.empty()) throw Error({.file = "views", .found = "none", .expected = "at least one"});
+    std::vector<Candidate> candidates = ranked(views);
     for_each_of(candidates, executor, [&](Candidate& c) {
-      const Correspondences& reading = readings[c.reading];
-      if (options_.ranked_points < reading.size()) c.motion = part_motion(template_, reading, c.swapped);
-      fit_places(surface, reading, c);
+      if (ranked_points < c.view->size()) c.motion = part_motion(template_, *c.view, c.swapped);
+      c.x = {c.motion.translation.x, c.motion.translation.y, c.motion.translation.z};
+      c.x.insert(c.x.end(), c.motion.axis_angles.begin(), c.motion.axis_angles.end());
+      c.x.resize(coarse_.body().parameter_count());
+      Problem problem = problem_of(surface, coarse_, c);
+      problem.run(Stages::places);
+      problem.distance(Stages::places);
+      c.facing = problem.vote_on_facing(*c.view, c.motion);
+      judge(problem, c);
     });
-    stable_sort_by(candidates, &Candidate::value);
-    // Distances after the places alone tell candidates apart where they differ much.
-    while (candidates.size() > 1 && candidates.back().value > 1.3 * candidates.front().value) candidates.pop_back();
-    for_each_of(candidates, executor, [&](Candidate& c) { fit_coarsely(surface, readings[c.reading], c); });
-    for (const Candidate& c : candidates) evaluations += c.evaluations;
-    const auto best = std::min_element(candidates.begin(), candidates.end(),
-                                       [](const Candidate& a, const Candidate& b) { return a.value < b.value; });
-    CorrespondenceFit result = finished(surface, *best, readings[best->reading]);
-    result.body.evaluations += evaluations;
-    result.body.starts = static_cast<int>(candidates.size());
-    return result;
+    keep_near(candidates);
+    for_each_of(candidates, executor, [&](Candidate& c) {
+      Problem problem = problem_of(surface, coarse_, c);
+      problem.run(Stages::wide);
+      problem.run(Stages::middle);
+      judge(problem, c);
+    });
+    return finished(surface, *std::ranges::min_element(candidates, {}, &Candidate::value));
   }
 
   /// The nearest of fits that begin elsewhere, as LimbSearch finds places; `fit` itself where none is nearer.
@@ -160,52 +142,43 @@ class BasicCorrespondenceFitter {
   CorrespondenceFit nearest(const FitSurface& surface, const CorrespondenceFit& fit, std::span<const BodyFit> starts,
                             const Exec& executor = Exec()) const {
     std::vector<Candidate> candidates(starts.size());
-    for (std::size_t i = 0; i < starts.size(); ++i) candidates[i].x = parameters(starts[i]);
+    for (std::size_t i = 0; i < starts.size(); ++i)
+      candidates[i].x = parameters_of(starts[i], coarse_.body().parameter_count());
     for_each_of(candidates, executor, [&](Candidate& c) {
       c.facing = fit.facing;
-      c.motion.residual = fit.correspondence_residual;
-      c.reading = fit.reading;
-      fit::internal::CorrespondenceProblem problem(*model_, prior_, options_.shape_deviations, surface);
-      problem.x() = c.x;
-      problem.set_facing(fit.facing);
-      problem.set_level(coarse_, coarse_tree_);
+      Problem problem = problem_of(surface, coarse_, c);
       problem.run(Stages::astray);
-      c.value = problem.distance(Stages::judged);
-      c.x = problem.x();
-      c.evaluations = problem.evaluations();
+      judge(problem, c);
     });
-    int evaluations = 0;
-    for (const Candidate& c : candidates) evaluations += c.evaluations;
-    stable_sort_by(candidates, &Candidate::value);
-    std::erase_if(candidates, [limit = candidates.empty() ? 0 : 1.3 * candidates.front().value](const Candidate& c) {
-      return c.value > limit;
-    });
+    keep_near(candidates);
     candidates.resize(std::min<std::size_t>(candidates.size(), 2));
-    for_each_of(candidates, executor, [&](Candidate& c) { c.result = finished(surface, c); });
-    CorrespondenceFit best = fit;
-    for (Candidate& c : candidates)
-      if (c.result.relative_distance < best.relative_distance) best = std::move(c.result);
-    best.body.evaluations += evaluations;
-    return best;
+    std::vector<CorrespondenceFit> fits(candidates.size());
+    for_each_of(candidates, executor,
+                [&](Candidate& c) { fits[static_cast<std::size_t>(&c - candidates.data())] = finished(surface, c); });
+    fits.push_back(fit);
+    return *std::ranges::min_element(fits, {}, &CorrespondenceFit::relative_distance);
   }
 
   /// What follows the surface from here on, frame by frame.
   std::shared_ptr<const SurfaceTrack> track(const FitSurface& surface, const CorrespondenceFit& fit) const {
-    return std::make_shared<const SurfaceTrack>(*model_, full_, full_tree_, surface, fit.body, fit.facing);
+    return std::make_shared<const SurfaceTrack>(*model_, surface, fit.body, fit.facing);
   }
 
  private:
   using Stages = fit::internal::FitStages;
+  using Problem = fit::internal::CorrespondenceProblem;
+
+  /// Vertices of the body that is fitted first, vertices that the finish measures at, and points of each view from which
+  /// the best ones are chosen.
+  static constexpr std::size_t coarse_vertices = 1200, full_probes = 1500, ranked_points = 400;
 
   struct Candidate {
-    std::size_t reading = 0;
+    const Correspondences* view = nullptr;  ///< none: its places don't count
     SwappedLimbs swapped = 0;
-    PartMotion motion;
-    std::vector<double> x;
+    PartMotion motion{};
+    std::vector<double> x{};
     double value = std::numeric_limits<double>::infinity();
     double facing = 1;
-    int evaluations = 0;
-    CorrespondenceFit result;  ///< of those that were finished
   };
 
   template <class Exec, class F>
@@ -217,26 +190,15 @@ class BasicCorrespondenceFitter {
   /// Half and one and a half times the body's size fit as well as its own.
   static bool has_body_size(const PartMotion& motion) { return motion.size > 0.25 && motion.size < 3; }
 
-  std::vector<double> parameters(const BodyFit& body) const {
-    std::vector<double> x{body.translation.x, body.translation.y, body.translation.z};
-    x.insert(x.end(), body.axis_angles.begin(), body.axis_angles.end());
-    x.insert(x.end(), body.betas.begin(), body.betas.end());
-    x.resize(3 + 3 * model_->joint_count() + model_->shape_count());
-    return x;
-  }
-
-  /// Readings, and the best ones with limbs swapped: the least residuals first; of equal ones, the earlier.
-  std::vector<Candidate> ranked(std::span<const Correspondences> readings) const {
+  /// Views, and the best ones with limbs swapped: the least residuals first; of equal ones, the earlier.
+  std::vector<Candidate> ranked(std::span<const Correspondences> views) const {
     std::vector<Candidate> all;
-    const auto add = [&](std::size_t reading, SwappedLimbs swapped) {
-      Candidate& c = all.emplace_back();
-      c.reading = reading;
-      c.swapped = swapped;
-      const Correspondences& r = readings[reading];
-      c.motion = part_motion(template_, std::span(r).first(std::min(options_.ranked_points, r.size())), swapped);
+    const auto add = [&](const Correspondences& view, SwappedLimbs swapped) {
+      const auto few = std::span(view).first(std::min(ranked_points, view.size()));
+      all.push_back({.view = &view, .swapped = swapped, .motion = part_motion(template_, few, swapped)});
     };
     const auto sort = [&] { stable_sort_by(all, [](const Candidate& c) { return c.motion.residual; }); };
-    for (std::size_t i = 0; i < readings.size(); ++i) add(i, 0);
+    for (const Correspondences& view : views) add(view, 0);
     sort();
     const double size = all.front().motion.size;
     std::erase_if(all, [](const Candidate& c) { return !has_body_size(c.motion); });
@@ -246,13 +208,13 @@ class BasicCorrespondenceFitter {
                    .expected = "about its size: the model's unit, metres"});
     const std::size_t whole = std::min<std::size_t>(all.size(), 2);
     for (std::size_t i = 0; i < whole; ++i)
-      for (SwappedLimbs swapped = 1; swapped >> template_.limbs().size() == 0; ++swapped) add(all[i].reading, swapped);
+      for (SwappedLimbs swapped = 1; swapped >> template_.limbs().size() == 0; ++swapped) add(*all[i].view, swapped);
     sort();
     std::vector<Candidate> kept;
     for (Candidate& c : all) {
-      if (kept.size() == std::max<std::size_t>(1, options_.candidates)) break;
+      if (kept.size() == candidates_) break;
       if (!kept.empty() && c.motion.residual > 1.4 * kept.front().motion.residual) break;
-      if (std::none_of(kept.begin(), kept.end(), [&](const Candidate& other) { return same(c.motion, other.motion); }))
+      if (std::ranges::none_of(kept, [&](const Candidate& other) { return same(c.motion, other.motion); }))
         kept.push_back(std::move(c));
     }
     return kept;
@@ -268,121 +230,69 @@ class BasicCorrespondenceFitter {
     return true;
   }
 
-  void fit_places(const FitSurface& surface, const Correspondences& reading, Candidate& c) const {
-    fit::internal::CorrespondenceProblem problem(*model_, prior_, options_.shape_deviations, surface);
-    problem.x() = {c.motion.translation.x, c.motion.translation.y, c.motion.translation.z};
-    problem.x().insert(problem.x().end(), c.motion.axis_angles.begin(), c.motion.axis_angles.end());
-    problem.x().resize(3 + 3 * model_->joint_count() + model_->shape_count());
-    problem.set_places(reading, c.motion, c.motion.places);
-    problem.set_level(coarse_, coarse_tree_);
-    problem.run(Stages::places);
-    problem.distance(Stages::places);
-    c.facing = facing_of(problem, reading, c.motion);
-    problem.set_facing(c.facing);
+  Problem problem_of(const FitSurface& surface, const BodyLevel& level, const Candidate& c) const {
+    Problem problem(prior_, surface, level, c.x, c.facing);
+    if (c.view != nullptr) problem.set_places(*c.view, c.motion);
+    return problem;
+  }
+
+  static void judge(Problem& problem, Candidate& c) {
     c.value = problem.distance(Stages::judged);
     c.x = problem.x();
-    c.evaluations = problem.evaluations();
   }
 
-  void fit_coarsely(const FitSurface& surface, const Correspondences& reading, Candidate& c) const {
-    fit::internal::CorrespondenceProblem problem(*model_, prior_, options_.shape_deviations, surface);
-    problem.x() = c.x;
-    problem.set_places(reading, c.motion, c.motion.places);
-    problem.set_facing(c.facing);
-    problem.set_level(coarse_, coarse_tree_);
-    problem.run(Stages::wide);
-    problem.run(Stages::middle);
-    c.value = problem.distance(Stages::judged);
-    c.x = problem.x();
-    c.evaluations += problem.evaluations();
+  /// The best one first, without those that are clearly farther.
+  static void keep_near(std::vector<Candidate>& candidates) {
+    stable_sort_by(candidates, &Candidate::value);
+    while (candidates.size() > 1 && candidates.back().value > 1.3 * candidates.front().value) candidates.pop_back();
   }
 
-  /// By a vote of the read points: whether the mesh's normals are those of the posed body.
-  double facing_of(const fit::internal::CorrespondenceProblem& problem, const Correspondences& reading,
-                   const PartMotion& motion) const {
-    std::size_t same = 0, opposite = 0;
-    const std::span<const Vec3d> points = problem.body_points();
-    for (std::size_t i = 0; i < motion.places.size(); ++i) {
-      const auto& [p, q, r] = motion.places[i].corners;
-      const double cosine = dot(normalised(cross(points[q] - points[p], points[r] - points[p])), reading[i].normal);
-      same += cosine > 0.3;
-      opposite += cosine < -0.3;
-    }
-    if (same > 2 * opposite) return 1;
-    return opposite > 2 * same ? -1 : 0;
-  }
-
-  /// `reading`: the candidate's own where its places are still to count.
-  CorrespondenceFit finished(const FitSurface& surface, const Candidate& c,
-                             std::span<const PointCorrespondence> reading = {}) const {
-    fit::internal::CorrespondenceProblem problem(*model_, prior_, options_.shape_deviations, surface);
-    problem.x() = c.x;
-    problem.set_facing(c.facing);
-    std::vector<BodyPoint> read_places;
-    for (std::size_t i = 0; i < std::min(reading.size(), fit::internal::stage_places); ++i) {
-      const ClosestPoint at = full_tree_.closest(c.motion.places[i].rest);
-      read_places.push_back({full_.triangles()[at.triangle], at.weights, at.point});
-    }
-    problem.set_places(reading.first(read_places.size()), c.motion, read_places);
-    problem.set_level(full_, full_tree_);
+  CorrespondenceFit finished(const FitSurface& surface, const Candidate& c) const {
+    Problem problem = problem_of(surface, full_, c);
     problem.run(Stages::fine);
     problem.run(Stages::finest);
-    return result_of(surface, problem, c);
+    CorrespondenceFit result;
+    result.body = fit_of(problem.x(), model_->joint_count());
+    result.body.distance = std::sqrt(problem.distance(Stages::measured) / (2 * per_square_metre));
+    result.facing = c.facing;
+    const std::span<const float> angles = as_span(result.body.axis_angles);
+    const std::vector<double> theta(angles.begin(), angles.end());
+    result.pose_deviation = prior_(as_span(theta), 1, 0) / static_cast<double>(theta.size());
+    measure(problem, std::sqrt(surface.area() / area()), result);
+    return result;
   }
 
-  CorrespondenceFit result_of(const FitSurface& surface, fit::internal::CorrespondenceProblem& problem,
-                              const Candidate& c) const {
-    CorrespondenceFit result;
-    const double sum = problem.distance(Stages::measured);
-    result.body.distance = std::sqrt(sum / (2 * per_square_metre));
-    const double size = std::sqrt(surface.area() / area_);
+  /// What the distances say, of a surface of that size.
+  void measure(const Problem& problem, double size, CorrespondenceFit& result) const {
     result.relative_distance = result.body.distance / size;
     const std::size_t probes = problem.probe_matches();
-    double body = 0, mesh = 0, body_all = 0, mesh_all = 0;
-    const std::size_t joints = model_->joint_count();
-    std::vector<double> part_sums(joints), part_weights(joints);
+    double near = 0, all = 0;
+    std::vector<double> sums(model_->joint_count()), weights(sums.size());
     for (std::size_t i = 0; i < problem.matches().size(); ++i) {
       const auto& m = problem.matches()[i];
       if (i < probes || m.squared >= 0) {
-        const std::size_t vertex = i < probes ? full_.probes()[i].vertex : m.at.corners[0];
-        const std::size_t part = main_part_[vertex];
-        part_sums[part] += m.weight * m.robust();
-        part_weights[part] += m.weight;
+        const std::size_t part = main_part_[i < probes ? full_.probes()[i].vertex : m.at.corners[0]];
+        sums[part] += m.weight * m.robust();
+        weights[part] += m.weight;
       }
-      const bool near = m.squared >= 0 && m.squared < 0.03 * 0.03 * size * size;
-      (i < probes ? body_all : mesh_all) += m.weight;
-      if (near) (i < probes ? body : mesh) += m.weight;
+      if (i < probes) continue;
+      all += m.weight;
+      if (m.squared >= 0 && m.squared < 0.03 * 0.03 * size * size) near += m.weight;
     }
-    result.part_distances.resize(joints);
-    for (std::size_t j = 0; j < joints; ++j)
-      if (part_weights[j] > 0) result.part_distances[j] = std::sqrt(part_sums[j] / part_weights[j]) / size;
-    result.body_explained = body_all > 0 ? body / body_all : 0;
-    result.mesh_explained = mesh_all > 0 ? mesh / mesh_all : 0;
-    result.reading = c.reading;
-    result.correspondence_residual = c.motion.residual;
-    result.facing = c.facing;
-    result.body.evaluations = problem.evaluations();
-    const std::vector<double>& x = problem.x();
-    result.body.translation = {x[0], x[1], x[2]};
-    const std::size_t shape = 3 + 3 * model_->joint_count();
-    for (std::size_t i = 3; i < x.size(); ++i)
-      (i < shape ? result.body.axis_angles : result.body.betas).push_back(static_cast<float>(x[i]));
-    const auto angles = std::span(x).subspan(3, shape - 3);
-    std::vector<double> gradient(angles.size());
-    result.pose_deviation = prior_(angles, 1, 0, gradient) / static_cast<double>(angles.size());
-    return result;
+    result.mesh_explained = all > 0 ? near / all : 0;
+    result.part_distances.resize(sums.size());
+    for (std::size_t j = 0; j < sums.size(); ++j)
+      if (weights[j] > 0) result.part_distances[j] = std::sqrt(sums[j] / weights[j]) / size;
   }
 
   std::shared_ptr<const BodyKind> kind_;
   std::shared_ptr<const BodyModel> model_;  ///< the kind's
-  CorrespondenceFitOptions options_;
+  std::size_t candidates_;
   BodyLevel coarse_, full_;
-  TriangleTree coarse_tree_, full_tree_;  ///< at rest: fits move copies
   CorrespondenceTemplate template_;
   PosePrior prior_;
   std::vector<std::uint32_t> main_part_;  ///< [V] joint with the greatest weight
   std::vector<bool> turns_freely_;  ///< [J] what has hardly a direction of its own: tips, and hands about their arms
-  double area_ = 0;
 };
 
 }  // namespace npt::inline NPT_ABI

@@ -1,14 +1,12 @@
-/// One fit of a body to a read surface, by Levenberg and Marquardt's method: what is summed, its derivatives, steps.
-/// reading_fit.hpp says which stages follow each other, and gives E.
+/// One fit of a body to a surface and its correspondences: what is summed, its derivatives, and stages of damped steps.
+/// correspondence_fit.hpp says which stages follow each other, and gives E.
 /// Shapes    x as DifferentiableBody's: [translation, axis angles J x 3, betas S]
 /// Units     metres; E in square centimetres
 /// Threads   one problem belongs to one thread
-/// Source    Chen and Medioni, "Object modelling by registration of multiple range images", 1992 (point to plane);
-///           Nocedal and Wright, "Numerical Optimization", 2006, section 10.3 (Levenberg and Marquardt)
+/// Source    Chen and Medioni, "Object modelling by registration of multiple range images", 1992 (point to plane)
 #pragma once
 
 #include <npt/base/vec3.hpp>
-#include <npt/body/body_model.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_level.hpp>
 #include <npt/estimate/differentiable_body.hpp>
@@ -18,14 +16,13 @@
 #include <npt/estimate/pose_prior.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>
-#include <npt/mesh/mesh_view.hpp>
+#include <npt/solve/damped_steps.hpp>
 #include <npt/solve/normal_equations.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
@@ -34,54 +31,48 @@ namespace npt::inline NPT_ABI {
 
 namespace fit::internal {
 NPT_INLINE_CLASS(class, CorrespondenceProblem);
-/// One fit: a surface, a reading, and where the body is.
+/// One fit: a surface, and where the body is.
 template <class>
 class BasicCorrespondenceProblem {
  public:
   struct Match {
     Vec3d offset;         ///< from the mesh to the body
     double squared = -1;  ///< below 0: nothing near
-    BodyPoint at;
+    BodyPoint at{};
     double weight = 0;
     double scale = 0.1;
+    bool is_place = false;  ///< else a distance from a surface, of which what lies along it hardly counts
 
     /// Its squared distance, cut off at the scale; all of that where nothing is near.
     double robust() const { return squared < 0 ? scale * scale : robust_squared(squared, scale); }
   };
 
-  BasicCorrespondenceProblem(const BodyModel& model, const PosePrior& prior, std::span<const double> deviations,
-                             const FitSurface& surface)
-      : model_(model),
-        prior_(prior),
-        deviations_(deviations),
+  /// facing: as CorrespondenceFit's. All but x must outlive it.
+  BasicCorrespondenceProblem(const PosePrior& prior, const FitSurface& surface, const BodyLevel& level,
+                             std::vector<double> x, double facing)
+      : prior_(prior),
         surface_(surface),
-        equations_(3 + 3 * model.joint_count() + model.shape_count()),
-        row_(equations_.size()) {}
+        level_(level),
+        tree_(level.tree()),
+        facing_(facing),
+        x_(std::move(x)),
+        points_of_body_(level.body().vertex_count()),
+        equations_(level.body().parameter_count()),
+        row_(equations_.size()),
+        mesh_hint_(level.probes().size(), no_index),
+        body_hint_(surface.samples().size(), no_index) {}
 
-  std::vector<double>& x() noexcept { return x_; }
   const std::vector<double>& x() const noexcept { return x_; }
-  double value() const noexcept { return value_; }
-  int evaluations() const noexcept { return evaluations_; }
 
-  void set_facing(double facing) { facing_ = facing; }
-  /// `places` [n] are on the level's body: those of the motion for the level of the template.
-  void set_places(std::span<const PointCorrespondence> points, const PartMotion& motion,
-                  std::span<const BodyPoint> places) {
-    points_ = points;
+  /// Correspondences that count as well, and what their motion took their places for. Both must outlive it.
+  void set_places(std::span<const PointCorrespondence> points, const PartMotion& motion) {
+    points_ = points.first(std::min(points.size(), stage_places));
     motion_ = &motion;
-    places_ = places;
+    places_.clear();
+    for (std::size_t k = 0; k < points_.size(); ++k) places_.push_back(level_.locate(motion.places[k]));
   }
 
-  /// The level that distances are measured with from now on.
-  void set_level(const BodyLevel& level, const TriangleTree& tree) {
-    level_ = &level;
-    tree_ = tree;
-    points_of_body_.resize(level.body().vertex_count());
-    mesh_hint_.assign(level.probes().size(), no_index);
-    body_hint_.assign(surface_.samples().size(), no_index);
-  }
-
-  /// Levenberg and Marquardt's method.
+  /// Takes the steps of a stage.
   void run(const FitStage& stage) {
     stage_ = &stage;
     prior_share_ = place_share_ = 1;
@@ -93,34 +84,7 @@ class BasicCorrespondenceProblem {
       place_share_ = (std::clamp(times, 1.0, limit_of_places) - 1) / (limit_of_places - 1);
       value_ = evaluate(x_, matches_, state_);
     }
-    double damping = 1e-3;
-    for (int i = 0; i < stage_steps; ++i) {
-      linearise();
-      bool better = false;
-      for (int attempt = 0; attempt < 3 && !better; ++attempt) {
-        std::vector<double> trial = x_;
-        const std::vector<double> step = equations_.solve(damping, 1e-4);
-        double largest = 0;
-        for (std::size_t k = 3; k < 3 + 3 * model_.joint_count(); ++k) largest = std::max(largest, std::abs(step[k]));
-        const double share = largest > 0.7 ? 0.7 / largest : 1;
-        for (std::size_t k = 0; k < step.size(); ++k) trial[k] += share * step[k];
-        wrap(trial);
-        const double value = evaluate(trial, trial_matches_, trial_state_);
-        if (value < value_ * (1 + stage.slack)) {
-          better = true;
-          const bool done = value_ - value < stage.enough * value_ && share == 1;
-          std::swap(x_, trial);
-          std::swap(matches_, trial_matches_);
-          std::swap(state_, trial_state_);
-          value_ = value;
-          damping = std::max(damping * 0.3, 1e-5);
-          if (done) return;
-        } else {
-          damping = std::max(10 * damping, 1e-2);
-        }
-      }
-      if (!better) return;
-    }
+    take_damped_steps(*this, stage.steps);
   }
 
   /// The sum of the distances without places and priors, at the scale of a stage.
@@ -129,10 +93,63 @@ class BasicCorrespondenceProblem {
     evaluate(x_, matches_, state_);
     return data_value_;
   }
+  /// Those of the last distance(): of probes, then of samples.
   std::span<const Match> matches() const noexcept { return matches_; }
-  std::size_t probe_matches() const noexcept { return std::min(stage_->points, level_->probes().size()); }
-  const DifferentiableBody::State& state() const noexcept { return state_; }
-  std::span<const Vec3d> body_points() const noexcept { return as_span(points_of_body_); }
+  std::size_t probe_matches() const noexcept { return std::min(stage_->points, level_.probes().size()); }
+
+  /// Whether the mesh's normals are those of the body, by a vote of all points: 1, -1, or 0 where it is a draw. From now
+  /// on they count so.
+  double vote_on_facing(std::span<const PointCorrespondence> points, const PartMotion& motion) {
+    std::size_t same = 0, opposite = 0;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const double cosine = dot(normal_of(level_.locate(motion.places[k]).corners), points[k].normal);
+      same += cosine > 0.3;
+      opposite += cosine < -0.3;
+    }
+    facing_ = same > 2 * opposite ? 1 : opposite > 2 * same ? -1 : 0;
+    return facing_;
+  }
+
+  /// take_damped_steps() asks these.
+  double value() const noexcept { return value_; }
+  double try_step(std::span<const double> step) {
+    trial_ = level_.body().stepped(x_, step);
+    whole_step_ = level_.body().allowed_share(step) == 1;
+    return trial_value_ = evaluate(trial_, trial_matches_, trial_state_);
+  }
+  bool whole_step() const noexcept { return whole_step_; }
+  void take_step() {
+    std::swap(x_, trial_);
+    std::swap(matches_, trial_matches_);
+    std::swap(state_, trial_state_);
+    value_ = trial_value_;
+  }
+  const NormalEquations& linearise() {
+    const DifferentiableBody& body = level_.body();
+    body.derivatives(as_span(x_), state_, derivatives_);
+    equations_.clear();
+    for (const Match& m : matches_) {
+      if (m.squared < 0) continue;
+      const double weight = m.weight * robust_weight(m.squared, m.scale);
+      const auto add = [&](Vec3d direction, double residual) {
+        body.row(state_, derivatives_, m.at.corners, m.at.weights, direction, row_);
+        equations_.add(as_span(row_), weight, residual);
+      };
+      const double off = std::sqrt(m.squared);
+      if (m.is_place)
+        add({1, 0, 0}, m.offset.x), add({0, 1, 0}, m.offset.y), add({0, 0, 1}, m.offset.z);
+      else if (off >= 1e-9)
+        add(m.offset / off, off);
+    }
+    const double prior = prior_share_ * stage_->prior;
+    prior_.linearise(angles_of(as_span(x_)), prior, 3, equations_);
+    for (std::size_t i = first_beta(); i < x_.size(); ++i) {
+      const double weight = prior * stage_->shape_prior * robust_weight(x_[i] * x_[i], unusual_shape);
+      equations_.add_to_matrix(i, i, weight);
+      equations_.add_to_right(i, weight * x_[i]);
+    }
+    return equations_;
+  }
 
  private:
   /// In deviations: from here on a beta costs hardly more, so that the prior may be strong enough that the body is not
@@ -141,48 +158,43 @@ class BasicCorrespondenceProblem {
   /// knight at 6.3e-4 instead of 4.2e-4; with a fifteenth and no such limit the dressed ones at 18e-4.
   static constexpr double unusual_shape = 2;
 
-  double place_weight() const { return place_share_ * stage_->place_weight; }
-
-  /// Directions beyond half a turn are written the other way round.
-  void wrap(std::vector<double>& x) const {
-    for (std::size_t j = 0; j < model_.joint_count(); ++j) {
-      double* a = &x[3 + 3 * j];
-      const double angle = std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-      if (angle <= std::numbers::pi) continue;
-      const double factor = (angle - 2 * std::numbers::pi) / angle;
-      for (std::size_t k = 0; k < 3; ++k) a[k] *= factor;
-    }
-  }
+  std::size_t first_beta() const { return 3 + 3 * level_.body().joint_count(); }
+  std::span<const double> angles_of(std::span<const double> x) const { return x.subspan(3, first_beta() - 3); }
 
   double evaluate(std::span<const double> x, std::vector<Match>& matches, DifferentiableBody::State& state) {
-    ++evaluations_;
-    const DifferentiableBody& body = level_->body();
-    body.forward(x, state, as_span(points_of_body_));
+    level_.body().forward(x, state, as_span(points_of_body_));
     matches.clear();
-    data_value_ = 0;
     if (stage_->points > 0) {
       from_body(state, matches);
       from_mesh(matches);
-      for (const Match& m : matches) data_value_ += m.weight * m.robust();
     }
+    data_value_ = 0;
+    for (const Match& m : matches) data_value_ += m.weight * m.robust();
     double value = data_value_;
-    const std::size_t surface_matches = matches.size();
-    if (place_weight() > 0) from_places(matches);
-    for (std::size_t i = surface_matches; i < matches.size(); ++i)
-      value += matches[i].weight * robust_squared(matches[i].squared, matches[i].scale);
-    return value + prior_value(x);
+    from_places(matches);
+    for (const Match& m : matches)
+      if (m.is_place) value += m.weight * m.robust();
+    const double prior = prior_share_ * stage_->prior;
+    value += prior_(angles_of(x), prior, prior);
+    for (std::size_t i = first_beta(); i < x.size(); ++i)
+      value += prior * stage_->shape_prior * robust_squared(x[i] * x[i], unusual_shape);
+    return value;
+  }
+
+  Vec3d normal_of(const Triangle& t) const {
+    const auto& [p, q, r] = t;
+    return normalised(cross(points_of_body_[q] - points_of_body_[p], points_of_body_[r] - points_of_body_[p]));
   }
 
   void from_body(const DifferentiableBody::State& state, std::vector<Match>& matches) {
-    const std::span<const BodyLevel::Probe> probes = level_->probes();
-    const std::size_t count = std::min(stage_->points, probes.size());
+    const auto probes = level_.probes().first(probe_matches());
     double area = 0;
-    for (std::size_t i = 0; i < count; ++i) area += probes[i].area;
+    for (const BodyLevel::Probe& probe : probes) area += probe.area;
     const double limit = 9 * stage_->scale * stage_->scale, spacing = 0.7 * surface_.spacing();
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < probes.size(); ++i) {
       const BodyLevel::Probe& probe = probes[i];
       const Vec3d point = points_of_body_[probe.vertex];
-      const Vec3d normal = normalised(level_->body().carried(probe.vertex, probe.normal, state));
+      const Vec3d normal = normalised(level_.body().carried(probe.vertex, probe.normal, state));
       const ClosestPoint c = surface_.tree().closest(
           point, [&](std::uint32_t k) { return faces(normal, surface_.samples()[k].normal); }, mesh_hint_[i], limit);
       mesh_hint_[i] = c.triangle;
@@ -206,33 +218,21 @@ class BasicCorrespondenceProblem {
 
   /// The direction between two normals: along it, points of one circle with these normals have no distance.
   /// Source: Rusinkiewicz, "A symmetric objective function for ICP", 2019.
-  static Vec3d between(Vec3d body, Vec3d mesh) {
-    const Vec3d sum = dot(body, mesh) < 0 ? body - mesh : body + mesh;
-    return normalised(sum);
-  }
+  static Vec3d between(Vec3d body, Vec3d mesh) { return normalised(dot(body, mesh) < 0 ? body - mesh : body + mesh); }
 
   bool faces(Vec3d body, Vec3d mesh) const {
-    const double cosine = dot(body, mesh);
-    if (facing_ == 0) return mesh == Vec3d{} || std::abs(cosine) > stage_->facing;
-    return mesh == Vec3d{} || facing_ * cosine > stage_->facing;
+    return mesh == Vec3d{} || faces_alike(body, mesh, facing_, stage_->facing);
   }
 
   void from_mesh(std::vector<Match>& matches) {
-    const std::span<const Triangle> triangles = level_->triangles();
+    const std::span<const Triangle> triangles = level_.triangles();
     tree_.move(as_span(points_of_body_), triangles);
     const std::size_t count = std::min(stage_->points, surface_.samples().size());
     const double limit = 9 * stage_->scale * stage_->scale;
     for (std::size_t k = 0; k < count; ++k) {
       const FitSurface::Sample& s = surface_.samples()[k];
       const ClosestPoint c = tree_.closest(
-          s.point,
-          [&](std::uint32_t t) {
-            const auto& [p, q, r] = triangles[t];
-            return faces(
-                normalised(cross(points_of_body_[q] - points_of_body_[p], points_of_body_[r] - points_of_body_[p])),
-                s.normal);
-          },
-          body_hint_[k], limit);
+          s.point, [&](std::uint32_t t) { return faces(normal_of(triangles[t]), s.normal); }, body_hint_[k], limit);
       body_hint_[k] = c.triangle;
       Match& m = matches.emplace_back();
       m.weight = per_square_metre / static_cast<double>(count);
@@ -245,88 +245,31 @@ class BasicCorrespondenceProblem {
   }
 
   void from_places(std::vector<Match>& matches) {
-    const std::size_t count = std::min(stage_places, points_.size());
+    const double weight = place_share_ * stage_->place_weight * per_square_metre;
+    if (!(weight > 0)) return;
     double total = 0;
-    for (std::size_t k = 0; k < count; ++k) total += motion_->certainty[k];
-    for (std::size_t k = 0; k < count; ++k) {
-      Match& m = matches.emplace_back();
-      m.at = places_[k];
-      const auto& [p, q, r] = m.at.corners;
-      m.offset = points_of_body_[p] * m.at.weights[0] + points_of_body_[q] * m.at.weights[1] +
-                 points_of_body_[r] * m.at.weights[2] - points_[k].point;
-      m.squared = dot(m.offset, m.offset);
-      m.weight = place_weight() * per_square_metre * motion_->certainty[k] / total;
-      m.scale = 2 * stage_->scale;
+    for (std::size_t k = 0; k < places_.size(); ++k) total += motion_->certainty[k];
+    for (std::size_t k = 0; k < places_.size(); ++k) {
+      const BodyPoint& at = places_[k];
+      const Vec3d offset = points_of_body_[at.corners[0]] * at.weights[0] +
+                           points_of_body_[at.corners[1]] * at.weights[1] +
+                           points_of_body_[at.corners[2]] * at.weights[2] - points_[k].point;
+      matches.push_back(
+          {offset, dot(offset, offset), at, weight * motion_->certainty[k] / total, 2 * stage_->scale, true});
     }
   }
 
-  double deviation(std::size_t b) const { return b < deviations_.size() ? deviations_[b] : 1; }
-
-  double prior_value(std::span<const double> x) {
-    const std::size_t angles = 3 * model_.joint_count();
-    std::fill(row_.begin(), row_.end(), 0.0);
-    double value = prior_(x.subspan(3, angles), prior_share_ * stage_->prior, prior_share_ * stage_->prior,
-                          std::span(row_).subspan(3, angles));
-    for (std::size_t b = 0; b < model_.shape_count(); ++b) {
-      const double off = x[3 + angles + b] / deviation(b);
-      value += prior_share_ * stage_->prior * stage_->shape_prior * robust_squared(off * off, unusual_shape);
-    }
-    return value;
-  }
-
-  void linearise() {
-    const DifferentiableBody& body = level_->body();
-    body.derivatives(as_span(x_), state_, derivatives_);
-    equations_.clear();
-    const std::size_t from_places = matches_.size() - (place_weight() > 0 ? std::min(stage_places, points_.size()) : 0);
-    for (std::size_t i = 0; i < matches_.size(); ++i) {
-      const Match& m = matches_[i];
-      if (m.squared < 0) continue;
-      const double share = m.scale * m.scale / (m.squared + m.scale * m.scale), weight = m.weight * share * share;
-      if (i < from_places) {
-        const double off = std::sqrt(m.squared);
-        if (off < 1e-9) continue;
-        add_row(body, m, m.offset / off, weight, off);
-        continue;
-      }
-      add_row(body, m, {1, 0, 0}, weight, m.offset.x);
-      add_row(body, m, {0, 1, 0}, weight, m.offset.y);
-      add_row(body, m, {0, 0, 1}, weight, m.offset.z);
-    }
-    const std::size_t angles = 3 * model_.joint_count();
-    std::fill(row_.begin(), row_.end(), 0.0);
-    const std::span<const double> theta = std::span<const double>(x_).subspan(3, angles);
-    prior_(theta, prior_share_ * stage_->prior, prior_share_ * stage_->prior, std::span(row_).subspan(3, angles));
-    for (std::size_t i = 3; i < 3 + angles; ++i) equations_.add_to_right(i, 0.5 * row_[i]);
-    prior_.add_curvature(theta, prior_share_ * stage_->prior, prior_share_ * stage_->prior, 3, equations_);
-    for (std::size_t b = 0; b < model_.shape_count(); ++b) {
-      const std::size_t i = 3 + angles + b;
-      const double off = x_[i] / deviation(b), limit = unusual_shape * unusual_shape;
-      const double share = limit / (off * off + limit) / deviation(b);
-      const double weight = prior_share_ * stage_->prior * stage_->shape_prior * share * share;
-      equations_.add_to_matrix(i, i, weight);
-      equations_.add_to_right(i, weight * x_[i]);
-    }
-  }
-
-  void add_row(const DifferentiableBody& body, const Match& m, Vec3d direction, double weight, double residual) {
-    body.row(state_, derivatives_, m.at.corners, m.at.weights, direction, row_);
-    equations_.add(as_span(row_), weight, residual);
-  }
-
-  const BodyModel& model_;
   const PosePrior& prior_;
-  std::span<const double> deviations_;
   const FitSurface& surface_;
+  const BodyLevel& level_;
   const FitStage* stage_ = nullptr;
-  const BodyLevel* level_ = nullptr;
   std::span<const PointCorrespondence> points_;
   const PartMotion* motion_ = nullptr;
-  std::span<const BodyPoint> places_;
-  TriangleTree tree_{{}, {}};
-  double facing_ = 1, prior_share_ = 1, place_share_ = 1, value_ = 0, data_value_ = 0;
-  int evaluations_ = 0;
-  std::vector<double> x_;
+  std::vector<BodyPoint> places_;
+  TriangleTree tree_;
+  double facing_, prior_share_ = 1, place_share_ = 1, value_ = 0, trial_value_ = 0, data_value_ = 0;
+  bool whole_step_ = true;
+  std::vector<double> x_, trial_;
   std::vector<Vec3d> points_of_body_;
   std::vector<Match> matches_, trial_matches_;
   DifferentiableBody::State state_, trial_state_;

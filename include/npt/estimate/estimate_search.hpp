@@ -12,7 +12,6 @@
 #include <npt/base/error.hpp>
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
-#include <npt/body/body_model.hpp>
 #include <npt/body/body_plan.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
@@ -21,7 +20,6 @@
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/correspondence_views.hpp>
 #include <npt/estimate/fit_surface.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/limb_search.hpp>
 #include <npt/estimate/limb_swap.hpp>
 #include <npt/estimate/part_motion.hpp>
@@ -159,41 +157,34 @@ class EstimateSearch {
     const auto few = views_.few(samples_);
     const Correspondences seen = views_.one(few, estimate.joint_rotation(0).transposed());
     const BodyLookUp body = look_up(estimate.fit);
-    Mean all;
-    std::vector<Mean> parts(plan().joint_count());
+    std::vector<double> sums(plan().joint_count()), counts(sums.size());
+    double all = 0;
     std::uint32_t hint = no_index;
     for (std::size_t i = 0; i < few.size(); ++i) {
       const BodyPlace place = body.place(body(few[i].point, few[i].normal, hint));
       const double off = std::min(length(place.rest - seen[i].place), EstimateResiduals::most_correspondence);
-      all.add(off);
-      parts[place.part].add(off);
+      all += off / static_cast<double>(few.size());
+      sums[place.part] += off, ++counts[place.part];
     }
-    estimate.residuals.correspondences = all.value();
-    estimate.residuals.joints.resize(parts.size());
-    for (std::size_t j = 0; j < parts.size(); ++j) {
-      Mean both = parts[j];
-      if (j > 0) both.add(parts[parent(j)]);
-      estimate.residuals.joints[j] = both.count > 0 ? both.value() : all.value();
+    estimate.residuals.correspondences = all;
+    estimate.residuals.joints.clear();
+    for (std::size_t j = 0; j < sums.size(); ++j) {
+      const std::size_t above = j > 0 ? static_cast<std::size_t>(plan().joints[j].parent) : j;
+      const double count = counts[j] + counts[above];
+      estimate.residuals.joints.push_back(count > 0 ? (sums[j] + sums[above]) / count : all);
     }
   }
-  struct Mean {
-    double sum = 0, count = 0;
-    void add(double x) { sum += x, ++count; }
-    void add(const Mean& other) { sum += other.sum, count += other.count; }
-    double value() const { return sum / count; }
-  };
-
-  std::size_t parent(std::size_t j) const { return static_cast<std::size_t>(plan().joints[j].parent); }
 
   /// Other poses of pairs of limbs that lie far from the surface.
   void search_limbs(std::span<const Correspondences> views) {
     constexpr int rounds = 2;
     constexpr std::size_t starts = 8;
-    std::vector<LimbSearch::Angles> seen;
-    for (int round = 0; found() && round < rounds; ++round) {
-      bool better = false;
+    std::vector<std::vector<float>> seen;
+    bool better = true;
+    for (int round = 0; found() && better && round < rounds; ++round) {
+      better = false;
       for (std::size_t pair = 0; pair < limbs_.pairs().size(); ++pair) {
-        if (!best_.doubtful(limbs_.pairs()[pair]) || !is_new(pair)) continue;
+        if (!best_.doubtful(limbs_.pairs()[pair])) continue;
         if (seen.empty()) seen = angles_of(views);
         BodyEstimate other = nothing_;
         other.fit = fitter_.nearest(
@@ -201,37 +192,24 @@ class EstimateSearch {
             limbs_(*other.surface, best_.fit.body, pair, best_.fit.facing, seen, starts, executor_), executor_);
         if (other.fit.relative_distance < best_.fit.relative_distance) better |= accept(std::move(other));
       }
-      if (!better) return;
     }
   }
 
   /// Of each view the angles of the parts' motion, limbs attached to the trunk as it is fitted.
-  std::vector<LimbSearch::Angles> angles_of(std::span<const Correspondences> views) const {
-    std::vector<LimbSearch::Angles> all;
+  std::vector<std::vector<float>> angles_of(std::span<const Correspondences> views) const {
+    std::vector<std::vector<float>> all;
     const BodyFit& body = best_.fit.body;
     const std::vector<Rigid> fitted = fitter_.model().bone_motions(as_span(body.betas), as_span(body.axis_angles));
     for (const Correspondences& view : views) {
       const PartMotion motion = views_.motion_of(view);
-      LimbSearch::Angles& angles = all.emplace_back(motion.axis_angles.begin(), motion.axis_angles.end());
+      std::vector<float>& angles = all.emplace_back(motion.axis_angles.begin(), motion.axis_angles.end());
       for (const LimbPair& pair : limbs_.pairs())
         for (const std::vector<std::size_t>& joints : pair.joints) {
-          const std::size_t j = joints.front();
-          set_joint_rotation(as_span(angles), j, fitted[parent(j)].rotation.transposed() * motion.parts[j].rotation);
+          const std::size_t j = joints.front(), parent = static_cast<std::size_t>(plan().joints[j].parent);
+          set_joint_rotation(as_span(angles), j, fitted[parent].rotation.transposed() * motion.parts[j].rotation);
         }
     }
     return all;
-  }
-
-  /// Whether limbs of this pair weren't searched from where the joints are: another view mostly ends where the first
-  /// one did, and a search from there finds the same again.
-  bool is_new(std::size_t pair) {
-    constexpr double apart = 0.01;  // metres
-    std::vector<Vec3d> joints = fitted_joints(fitter_.model(), best_.fit.body);
-    for (const auto& [known, from] : searched_)
-      if (known == pair && std::ranges::equal(from, joints, [](Vec3d p, Vec3d q) { return length(p - q) < apart; }))
-        return false;
-    searched_.emplace_back(pair, std::move(joints));
-    return true;
   }
 
   const CorrespondenceViews<Exec>& views_;
@@ -241,7 +219,6 @@ class EstimateSearch {
   const MeshView& mesh_;
   std::span<const FitSurface::Sample> samples_;
   BodyEstimate nothing_, best_;
-  std::vector<std::pair<std::size_t, std::vector<Vec3d>>> searched_;  ///< pairs, and where the joints were
 };
 
 }  // namespace npt::inline NPT_ABI

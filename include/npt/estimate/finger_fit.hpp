@@ -8,13 +8,12 @@
 /// Threads   a fitter may be used by several threads at a time
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/hands.hpp>
-#include <npt/body/kinematics.hpp>
 #include <npt/body/skeleton.hpp>
-#include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/fit_surface.hpp>
@@ -22,11 +21,11 @@
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
+#include <npt/mesh/points.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -43,55 +42,39 @@ struct HandPart {
   std::vector<std::uint32_t> vertices;  ///< those that finger joints move, then those of the palm
   std::size_t fingers = 0;              ///< how many of the former
   std::vector<Triangle> triangles;      ///< between these vertices, numbered as above
+  std::vector<std::uint32_t> others;    ///< some of the rest of the body: enough to tell what belongs to it
 };
 NPT_INLINE_CLASS(class, FingerSearch);
 /// One hand of one mesh.
 template <class>
 class BasicFingerSearch {
  public:
-  BasicFingerSearch(const BodyKind::Hands& kind, const HandPart& hand, std::size_t side, const BodyFit& fit,
-                    const FitSurface& surface, double facing)
-      : kind_(kind), model_(*kind.fingered), hand_(hand), side_(side), fit_(fit), facing_(facing) {
+  BasicFingerSearch(const BodyKind& kind, const HandPart& hand, std::size_t side, const CorrespondenceFit& fit,
+                    const FitSurface& surface)
+      : kind_(kind), model_(*kind.hands->fingered), hand_(hand), side_(side), fit_(fit.body), facing_(fit.facing) {
     choose_samples(surface);
     place({});
     least_.assign(samples_.size(), none);
     for (std::size_t v = hand_.fingers; v < points_.size(); ++v) nearest(v, least_);
   }
 
-  /// The bend with the least E: of all fingers alike, looked for from a few closed hands and from `start`, then of
-  /// each; shrunk where it gains little.
+  /// The bend with the least E, looked for from a few closed hands and from `start`; shrunk where it gains little.
   HandBend best(const HandBend& start) {
     constexpr std::size_t fewest_samples = 20;  // of 5000 a person's hand has 80 and more
     if (samples_.size() < fewest_samples) return {};
     const double before = value({});
-    best_ = {};
     least_value_ = before;
-    if (start != HandBend{}) consider(start);
-    for (const auto& [knuckles, middle] :
-         {std::pair{0.25, 0.75}, {0.75, 0.75}, {-0.25, 1.5}, {0.25, 1.5}, {0.75, 1.5}, {1.0, 1.75}})
-      consider({.knuckles = knuckles, .middle = {middle, middle, middle, middle}});
+    consider(start);
+    for (const double knuckles : {0.0, 0.75})
+      for (const double middle : {0.75, 1.5})
+        consider({.knuckles = knuckles, .middle = {middle, middle, middle, middle}});
     if (least_value_ > (1 - worth_a_look) * before) return {};
-    for (double step = 0.2; step > 0.03; step /= 2)
-      for (int round = 0; round < 4; ++round) {
-        bool nearer = false;
-        for (const double by : {step, -step}) {
-          HandBend bend = best_;
-          bend.knuckles += by;
-          nearer |= consider(bend);
-          bend = best_;
-          for (double& middle : bend.middle) middle += by;
-          nearer |= consider(bend);
-        }
-        if (!nearer) break;
+    for (double step = 0.4; step > 0.04; step /= 2)
+      for (bool nearer = true; nearer;) {
+        nearer = false;
+        for (std::size_t way = 0; way < finger_count + 2; ++way)
+          for (const double by : {step, -step}) nearer |= consider(bent(best_, way, by));
       }
-    for (double step = 0.4; step > 0.08; step /= 2)
-      for (std::size_t finger = 0; finger < finger_count; ++finger)
-        for (const double by : {step, -step})
-          for (bool nearer = true; nearer;) {
-            HandBend bend = best_;
-            bend.middle[finger] += by;
-            nearer = consider(bend);
-          }
     const double share = std::clamp(((1 - least_value_ / before) - no_gain) / (sure_gain - no_gain), 0.0, 1.0);
     best_.knuckles *= share;
     for (double& middle : best_.middle) middle *= share;
@@ -101,17 +84,23 @@ class BasicFingerSearch {
  private:
   static constexpr double none = 1e9;
   static constexpr double scale = 0.02;  ///< s above, in metres
-  static constexpr double worth_a_look = 0.03;
-  /// Shares of E: a bend that takes less counts not at all, one that takes more counts as found.
-  static constexpr double no_gain = 0.10, sure_gain = 0.18;
+  /// Shares of E: a bend that takes less counts not at all, one that takes more counts as found; a start that takes
+  /// hardly any isn't searched from.
+  static constexpr double no_gain = 0.10, sure_gain = 0.18, worth_a_look = 0.03;
   /// Square metres by which E may be worse for a finger that is bent by one radian more than the others: a finger has
   /// few samples.
   static constexpr double together = 0.02e-4;
 
+  /// The knuckles bent farther, all fingers, or one.
+  static HandBend bent(HandBend bend, std::size_t way, double by) {
+    if (way == 0) bend.knuckles = std::clamp(bend.knuckles + by, -0.6, 1.4);
+    for (std::size_t f = 0; f < finger_count; ++f)
+      if (way == 1 || way == f + 2) bend.middle[f] = std::clamp(bend.middle[f] + by, 0.0, 1.9);
+    return bend;
+  }
+
   /// Takes a bend where it is nearer than the best one so far.
-  bool consider(HandBend bend) {
-    bend.knuckles = std::clamp(bend.knuckles, -0.6, 1.4);
-    for (double& middle : bend.middle) middle = std::clamp(middle, 0.0, 1.9);
+  bool consider(const HandBend& bend) {
     const double e = value(bend);
     if (!(e < least_value_)) return false;
     least_value_ = e;
@@ -120,36 +109,18 @@ class BasicFingerSearch {
   }
 
   void choose_samples(const FitSurface& surface) {
-    const std::size_t joint = kind_.joints[side_].hand, wrist = kind_.joints[side_].wrist;
-    const std::vector<float> angles = with_fingers(as_span(fit_.axis_angles), {}, kind_.joints);
-    const std::vector<Rigid> motions = model_.bone_motions(as_span(fit_.betas), as_span(angles));
-    const std::vector<Vec3d> rest = model_.joints(as_span(fit_.betas));
-    const Vec3d knuckles = motions[joint](rest[joint]) + fit_.translation;
-    const double reach = 1.8 * length(rest[joint] - rest[wrist]);
-    std::vector<FitSurface::Sample> near;
+    const HandJoints& joints = kind_.hands->joints[side_];
+    const std::vector<Vec3d> at = fitted_joints(*kind_.body, fit_);
+    const double reach = 1.8 * length(at[joints.hand] - at[joints.wrist]);
+    const std::vector<Vec3d> hand = posed({}, hand_.vertices), others = posed({}, hand_.others);
+    const auto nearest_of = [](const std::vector<Vec3d>& points, Vec3d p) {
+      double least = none;
+      for (const Vec3d q : points) least = std::min(least, dot(p - q, p - q));
+      return least;
+    };
     for (const FitSurface::Sample& s : surface.samples())
-      if (length(s.point - knuckles) < reach) near.push_back(s);
-    if (near.empty()) return;
-    // Every fourth vertex of the rest of the body is enough to tell to which part a sample belongs.
-    std::vector<bool> own(model_.vertex_count());
-    for (const std::uint32_t v : hand_.vertices) own[v] = true;
-    std::vector<std::uint32_t> compared(hand_.vertices);
-    for (std::uint32_t v = 0; v < model_.vertex_count(); v += 4)
-      if (!own[v]) compared.push_back(v);
-    const std::vector<Vec3d> points = posed({}, compared);
-    std::vector<double> least(near.size(), none);
-    std::vector<bool> ours(near.size());
-    for (std::size_t i = 0; i < compared.size(); ++i) {
-      const Vec3d p = points[i];
-      if (length(p - knuckles) > 2 * reach) continue;
-      for (std::size_t k = 0; k < near.size(); ++k) {
-        const Vec3d o = p - near[k].point;
-        if (const double squared = dot(o, o); squared < least[k])
-          least[k] = squared, ours[k] = i < hand_.vertices.size();
-      }
-    }
-    for (std::size_t k = 0; k < near.size(); ++k)
-      if (ours[k]) samples_.push_back(near[k]);
+      if (length(s.point - at[joints.hand]) < reach && nearest_of(hand, s.point) <= nearest_of(others, s.point))
+        samples_.push_back(s);
   }
 
   /// Where vertices of the body are.
@@ -157,12 +128,10 @@ class BasicFingerSearch {
     std::array<HandBend, 2> both;
     both[side_] = bend;
     std::vector<float> xyz(3 * vertices.size());
-    const std::vector<float> angles = with_fingers(as_span(fit_.axis_angles), both, kind_.joints);
-    model_.posed(as_span(fit_.betas), as_span(angles), vertices, as_span(xyz));
-    std::vector<Vec3d> points;
-    points.reserve(vertices.size());
-    for (std::size_t i = 0; i < xyz.size(); i += 3)
-      points.push_back(Vec3f{xyz[i], xyz[i + 1], xyz[i + 2]}.as<double>() + fit_.translation);
+    model_.posed(as_span(fit_.betas), as_span(kind_.bound_angles(as_span(fit_.axis_angles), both)), vertices,
+                 as_span(xyz));
+    std::vector<Vec3d> points = npt::points_of(as_span(xyz));
+    for (Vec3d& p : points) p += fit_.translation;
     return points;
   }
 
@@ -177,8 +146,7 @@ class BasicFingerSearch {
   double nearest(std::size_t v, std::vector<double>& of_samples) const {
     double least = none;
     for (std::size_t k = 0; k < samples_.size(); ++k) {
-      const double cosine = dot(normals_[v], samples_[k].normal);
-      if ((facing_ == 0 ? std::abs(cosine) : facing_ * cosine) < 0.2) continue;
+      if (!faces_alike(normals_[v], samples_[k].normal, facing_)) continue;
       const Vec3d o = points_[v] - samples_[k].point;
       const double squared = dot(o, o);
       least = std::min(least, squared);
@@ -189,16 +157,16 @@ class BasicFingerSearch {
 
   double value(const HandBend& bend) {
     place(bend);
-    of_samples_ = least_;
+    std::vector<double> of_samples = least_;
     double body = 0, mesh = 0, mean = 0, apart = 0;
     for (const double middle : bend.middle) mean += middle / finger_count;
     for (const double middle : bend.middle) apart += (middle - mean) * (middle - mean);
-    for (std::size_t v = 0; v < hand_.fingers; ++v) body += robust_squared(nearest(v, of_samples_), scale);
-    for (const double squared : of_samples_) mesh += robust_squared(squared, scale);
+    for (std::size_t v = 0; v < hand_.fingers; ++v) body += robust_squared(nearest(v, of_samples), scale);
+    for (const double squared : of_samples) mesh += robust_squared(squared, scale);
     return body / static_cast<double>(hand_.fingers) + mesh / static_cast<double>(samples_.size()) + together * apart;
   }
 
-  const BodyKind::Hands& kind_;
+  const BodyKind& kind_;
   const BodyModel& model_;
   const HandPart& hand_;
   std::size_t side_;
@@ -207,7 +175,6 @@ class BasicFingerSearch {
   std::vector<FitSurface::Sample> samples_;
   std::vector<double> least_;  ///< [samples] squared distance from the palm
   std::vector<Vec3d> points_, normals_;
-  std::vector<double> of_samples_;
   HandBend best_;
   double least_value_ = 0;
 };
@@ -237,6 +204,8 @@ class BasicFingerFitter {
       take([&joints](std::size_t j) { return j == joints.hand || joints.has_finger(j); });
       h.fingers = h.vertices.size();
       take([&joints](std::size_t j) { return j == joints.wrist; });
+      for (std::uint32_t v = 0; v < part.size(); v += 4)
+        if (own[v] == no_index) h.others.push_back(v);
       for (const Triangle& t : model.triangles())
         if (own[t[0]] != no_index && own[t[1]] != no_index && own[t[2]] != no_index)
           h.triangles.push_back({own[t[0]], own[t[1]], own[t[2]]});
@@ -250,8 +219,7 @@ class BasicFingerFitter {
     if (!kind_->hands) return result;
     for (std::size_t side = 0; side < 2; ++side)
       if (fit.part_distances[kind_->hands->joints[side].hand] > least_distance)
-        result[side] = fit::internal::FingerSearch(*kind_->hands, hands_[side], side, fit.body, surface, fit.facing)
-                           .best(start[side]);
+        result[side] = fit::internal::FingerSearch(*kind_, hands_[side], side, fit, surface).best(start[side]);
     return result;
   }
 

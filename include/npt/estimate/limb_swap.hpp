@@ -27,7 +27,6 @@
 #include <npt/mesh/topology.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>

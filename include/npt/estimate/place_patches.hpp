@@ -10,14 +10,13 @@
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/union_find.hpp>
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -49,16 +48,8 @@ class BasicPlacePatches {
     }
     patch_ = patches.sets();
     piece_ = pieces.sets();
-    share_.resize(points.size());
-    piece_share_.resize(points.size());
-    double total = 0;
-    for (const Triangle& t : triangles) {
-      const double third = length(cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]])) / 6;
-      for (const std::uint32_t v : t) share_[patch_[v]] += third, piece_share_[piece_[v]] += third, total += third;
-    }
-    if (!(total > 0)) return;
-    for (std::vector<double>* shares : {&share_, &piece_share_})
-      for (double& s : *shares) s /= total;
+    share_ = area_shares(points, triangles, patch_);
+    piece_share_ = area_shares(points, triangles, piece_);
   }
 
   /// The least point of a point's patch.

@@ -213,8 +213,7 @@ class BasicPosture {
     }
     std::vector<Vec3d> result(told.size());
     for (std::size_t j = 0; j < told.size(); ++j) {
-      const Vec3d other = added[kind_.plan.joints[j].mirrored];
-      const Vec3d even = (added[j] + Vec3d{other.x, -other.y, -other.z}) * 0.5;
+      const Vec3d even = (added[j] + mirrored(added[kind_.plan.joints[j].mirrored])) * 0.5;
       result[j] = axis_angle(rotation_matrix(told[j]) * rotation_matrix(even));
     }
     return result;

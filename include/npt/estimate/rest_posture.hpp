@@ -12,7 +12,7 @@
 ///           with finger joints, which stay; radians
 #pragma once
 
-#include <npt/base/matrix3.hpp>
+#include <npt/base/rotation.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/kinematics.hpp>
@@ -21,30 +21,23 @@
 #include <npt/estimate/build.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
 
-namespace skeleton::internal {
+namespace estimate::internal {
 
 /// [J] How the joints are bent beyond people's at rest, as axis angles; the root without its direction.
-NPT_INLINE std::vector<Vec3d> bend_beyond_rest(std::span<const Vec3d> people_at_rest, const BodyEstimate& reading) {
-  std::vector<Vec3d> bend(people_at_rest.size());
-  for (std::size_t j = 0; j < bend.size(); ++j) {
-    const Matrix3 own = j == 0 ? reading.facing_front() * reading.joint_rotation(0) : reading.joint_rotation(j);
-    const Matrix3 rest = rotation_matrix(people_at_rest[j]);
-    bend[j] = axis_angle(rest.transposed() * own);
-  }
+NPT_INLINE std::vector<Vec3d> bend_beyond_rest(std::span<const Vec3d> people_at_rest, const BodyEstimate& estimate) {
+  std::vector<Vec3d> bend = estimate.angles_without_yaw();
+  for (std::size_t j = 0; j < bend.size(); ++j)
+    bend[j] = axis_angle(rotation_matrix(people_at_rest[j]).transposed() * rotation_matrix(bend[j]));
   return bend;
 }
 
-}  // namespace skeleton::internal
-
-/// How far a bend of so many radians is no posture at rest any more, from 0 to 1.
-constexpr double beyond_rest(double bend) { return rising(bend, 0.35, 0.5); }
+}  // namespace estimate::internal
 
 /// How far the mesh stands as a character of its own at rest, from 0 to 1: w above.
 NPT_INLINE double own_rest(const BodyKind& kind, std::span<const Vec3d> people_at_rest, const BodyEstimate& reading) {
@@ -52,7 +45,7 @@ NPT_INLINE double own_rest(const BodyKind& kind, std::span<const Vec3d> people_a
   if (people_at_rest.empty() || reading.fit.body.axis_angles.empty() || !(strange > 0)) return 0;
   // A stylised man in a T pose is bent by up to 14 degrees, people who stand with their arms down by 60.
   double most = 0;
-  const auto bend = skeleton::internal::bend_beyond_rest(people_at_rest, reading);
+  const auto bend = estimate::internal::bend_beyond_rest(people_at_rest, reading);
   for (std::size_t j = 0; j < bend.size(); ++j)
     if (!kind.hands || (j != kind.hands->joints[0].hand && j != kind.hands->joints[1].hand))
       most = std::max(most, length(bend[j]));
@@ -65,10 +58,9 @@ NPT_INLINE std::vector<float> from_own_rest(const BodyKind& kind, std::span<cons
   std::vector<float> result(axis_angles.begin(), axis_angles.end());
   const double weight = own_rest(kind, people_at_rest, identity);
   if (!(weight > 0)) return result;
-  const auto bend = skeleton::internal::bend_beyond_rest(people_at_rest, identity);
-  for (std::size_t j = 0; j < bend.size(); ++j) {
+  const auto bend = estimate::internal::bend_beyond_rest(people_at_rest, identity);
+  for (std::size_t j = 0; j < bend.size(); ++j)
     set_joint_rotation(as_span(result), j, joint_rotation(axis_angles, j) * rotation_matrix(bend[j] * weight));
-  }
   return result;
 }
 

@@ -14,5 +14,10 @@ inline constexpr double per_square_metre = 1e4;
 constexpr double robust_squared(double squared, double scale) {
   return squared * scale * scale / (squared + scale * scale);
 }
+/// What a squared distance weighs in the least squares step for rho, its slope: from 1 at none to 0.
+constexpr double robust_weight(double squared, double scale) {
+  const double share = scale * scale / (squared + scale * scale);
+  return share * share;
+}
 
 }  // namespace npt::inline NPT_ABI

@@ -42,6 +42,20 @@ NPT_INLINE std::vector<Vec3d> area_vectors(std::span<const Vec3d> points, std::s
   return sums;
 }
 
+/// [P] At the least point of each set, the share of the triangles' area that its points have; 0 without any area.
+/// sets: [P] as UnionFind::sets()
+NPT_INLINE std::vector<double> area_shares(std::span<const Vec3d> points, std::span<const Triangle> triangles,
+                                           std::span<const std::uint32_t> sets) {
+  std::vector<double> shares(points.size());
+  double total = 0;
+  for (const Triangle& t : triangles) {
+    const double third = length(cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]])) / 3;
+    for (const std::uint32_t p : t) shares[sets[p]] += third, total += third;
+  }
+  for (double& share : shares) share /= total > 0 ? total : 1;
+  return shares;
+}
+
 /// One unit normal a vertex, the area-weighted mean of its faces'; (0, 0, 0) where no face with an area touches it.
 NPT_INLINE std::vector<Vec3f> vertex_normals(const Mesh& mesh) {
   std::vector<Vec3d> sums(mesh.vertex_count());

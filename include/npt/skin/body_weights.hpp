@@ -16,12 +16,9 @@
 #pragma once
 
 #include <npt/base/as_span.hpp>
-#include <npt/base/error.hpp>
-#include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/kinematics.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
@@ -48,12 +45,7 @@
 namespace npt::inline NPT_ABI {
 
 struct BodyWeightsOptions {
-  double facing = 1;    ///< 1: the mesh's triangles turn outwards; -1: inwards; 0: that is not known
-  double patch = 0.04;  ///< share of the mesh's area below which a patch that belongs elsewhere isn't believed
-  /// Distance from the body, in metres, from which on a vertex is attached to the mesh and not on the nearest limb, and
-  /// that down to which what is connected to it does. Clothes keep up to 0.1; tails, wings and blades end 0.2 to 0.4
-  /// away.
-  double far = 0.1, off = 0.04;
+  double facing = 1;  ///< as CorrespondenceFit's
   /// Whether the left and the right hand are closed; for a kind with hands.
   std::array<bool, 2> closed{};
 };
@@ -79,11 +71,12 @@ class BasicBodyWeights {
     doubt_patches();
     doubt_far();
     solve();
-    if (kind_.hands) measure_hands();
+    if (kind_.hands) bind_hands();
     RigidPieces(points_, triangles_, model_.tables().parents, certain_).move(as_span(weights_), stride_);
   }
 
-  const std::array<HandMeasure, 2>& measured() const { return measured_; }
+  /// Whether the left and the right hand have fingers.
+  const std::array<bool, 2>& fingers() const { return fingers_; }
 
   /// [P, J]
   SparseMatrix weights() const {
@@ -102,7 +95,12 @@ class BasicBodyWeights {
 
  private:
   static constexpr float least_kept = 1e-3F;
-  static constexpr double tip = 0.01;  ///< share of the area: half a hand's
+  /// Shares of the area: half a hand's; that below which a patch that belongs elsewhere isn't believed.
+  static constexpr double tip = 0.01, patch_share = 0.04;
+  /// Distance from the body, in metres, from which on a vertex is attached to the mesh and not on the nearest limb, and
+  /// that down to which what is connected to it does. Clothes keep up to 0.1; tails, wings and blades end 0.2 to 0.4
+  /// away.
+  static constexpr double far = 0.1, off = 0.04;
   static constexpr std::size_t lanes = 8;
 
   /// Adds a row to another, in blocks that a compiler takes to registers at -O2.
@@ -128,26 +126,11 @@ class BasicBodyWeights {
       places_[p] = look_up.place(c);
       // To the surface as such: what faces another way, as a coat's lining, is no farther for that.
       distances_[p] = std::sqrt(c.squared_distance);
-      if (distances_[p] > options_.off) distances_[p] = look_up.distance(points_[p]);
-      const SparseMatrix& skin = model_.tables().weights;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t v = model_.triangles()[c.triangle][k];
-        for (std::size_t i = skin.start[v]; i < skin.start[v + 1]; ++i)
-          weights_[p * stride_ + skin.column[i]] += static_cast<float>(c.weights[k]) * skin.value[i];
-      }
+      if (distances_[p] > off) distances_[p] = look_up.distance(points_[p]);
+      look_up.for_each_weight(c, [row = &weights_[p * stride_]](std::uint32_t joint, double weight) {
+        row[joint] += static_cast<float>(weight);
+      });
     }
-  }
-
-  /// [P] at the first point of each part, its share of the mesh's area.
-  std::vector<double> shares_of_area(UnionFind& parts) const {
-    std::vector<double> share(points_.size());
-    double total = 0;
-    for (const Triangle& t : triangles_) {
-      const double third = length(cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]])) / 6;
-      for (const std::uint32_t v : t) share[parts.find(v)] += third, total += third;
-    }
-    for (double& s : share) s /= total;
-    return share;
   }
 
   /// Points beside tears, and small patches with others around, but where one is the most of its piece and lies on the
@@ -161,8 +144,8 @@ class BasicBodyWeights {
     for (const Edge& e : patches.broken())
       for (const std::uint32_t v : e) {
         const std::uint32_t patch = patches.patch(v);
-        const bool worn = patches.most_of_piece(v) && distance[patch] < options_.off / 2 * count[patch];
-        if (patches.share(v) < options_.patch && !worn) doubted[patch] = true;
+        const bool worn = patches.most_of_piece(v) && distance[patch] < off / 2 * count[patch];
+        if (patches.share(v) < patch_share && !worn) doubted[patch] = true;
       }
     for (std::uint32_t p = 0; p < points_.size(); ++p)
       if (doubted[patches.patch(p)]) certain_[p] = false;
@@ -172,23 +155,24 @@ class BasicBodyWeights {
   /// What is far from the body, with what is off it in between; and the tips of those that come near another limb,
   /// small islands in what is left: a tail's along a calf.
   void doubt_far() {
-    if (std::ranges::none_of(distances_, [this](double d) { return d > options_.far; })) return;
+    if (std::ranges::none_of(distances_, [](double d) { return d > far; })) return;
     const std::size_t count = points_.size();
     UnionFind regions(count);
     for (const Edge& e : edges_)
-      if ((distances_[e[0]] > options_.off) == (distances_[e[1]] > options_.off)) regions.unite(e[0], e[1]);
-    const std::vector<double> share = shares_of_area(regions);
-    std::vector<bool> far(count, false), island(count, false);
+      if ((distances_[e[0]] > off) == (distances_[e[1]] > off)) regions.unite(e[0], e[1]);
+    const std::vector<std::uint32_t> region = regions.sets();
+    const std::vector<double> share = area_shares(as_span(points_), as_span(triangles_), as_span(region));
+    std::vector<bool> away(count, false), island(count, false);
     for (std::uint32_t p = 0; p < count; ++p)
-      if (distances_[p] > options_.far) far[regions.find(p)] = true;
+      if (distances_[p] > far) away[region[p]] = true;
     for (const Edge& e : edges_) {
-      const std::uint32_t a = regions.find(e[0]), b = regions.find(e[1]);
+      const std::uint32_t a = region[e[0]], b = region[e[1]];
       if (a == b) continue;
-      if (far[a] && share[b] < tip) island[b] = true;
-      if (far[b] && share[a] < tip) island[a] = true;
+      if (away[a] && share[b] < tip) island[b] = true;
+      if (away[b] && share[a] < tip) island[a] = true;
     }
     for (std::uint32_t p = 0; p < count; ++p)
-      if (const std::uint32_t r = regions.find(p); far[r] || island[r]) certain_[p] = false;
+      if (away[region[p]] || island[region[p]]) certain_[p] = false;
   }
 
   /// The first sweep reaches what is uncertain from its border inwards: it gives each point the mean of the neighbours
@@ -238,28 +222,25 @@ class BasicBodyWeights {
       for (std::size_t lane = 0; lane < lanes; ++lane) to[j + lane] = own * from[j + lane] + others * sum_[j + lane];
   }
 
-  void measure_hands() {
+  void bind_hands() {
     std::vector<float> skin = model_.tables().weights.to_dense();
     const Neighbours around = neighbours(as_span(edges_of_triangles(model_.triangles())), model_.vertex_count());
-    const std::vector<Rigid> motions = model_.bone_motions(as_span(fit_.betas), as_span(fit_.axis_angles));
     for (std::size_t side = 0; side < 2; ++side) {
       const HandJoints& joints = kind_.hands->joints[side];
       const HandSkin of_body({body_, &around, skin, joints_}, joints);
       HandSkin hand({points_, &around_, weights_, stride_}, joints);
-      measured_[side].fingers = hand.like(of_body);
-      if (!measured_[side].fingers) {
+      fingers_[side] = hand.like(of_body);
+      if (!fingers_[side])
         hand.stiffen();
-      } else if (options_.closed[side]) {
-        measured_[side].closed = hand.beside(of_body, motions[joints.hand].rotation * joints.hinge);
+      else if (options_.closed[side])
         hand.take(of_body);
-      }
     }
   }
 
   const BodyKind& kind_;
   const BodyModel& model_;  ///< the kind's that characters are bound to
   const BodyFit& fit_;
-  std::array<HandMeasure, 2> measured_{};
+  std::array<bool, 2> fingers_{};
   std::vector<Vec3d> body_;  ///< its vertices as fitted
   std::vector<Vec3d> points_;
   std::vector<Triangle> triangles_;
@@ -276,11 +257,11 @@ class BasicBodyWeights {
 
 }  // namespace skeleton::internal
 
-/// measured: the fingers, for a kind with hands
+/// fingers: whether the left and the right hand have any, for a kind with hands
 /// Requires  finite points, triangles of numbers below V, a fit of the body that characters are bound to
 NPT_INLINE SparseMatrix body_weights(const BodyKind& kind, const BodyFit& fit, std::span<const Vec3d> points,
                                      std::span<const Triangle> triangles, const BodyWeightsOptions& options = {},
-                                     std::array<skeleton::internal::HandMeasure, 2>* measured = nullptr) {
+                                     std::array<bool, 2>* fingers = nullptr) {
   std::vector<float> xyz;
   xyz.reserve(3 * points.size());
   for (const Vec3d p : points)
@@ -290,7 +271,7 @@ NPT_INLINE SparseMatrix body_weights(const BodyKind& kind, const BodyFit& fit, s
   welded.reserve(welding.vertex_of.size());
   for (const std::uint32_t v : welding.vertex_of) welded.push_back(points[v]);
   const skeleton::internal::BodyWeights bound(kind, fit, std::move(welded), welding.welded(triangles), options);
-  if (measured != nullptr) *measured = bound.measured();
+  if (fingers != nullptr) *fingers = bound.fingers();
   return bound.weights().gathered(as_span(welding.point_of));
 }
 

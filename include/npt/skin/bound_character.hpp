@@ -9,14 +9,10 @@
 #include <npt/base/rigid.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
-#include <npt/body/body_model.hpp>
 #include <npt/body/hands.hpp>
-#include <npt/body/kinematics.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
-#include <npt/estimate/finger_fit.hpp>
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/mesh/figure_pieces.hpp>
 #include <npt/mesh/mesh_view.hpp>
@@ -24,8 +20,6 @@
 #include <npt/mesh/triangles.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/skin/body_weights.hpp>
-#include <npt/skin/hand_skin.hpp>
-#include <npt/skin/skeleton_pose.hpp>
 
 #include <algorithm>
 #include <array>
@@ -45,7 +39,6 @@ struct BasicBoundCharacter {
   BodyEstimate estimate;
   BodyFit body;                   ///< the estimate's, with finger joints: J'
   std::vector<Vec3d> joints;      ///< [J'] where they are, in the body's coordinates
-  std::array<HandBend, 2> hands;  ///< as measured on the mesh itself
   std::array<bool, 2> fingers{};  ///< whether the hands have any
   std::vector<Vec3d> points;      ///< [V] in the body's coordinates
   SparseMatrix weights;           ///< [V, J']; an empty row: a vertex that no joint moves
@@ -53,17 +46,12 @@ struct BasicBoundCharacter {
   /// [J', 3] the pose's joint angles [J, 3] with its hands, where this character has fingers to close.
   std::vector<float> angles(const BodyKind& kind, std::span<const float> axis_angles, const BodyEstimate& pose) const {
     return kind.bound_angles(axis_angles,
-                             {fingers[0] ? pose.hands[0] : hands[0], fingers[1] ? pose.hands[1] : hands[1]});
+                             {(fingers[0] ? pose : estimate).hands[0], (fingers[1] ? pose : estimate).hands[1]});
   }
 
   /// [J'] How the joints move to joint angles [J', 3], in the body's coordinates.
   std::vector<Rigid> motions(const BodyKind& kind, std::span<const float> axis_angles) const {
-    std::vector<Rigid> result = skeleton_motions(kind.bound_body(), body, axis_angles);
-    for (std::size_t j = kind.joint_count(); j < result.size(); ++j) {
-      const auto parent = static_cast<std::size_t>(kind.bound_body().tables().parents[j]);
-      result[j].shift = result[parent](joints[j]) - result[j].rotation * joints[j];
-    }
-    return result;
+    return skeleton_motions(kind.bound_body(), body, axis_angles);
   }
 
   /// [J'] How the joints move to joint angles [J', 3], in the mesh's own unit and place.
@@ -134,27 +122,6 @@ namespace skin::internal {
 /// Radians of the middle joints beyond which fingers may touch the palm.
 inline constexpr double least_closed = 0.8;
 
-/// How far the hands are closed after the fingers of closed ones were measured; their joints' places, too.
-NPT_INLINE std::array<HandBend, 2> measured_hands(const BodyKind& kind, const BodyEstimate& estimate,
-                                                  const std::array<skeleton::internal::HandMeasure, 2>& measured,
-                                                  std::span<Vec3d> joints) {
-  // Radians that no finger bends: then it was measured wrongly.
-  constexpr double least = -0.4, most = 2.1;
-  std::array<HandBend, 2> hands = estimate.hands;
-  for (std::size_t side = 0; kind.hands && side < 2; ++side)
-    for (std::size_t f = 0; f < finger_count; ++f) {
-      const skeleton::internal::FingerMeasure& finger = measured[side].closed[f];
-      for (std::size_t k = 0; k < 2; ++k)
-        if (finger.joints[k]) joints[kind.hands->joints[side].middles[f] + k] = *finger.joints[k];
-      const double middle = hands[side].middle[f] + finger.turns[0];
-      const double end = hands[side].middle[f] * 2 / 3 + finger.turns[1] - finger.turns[0];
-      if (std::min(middle, end) < least || std::max(middle, end) > most) continue;
-      hands[side].middle[f] = middle;
-      hands[side].end[f] = end - middle * 2 / 3;
-    }
-  return hands;
-}
-
 /// Without the rows of vertices that none of the triangles has.
 NPT_INLINE SparseMatrix weights_of_figure(const SparseMatrix& all, std::span<const Triangle> triangles) {
   std::vector<bool> own(all.rows);
@@ -185,16 +152,12 @@ NPT_INLINE BoundCharacter bind_character(const BodyKind& kind, const MeshView& m
     const auto& bend = e.hands[side].middle;
     return *std::max_element(bend.begin(), bend.end()) > skin::internal::least_closed;
   };
-  std::array<skeleton::internal::HandMeasure, 2> measured;
   std::vector<Triangle> kept;
   const std::span<const Triangle> own = figure_triangles(mesh, e.figure, kept);
   character.weights = body_weights(kind, character.body, character.points, own,
-                                   {.facing = e.fit.facing, .closed = {closed(0), closed(1)}}, &measured);
+                                   {.facing = e.fit.facing, .closed = {closed(0), closed(1)}}, &character.fingers);
   if (!e.figure.empty()) character.weights = skin::internal::weights_of_figure(character.weights, own);
   character.joints = fitted_joints(kind.bound_body(), character.body);
-  character.hands = skin::internal::measured_hands(kind, e, measured, as_span(character.joints));
-  character.fingers = {measured[0].fingers, measured[1].fingers};
-  character.body.axis_angles = kind.bound_angles(as_span(e.fit.body.axis_angles), character.hands);
   return character;
 }
 

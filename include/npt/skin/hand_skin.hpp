@@ -1,4 +1,4 @@
-/// The skin of a hand: whether it has fingers, where their joints are, and a closed one's weights. Where fingers touch
+/// The skin of a hand: whether it has fingers, and a closed one's weights. Where fingers touch
 /// the palm, what lies nearest on a body tells little; where a point is on the way from the wrist to a fingertip is the
 /// same for a fist and an open hand.
 ///   r = g / (g + h)
@@ -23,10 +23,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -46,15 +44,6 @@ struct WeightRows {
   float* row(std::size_t p) const { return &weights[p * stride]; }
 };
 
-/// A finger of a mesh beside the one of the body in it. Middle joint first, then the end joint.
-struct FingerMeasure {
-  std::array<double, 2> turns{};               ///< by how much the phalanx behind is bent more, in radians
-  std::array<std::optional<Vec3d>, 2> joints;  ///< where the joint is, if that can be told
-};
-struct HandMeasure {
-  bool fingers = false;  ///< whether there are four beside a thumb, as of a body: no mitten, and nothing held
-  std::array<FingerMeasure, finger_count> closed;  ///< of a closed hand with fingers
-};
 NPT_INLINE_CLASS(class, HandSkin);
 /// The skin of one hand, of a mesh or of a body.
 template <class>
@@ -120,33 +109,6 @@ class BasicHandSkin {
     }
   }
 
-  /// By the middles of the phalanges. hinge: what the body's fingers turn about, unit.
-  /// Requires  like(body)
-  std::array<FingerMeasure, finger_count> beside(const BasicHandSkin& body, Vec3d hinge) const {
-    std::array<FingerMeasure, finger_count> result;
-    const Profile profile = body.profile();
-    const auto crossing = [&](const auto& share) {
-      std::size_t b = 0;
-      while (b + 1 < profile.size() && share(profile[b]) < 0.5) ++b;
-      return static_cast<double>(b) / (profile.size() - 1);
-    };
-    const std::array<double, 3> places{crossing([](const auto& s) { return s[2] + s[3]; }),
-                                       crossing([](const auto& s) { return s[3]; }), 1};
-    const auto own = fingers_as_in(body), others = body.fingers_as_in(body);
-    for (std::size_t f = 0; f < finger_count; ++f)
-      for (std::size_t k = 0; k < 2; ++k) {
-        const double from = places[k], to = places[k + 1], reach = 0.4 * (to - from);
-        result[f].joints[k] = middle(own, f, from - 0.2 * reach, from + 0.2 * reach);
-        const auto a = middle(own, f, from, from + reach), b = middle(own, f, to - reach, to);
-        const auto c = body.middle(others, f, from, from + reach), d = body.middle(others, f, to - reach, to);
-        if (!a || !b || !c || !d) continue;
-        const Vec3d phalanx = *b - *a, of_body = *d - *c;
-        const Vec3d x = of_body - hinge * dot(of_body, hinge), y = phalanx - hinge * dot(phalanx, hinge);
-        result[f].turns[k] = std::atan2(dot(cross(x, y), hinge), dot(x, y));
-      }
-    return result;
-  }
-
  private:
   static constexpr double far = std::numeric_limits<double>::infinity(), outside = -1;
   /// Shares of wrist, hand and finger joints, by r.
@@ -173,17 +135,6 @@ class BasicHandSkin {
   template <class Inside>
   Geodesics paths(std::span<const std::uint32_t> from, const Inside& inside) const {
     return geodesics(mesh_.points, *mesh_.around, from, inside);
-  }
-
-  /// Of a finger's points between two places, if there are enough. fingers: as fingers_as_in() gives them
-  std::optional<Vec3d> middle(std::span<const std::size_t> fingers, std::size_t finger, double from, double to) const {
-    constexpr std::size_t fewest = 4;
-    Vec3d sum;
-    std::size_t count = 0;
-    for (std::size_t p = 0; p < place_.size(); ++p)
-      if (place_[p] >= from && place_[p] <= to && fingers[tip_of_[p]] == finger) sum += mesh_.points[p], ++count;
-    if (count < fewest) return std::nullopt;
-    return sum / static_cast<double>(count);
   }
 
   /// [tips] which of a body's fingers each of this mesh's is, as they lie beside each other.

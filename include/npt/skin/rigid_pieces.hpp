@@ -11,10 +11,11 @@
 /// Source    ours
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
-#include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
@@ -44,22 +45,17 @@ class BasicRigidPieces {
         parents_(parents),
         piece_(connected_components(triangles, points.size())),
         moved_(points.size()) {
-    std::vector<double> area(points.size());
+    const std::vector<double> share = area_shares(points, triangles, as_span(piece_));
     std::vector<bool> fast(points.size());
-    double total = 0;
-    for (const Triangle& t : triangles) {
-      const double own = length(normal(t));
-      area[piece_[t[0]]] += own, total += own;
-    }
     for (std::uint32_t p = 0; p < points.size(); ++p)
       if (certain[p]) fast[piece_[p]] = true;
     std::vector<std::uint32_t> number(points.size(), no_index);
     for (std::uint32_t p = 0; p < points.size(); ++p) {
       const std::uint32_t root = piece_[p];
-      if (!(area[root] > 0) || (fast[root] && area[root] > small * total)) continue;
+      if (!(share[root] > 0) || (fast[root] && share[root] > small)) continue;
       if (number[root] == no_index) {
         number[root] = static_cast<std::uint32_t>(pieces_.size());
-        pieces_.push_back({.loose = !fast[root], .tiny = area[root] < tiny * total});
+        pieces_.push_back({.loose = !fast[root], .tiny = share[root] < tiny});
       }
       moved_[p] = true;
       pieces_[number[root]].points.push_back(p);
@@ -136,8 +132,7 @@ class BasicRigidPieces {
       const auto corner = std::max_element(c.weights.begin(), c.weights.end()) - c.weights.begin();
       if (!piece.loose && bones_between(parents_, own, joints[t[static_cast<std::size_t>(corner)]]) <= distant)
         continue;
-      const double nearness = touch * touch / (c.squared_distance + touch * touch);
-      for (double& w : c.weights) w *= nearness * nearness;
+      for (double& w : c.weights) w *= robust_weight(c.squared_distance, touch);
       piece.contacts.push_back({t, c.weights});
       piece.chained = piece.chained || moved_[t[0]];
     }

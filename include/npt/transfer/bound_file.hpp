@@ -33,8 +33,9 @@ namespace transfer::internal {
 /// The numbers of an estimate, in the file's order.
 template <class Estimate, class F>
 void for_each_number(Estimate& e, const F& f) {
+  double unused = 0;  // two numbers that versions before wrote
   f(e.centre.x), f(e.centre.y), f(e.centre.z), f(e.metres), f(e.confidence);
-  f(e.fit.relative_distance), f(e.fit.mesh_explained), f(e.fit.body_explained), f(e.fit.correspondence_residual);
+  f(e.fit.relative_distance), f(e.fit.mesh_explained), f(unused), f(unused);
   f(e.fit.facing), f(e.fit.body.translation.x), f(e.fit.body.translation.y), f(e.fit.body.translation.z);
   f(e.fit.body.distance);
 }
@@ -43,7 +44,8 @@ void for_each_bend(Hands& hands, const F& f) {
   for (auto& hand : hands) {
     f(hand.knuckles);
     for (auto& bend : hand.middle) f(bend);
-    for (auto& bend : hand.end) f(bend);
+    double unused = 0;  // four numbers that versions before wrote, and all of these a second time
+    for (std::size_t finger = 0; finger < finger_count; ++finger) f(unused);
   }
 }
 
@@ -101,7 +103,7 @@ NPT_INLINE void save_bound(const BoundCharacter& character, TensorList& out) {
   std::vector<double> numbers, bends;
   for_each_number(e, [&numbers](double x) { numbers.push_back(x); });
   for_each_bend(e.hands, [&bends](double x) { bends.push_back(x); });
-  for_each_bend(character.hands, [&bends](double x) { bends.push_back(x); });
+  for_each_bend(e.hands, [&bends](double x) { bends.push_back(x); });
   out.add("estimate.numbers", numbers);
   out.add("estimate.axis_angles", e.fit.body.axis_angles);
   out.add("estimate.betas", e.fit.body.betas);
@@ -141,7 +143,6 @@ NPT_INLINE BoundCharacter load_bound(const SafetensorsFile& file, const BodyKind
   const auto hands = expect_values<double>(file, "hands", 2 * bends);
   i = 0;
   for_each_bend(e.hands, [&](double& x) { x = hands[i++]; });
-  for_each_bend(character.hands, [&](double& x) { x = hands[i++]; });
   character.body = e.fit.body;
   character.body.axis_angles = expect_values<float>(file, "body.axis_angles", 3 * joints);
   character.joints = points_of(as_span(expect_values<double>(file, "joints", 3 * joints)));

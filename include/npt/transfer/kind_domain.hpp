@@ -72,7 +72,7 @@ class BasicKindBinding final : public DomainBinding {
 /// Half of the views for `fast`: 4 in place of 8, of 1000 points in place of 1500.
 NPT_INLINE BodyEstimatorOptions estimator_options(Quality quality) {
   BodyEstimatorOptions options;
-  if (quality == Quality::fast) options.views.count = 4, options.read_points = 1000, options.fit.candidates = 3;
+  if (quality == Quality::fast) options.views.count = 4, options.read_points = 1000, options.candidates = 3;
   if (quality == Quality::best) options.views.all = true;
   return options;
 }

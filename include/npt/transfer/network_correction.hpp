@@ -29,6 +29,7 @@
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/build.hpp>
+#include <npt/estimate/fitted_body.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/normalise.hpp>
 #include <npt/nets/network_list.hpp>
@@ -38,7 +39,6 @@
 #include <npt/nn/engine/network_call.hpp>
 #include <npt/nn/graph/program.hpp>
 #include <npt/skin/bound_character.hpp>
-#include <npt/skin/skeleton_pose.hpp>
 #include <npt/solve/normal_equations.hpp>
 
 #include <algorithm>

@@ -2,11 +2,12 @@
 
 #include <mesh/shapes.hpp>
 #include <npt/base/error.hpp>
+#include <npt/baseline/skeleton/body_bones.hpp>
 #include <npt/baseline/skeleton/skeleton_transfer.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
+#include <npt/estimate/fitted_body.hpp>
 #include <npt/lab/body_pairs.hpp>
 #include <npt/mesh/metrics.hpp>
-#include <npt/skin/skeleton_pose.hpp>
 
 #include <algorithm>
 #include <cmath>

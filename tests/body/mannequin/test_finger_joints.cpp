@@ -80,14 +80,13 @@ TEST_CASE("a fist brings the fingertips to the palm and leaves thumb, wrist and 
   }
 }
 
-TEST_CASE("a finger bends by itself, its end joint by two thirds of the middle one's angle and what it says beyond") {
+TEST_CASE("a finger bends by itself, its end joint by two thirds of the middle one's angle") {
   std::array<npt::HandBend, 2> hands;
   hands[1].middle[2] = 0.9;
-  hands[1].end[2] = 0.2;
   const std::vector<float> angles = npt::with_fingers(straight, hands);
   for (std::size_t j = npt::smpl_joint_count; j < npt::fingered_joint_count; ++j) {
     const double angle = length(npt::Vec3f{angles[3 * j], angles[3 * j + 1], angles[3 * j + 2]}.as<double>());
     const std::size_t middle = npt::middle_finger_joint(1, 2);
-    CHECK(angle == doctest::Approx(j == middle ? 0.9 : j == middle + 1 ? 0.8 : 0));
+    CHECK(angle == doctest::Approx(j == middle ? 0.9 : j == middle + 1 ? 0.6 : 0));
   }
 }

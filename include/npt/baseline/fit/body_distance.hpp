@@ -51,7 +51,7 @@ class BodyDistance {
         target_(target),
         options_(options),
         prior_(prior),
-        tree_(level.rest_points(), level.triangles()),
+        tree_(level.tree()),
         points_(level.body().vertex_count()),
         gradient_(points_.size()),
         on_mesh_(level.probes().size(), no_index),
@@ -68,7 +68,6 @@ class BodyDistance {
     const DifferentiableBody& body = level_.body();
     body.forward(x, state_, points_);
     std::fill(gradient_.begin(), gradient_.end(), Vec3d{});
-    std::fill(gradient.begin(), gradient.end(), 0.0);
     data_value_ = from_body() + from_mesh();
     body.backward(x, state_, gradient_, gradient);
     return data_value_ + priors(x, gradient);
@@ -208,12 +207,8 @@ inline DenseCholesky body_curvature(const BodyLevel& level, const PosePrior& pri
   // Against parameters that move nothing.
   for (std::size_t p = 0; p < n; ++p) matrix[p * n + p] += 1e-3;
   for (std::size_t p = 3 + 3 * joints; p < n; ++p) matrix[p * n + p] += 2 * options.shape_prior;
-  for (std::size_t j = 0; j < joints; ++j)
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Vec3d row = prior.stiffness(j).rows[i] * (2 * options.pose_prior);
-      const std::array<double, 3> entries{row.x, row.y, row.z};
-      for (std::size_t k = 0; k <= i; ++k) matrix[(3 + 3 * j + i) * n + 3 + 3 * j + k] += entries[k];
-    }
+  for (std::size_t i = 0; i < 3 * joints; ++i)
+    for (std::size_t k = 0; k <= i; ++k) matrix[(3 + i) * n + 3 + k] += 2 * options.pose_prior * prior.stiffness(i, k);
   return DenseCholesky(n, std::move(matrix));
 }
 

@@ -129,10 +129,7 @@ class BodyFitter {
 
   /// The area hardly depends on the pose, and a factor of 3 in length is more than people differ by.
   void check_size(const FitTarget& target, const std::string& name) const {
-    const std::span<const Vec3d> rest = full_.rest_points();
-    double area = 0;
-    for (const Triangle& t : full_.triangles())
-      area += 0.5 * length(cross(rest[t[1]] - rest[t[0]], rest[t[2]] - rest[t[0]]));
+    const double area = full_.area();
     const double ratio = std::sqrt(target.area() / area);
     if (ratio > 1.0 / 3 && ratio < 3) return;
     throw Error({.file = name,

@@ -14,6 +14,7 @@
 
 #include <npt/base/error.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/baseline/skeleton/body_bones.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/closest_point.hpp>
@@ -21,7 +22,6 @@
 #include <npt/mesh/piece_links.hpp>
 #include <npt/mesh/topology.hpp>
 #include <npt/mesh/weld.hpp>
-#include <npt/skin/skeleton_pose.hpp>
 #include <npt/solve/sparse_cholesky.hpp>
 
 #include <algorithm>

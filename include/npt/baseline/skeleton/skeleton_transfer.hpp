@@ -15,10 +15,12 @@
 #include <npt/base/error.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/baseline/fit/body_fitter.hpp>
+#include <npt/baseline/skeleton/body_bones.hpp>
 #include <npt/baseline/skeleton/bone_heat.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/fitted_body.hpp>
 #include <npt/lab/evaluation.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
@@ -26,7 +28,6 @@
 #include <npt/mesh/skinning.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/validate.hpp>
-#include <npt/skin/skeleton_pose.hpp>
 
 #include <cstddef>
 #include <memory>

@@ -1,19 +1,15 @@
-/// The skeleton of a fitted body: where its bones are, and how they move from one pose to another with their lengths
-/// kept. A bone goes from a joint to each of its children and is moved by the joint that it starts from. A joint
-/// without children (head, hands, toes) has a bone to the far side of what it moves: from the joint through the centre
-/// of its skin.
+/// The bones of a fitted body. A bone goes from a joint to each of its children and is moved by the joint that it starts
+/// from. A joint without children (head, hands, toes) has a bone to the far side of what it moves: from the joint
+/// through the centre of its skin.
 /// Source    Wang et al., CVPR 2020, supplement C.1
 #pragma once
 
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/fitted_body.hpp>
 
-#include <array>
 #include <cstddef>
-#include <span>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -24,7 +20,7 @@ struct Bone {
 };
 
 /// The bones of a body as it was fitted to a mesh.
-NPT_INLINE std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit) {
+inline std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit) {
   const BodyTables& tables = model.tables();
   const std::size_t joints = model.joint_count();
   const std::vector<Vec3d> place = fitted_joints(model, fit), vertices = fitted_points(model, fit);
@@ -49,20 +45,6 @@ NPT_INLINE std::vector<Bone> bones_of(const BodyModel& model, const BodyFit& fit
     if (leaf[j])
       bones.push_back({place[j], weight[j] > 0 ? place[j] + (skin[j] / weight[j] - place[j]) * 1.5 : place[j], j});
   return bones;
-}
-
-/// [J] The motion that takes each bone of the identity's skeleton from where it was fitted to the pose's angles. Bone
-/// lengths are the identity's; its root joint stays in place.
-NPT_INLINE std::vector<Rigid> skeleton_motions(const BodyModel& model, const BodyFit& identity,
-                                               std::span<const float> axis_angles) {
-  std::vector<Rigid> from = model.bone_motions(as_span(identity.betas), as_span(identity.axis_angles));
-  std::vector<Rigid> to = model.bone_motions(as_span(identity.betas), axis_angles);
-  for (std::size_t j = 0; j < to.size(); ++j) {
-    from[j].shift += identity.translation;
-    to[j].shift += identity.translation;
-    to[j] = to[j] * inverse(from[j]);
-  }
-  return to;
 }
 
 }  // namespace npt::inline NPT_ABI
