@@ -161,7 +161,8 @@ double error_of(const std::vector<Samples>& rigs, const npt::BodyKind& kind, Cho
     const npt::Posture posture(learn(rigs, known ? rigs.size() : r, kind, choice), kind);
     double square = 0, count = 0;
     for (const npt::BodyEstimate& frame : rigs[r].frames)
-      for (const npt::Vec3d off : beyond(rigs[r].rest, posture.rest(frame))) square += npt::dot(off, off), ++count;
+      for (const npt::Vec3d off : beyond(rigs[r].rest, posture.rest(frame, true)))
+        square += npt::dot(off, off), ++count;
     sum += std::sqrt(square / count);
   }
   return sum / static_cast<double>(rigs.size());

@@ -58,8 +58,8 @@ struct LogisticModel {
 
 struct ConfidenceModel {
   /// Those of the shipped network, for weights that say nothing.
-  LogisticModel<EstimateResiduals::feature_count> estimate{{-3.8977, -1.1529, -4.0326, -2.3399, -6.5788}};
-  LogisticModel<2> joint{{-1.5745, 0.3216, -2.7246}};
+  LogisticModel<EstimateResiduals::feature_count> estimate{{-5.8909, -2.0288, -4.7917, -2.8403, -13.5163}};
+  LogisticModel<2> joint{{-1.6140, 0.1969, -2.3935}};
 
   static ConfidenceModel of(const SafetensorsFile& file) {
     ConfidenceModel model;

@@ -123,7 +123,7 @@ class KindDomain final : public BodyDomain {
     const BoundCharacter& character = character_of(identity);
     std::vector<float> straight(3 * kind().bound_body().joint_count(), 0.0F);
     if (posture_) {  // as its species stands
-      const std::vector<Vec3d> rest = posture_->rest(character.estimate);
+      const std::vector<Vec3d> rest = posture_->rest(character.estimate, false);
       for (std::size_t j = 0; j < rest.size(); ++j) set_joint_rotation(as_span(straight), j, rotation_matrix(rest[j]));
     }
     return character.motions_in_place(
