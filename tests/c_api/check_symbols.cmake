@@ -20,7 +20,7 @@ set(expected npt_animate_file npt_apply npt_character_estimate npt_character_joi
              npt_describe npt_describe_motion npt_frame_times npt_frames_to_try npt_last_error npt_last_error_code
              npt_last_notes npt_last_remedy npt_load_character npt_make_motion npt_measure npt_motion_bytes npt_motion_of_character
              npt_motion_roles npt_motion_warning_text npt_move_joints npt_next_pose npt_open npt_open_files npt_open_random
-             npt_open_skeleton npt_open_tracker npt_pose_estimate npt_pose_joints npt_prepare npt_prepare_character
+             npt_open_shipped npt_open_skeleton npt_open_tracker npt_pose_estimate npt_pose_joints npt_prepare npt_prepare_character
              npt_prepare_pose npt_read_motion npt_read_skeleton npt_reads_fbx npt_release_character npt_release_motion
              npt_release_pose npt_remedy_text npt_report npt_restart_tracker npt_role_name npt_run npt_sample_motion
              npt_start_tracker npt_transfer_motion npt_transfer_motion_file npt_version npt_warning_text npt_write_motion

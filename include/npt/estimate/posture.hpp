@@ -4,10 +4,12 @@
 /// Nobody says how the animal in a mesh stands at rest, so it is inferred, as the mean of a posterior. The mesh is one
 /// of the rigs that were learned from, or another animal:
 ///   shape    betas ~ N(a rig's, W), or N(0, 1 + W) of another animal; W: what one rig's differ by from pose to pose
-///   rest     within 0.03 rad of the rig's, or N(the rigs' mean, C_rest) of another animal; both sides alike
+///   rest     within 0.03 rad of the rig's (0.1 where it stands), or N(the rigs' mean, C_rest) of another animal; both
+///            sides alike
 ///   pose     beyond the rest, ~ N(0, s^2 C_motion), s one of four: from standing still to lying down
 /// Where a mesh stands still its rest is what it shows, and what it shows is a walk where left and right differ as in
-/// walks. A mesh that gives the pose is expected to move: a deer that stands with its head low lowers it. The root's turn is no evidence, so that nothing depends on where the animal looks or lies.
+/// walks. A mesh that gives the pose is expected to move: a deer that stands with its head low lowers it. The root's turn
+/// is no evidence, so that nothing depends on where the animal looks or lies.
 /// Tensors   posture/shapes [R, S], shape_variances [S], angles [R, 3 J], other_odds [1]; rest_covariance,
 ///           motion_covariance [3 J, 3 J]
 /// Learned   by examples/fit_posture, from rigs as they are bound and in their clips
@@ -86,10 +88,10 @@ class BasicPosture {
   BasicPosture(PostureModel model, const BodyKind& kind) : kind_(kind), model_(std::move(model)) {
     const std::size_t n = angle_count();
     std::vector<double> known(n * n);
-    for (std::size_t i = 0; i < n; ++i) known[i * n + i] = known_deviation * known_deviation;
-    for (const double scale : scales) {
-      known_.push_back(evidence(known, scale));
-      other_.push_back(evidence(model_.rest_covariance, scale));
+    for (std::size_t s = 0; s < scales.size(); ++s) {
+      for (std::size_t i = 0; i < n; ++i) known[i * n + i] = known_variance(s);
+      known_.push_back(evidence(known, scales[s]));
+      other_.push_back(evidence(model_.rest_covariance, scales[s]));
     }
   }
 
@@ -123,13 +125,14 @@ class BasicPosture {
   }
 
  private:
-  /// Radians that a rig's rest comes out otherwise in another mesh of it.
-  static constexpr double known_deviation = 0.03;
   /// Of the mean motion in clips. Eight in place of four change little: 0.114 in place of 0.117 rad on seven animals.
   static constexpr std::array scales{0.1, 0.3, 1.0, 3.0};
   /// The first scale of a mesh that moves. With the smaller ones, too, PMD beside the makers' clips is 11.5 in place of
   /// 8.0 x 1e-4 (median of 14 pairs of known species in clips that were left out).
   static constexpr std::size_t moving = 2;
+  /// Of a rig's rest in another mesh of it. Wider where it stands: what it shows is its rest, errors of the estimate with
+  /// it, and the skin is bound in these angles.
+  static constexpr double known_variance(std::size_t scale) { return scale < moving ? 0.1 * 0.1 : 0.03 * 0.03; }
 
   struct Guess {
     double log_odds = 0;
@@ -197,19 +200,19 @@ class BasicPosture {
       double sum = evidence.log_determinant;
       for (const double value : x) sum += value * value;
       evidence.spread.solve_upper(x);
-      guesses.push_back({odds - 0.5 * sum, moved(told, as_span(x), known)});
+      guesses.push_back({odds - 0.5 * sum, moved(told, as_span(x), known ? known_variance(s) : 0)});
     }
   }
 
-  /// The told angles, and what evidence adds to them; of both sides.
-  std::vector<Vec3d> moved(const std::vector<Vec3d>& told, std::span<const double> evidence, bool known) const {
+  /// The told angles, and what evidence adds to them; of both sides. known: a rig's variance, 0 of another animal
+  std::vector<Vec3d> moved(const std::vector<Vec3d>& told, std::span<const double> evidence, double known) const {
     const std::size_t n = angle_count();
     std::vector<Vec3d> added(told.size());
     for (std::size_t j = 0; j < told.size(); ++j) {
       std::array<double, 3> sum{};
       for (std::size_t i = 0; i < 3; ++i)
-        if (known)
-          sum[i] = j == 0 ? 0 : known_deviation * known_deviation * evidence[3 * (j - 1) + i];
+        if (known > 0)
+          sum[i] = j == 0 ? 0 : known * evidence[3 * (j - 1) + i];
         else
           for (std::size_t k = 0; k < evidence.size(); ++k)
             sum[i] += model_.rest_covariance[(3 * j + i) * n + k + 3] * evidence[k];
