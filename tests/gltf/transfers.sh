@@ -7,7 +7,7 @@ npt=$1 dump=$2 shared=${4:-}
 
 rm -rf "$3" && mkdir -p "$3" && cd "$3"
 {
-  "$npt" generate --count 3 --seed 5 --same-shape --pose natural --out walk
+  "$npt" generate --count 3 --seed 5 --same-shape --pose random --out walk
   "$npt" generate --seed 5 --pose rest --out rest.ply
   "$npt" rig --mesh rest.ply --pose walk --out walker.glb
   "$npt" transfer walker.glb walker.glb --clip walk -o walk.bvh

@@ -10,6 +10,7 @@
 ///           section IV (rotations)
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/matrix3.hpp>
 #include <npt/base/rigid.hpp>
 #include <npt/base/vec3.hpp>
@@ -86,7 +87,7 @@ class BasicDifferentiableBody {
     gather(tables.v_template, 1, template_);
     gather(tables.shapedirs, shapes_, shapedirs_);
     gather(tables.posedirs, corrections_, posedirs_);
-    weights_ = tables.weights.gathered(vertices_);
+    weights_ = tables.weights.gathered(as_span(vertices_));
   }
 
   std::size_t vertex_count() const noexcept { return vertices_.size(); }
