@@ -5,6 +5,7 @@
 /// Numerics  the same model and count give the same level
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/config.hpp>
@@ -77,7 +78,7 @@ class BasicBodyLevel {
     std::vector<std::uint32_t> vertices;  ///< [n] of the body
     std::vector<std::uint32_t> cell;      ///< [V] which of them each vertex belongs to, or no_index
 
-    Cells(const BodyModel& model, std::size_t count) : points(points_of(model.tables().v_template)) {
+    Cells(const BodyModel& model, std::size_t count) : points(points_of(as_span(model.tables().v_template))) {
       if (count >= points.size()) {
         vertices.resize(points.size());
         std::iota(vertices.begin(), vertices.end(), 0U);
@@ -85,7 +86,8 @@ class BasicBodyLevel {
         return;
       }
       vertices = farthest_points(as_span(points), count);
-      cell = geodesics(points, neighbours(as_span(edges_of_triangles(model.triangles())), points.size()), vertices)
+      cell = geodesics(as_span(points), neighbours(as_span(edges_of_triangles(model.triangles())), points.size()),
+                       as_span(vertices))
                  .nearest;
     }
   };

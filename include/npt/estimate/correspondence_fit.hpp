@@ -21,6 +21,7 @@
 ///           Nocedal and Wright, "Numerical Optimization", 2006, section 10.3 (Levenberg and Marquardt)
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/executor.hpp>
 #include <npt/base/sort.hpp>
@@ -252,7 +253,7 @@ class BasicCorrespondenceFitter {
     problem.run(Stages::fine);
     problem.run(Stages::finest);
     CorrespondenceFit result;
-    result.body = fit_of(problem.x(), model_->joint_count());
+    result.body = fit_of(as_span(problem.x()), model_->joint_count());
     result.body.distance = std::sqrt(problem.distance(Stages::measured) / (2 * per_square_metre));
     result.facing = c.facing;
     const std::span<const float> angles = as_span(result.body.axis_angles);

@@ -6,6 +6,7 @@
 /// Source    Chen and Medioni, "Object modelling by registration of multiple range images", 1992 (point to plane)
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_level.hpp>
@@ -113,7 +114,7 @@ class BasicCorrespondenceProblem {
   /// take_damped_steps() asks these.
   double value() const noexcept { return value_; }
   double try_step(std::span<const double> step) {
-    trial_ = level_.body().stepped(x_, step);
+    trial_ = level_.body().stepped(as_span(x_), step);
     whole_step_ = level_.body().allowed_share(step) == 1;
     return trial_value_ = evaluate(trial_, trial_matches_, trial_state_);
   }

@@ -150,7 +150,7 @@ class BasicDifferentiableBody {
     std::vector<double> result(x.begin(), x.end());
     for (std::size_t i = 0; i < result.size(); ++i) result[i] += share * step[i];
     for (std::size_t j = 0; j < joint_count(); ++j) {
-      const double angle = length(axis_angle(result, j));
+      const double angle = length(axis_angle(as_span(result), j));
       if (angle <= std::numbers::pi) continue;
       for (std::size_t k = 0; k < 3; ++k) result[3 + 3 * j + k] *= (angle - 2 * std::numbers::pi) / angle;
     }

@@ -52,7 +52,8 @@ class BasicLimbSearch {
       for (const std::vector<std::size_t>& joints : pair.joints) limbs_.push_back({joints, pair.middle(), {}});
     const BodyTables& tables = kind_->body->tables();
     const std::vector<std::uint32_t> part = tables.weights.heaviest_columns();
-    const std::vector<Vec3d> normals = area_vectors(points_of(tables.v_template), kind_->body->triangles());
+    const std::vector<Vec3d> points = points_of(as_span(tables.v_template));
+    const std::vector<Vec3d> normals = area_vectors(as_span(points), kind_->body->triangles());
     Random random(20260620);
     for (const std::uint32_t v : random_permutation(static_cast<std::uint32_t>(part.size()), random)) {
       const Vec3d normal = normalised(normals[v]);

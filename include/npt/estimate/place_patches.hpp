@@ -4,6 +4,7 @@
 /// Units     metres
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_plan.hpp>
 #include <npt/body/kinematics.hpp>
@@ -48,8 +49,8 @@ class BasicPlacePatches {
     }
     patch_ = patches.sets();
     piece_ = pieces.sets();
-    share_ = area_shares(points, triangles, patch_);
-    piece_share_ = area_shares(points, triangles, piece_);
+    share_ = area_shares(points, triangles, as_span(patch_));
+    piece_share_ = area_shares(points, triangles, as_span(piece_));
   }
 
   /// The least point of a point's patch.
