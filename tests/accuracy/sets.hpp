@@ -33,7 +33,8 @@
 
 namespace accuracy {
 
-/// What takes a set's pairs: the transfer of people or of animals with default settings, or the network alone of either.
+/// What takes a set's pairs: the transfer of people or of animals with default settings, or the network alone of
+/// either.
 enum class Method { people, network, animals, quadrupeds };
 
 struct Set {

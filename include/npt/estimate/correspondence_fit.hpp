@@ -169,8 +169,8 @@ class BasicCorrespondenceFitter {
   using Stages = fit::internal::FitStages;
   using Problem = fit::internal::CorrespondenceProblem;
 
-  /// Vertices of the body that is fitted first, vertices that the finish measures at, and points of each view from which
-  /// the best ones are chosen.
+  /// Vertices of the body that is fitted first, vertices that the finish measures at, and points of each view from
+  /// which the best ones are chosen.
   static constexpr std::size_t coarse_vertices = 1200, full_probes = 1500, ranked_points = 400;
 
   struct Candidate {

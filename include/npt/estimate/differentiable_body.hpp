@@ -1,6 +1,6 @@
-/// A body's vertices as a function of its parameters, and its derivatives: what pulls at vertices does to the parameters.
-/// A pull is a force: joints feel its sum and moment, from the tips towards the root. One pull at a point gives a row of
-/// the Jacobian, those of a function's slopes by the vertices give its gradient.
+/// A body's vertices as a function of its parameters, and its derivatives: what pulls at vertices does to the
+/// parameters. A pull is a force: joints feel its sum and moment, from the tips towards the root. One pull at a point
+/// gives a row of the Jacobian, those of a function's slopes by the vertices give its gradient.
 ///   parameters   x = [translation 3, axis angles 3 J, betas S], in one row: BodyModel's, and a translation of all
 ///                vertices
 /// Shapes    vertices, gradients: [n] for the n vertices that were named at construction

@@ -1,5 +1,5 @@
-/// The stages of a fit of a body to a surface and its correspondences (correspondence_fit.hpp): what counts in each, how
-/// much, how far away, and at how many points.
+/// The stages of a fit of a body to a surface and its correspondences (correspondence_fit.hpp): what counts in each,
+/// how much, how far away, and at how many points.
 /// Units     metres; radians
 #pragma once
 

@@ -26,8 +26,8 @@
 
 namespace npt::inline NPT_ABI {
 
-/// Whether a mesh's normal faces as a body's does, both unit. facing: 1: the mesh's triangles turn outwards; -1: inwards;
-/// 0: that is not known
+/// Whether a mesh's normal faces as a body's does, both unit. facing: 1: the mesh's triangles turn outwards; -1:
+/// inwards; 0: that is not known
 NPT_INLINE bool faces_alike(Vec3d body, Vec3d mesh, double facing, double least_cosine = 0.2) {
   const double cosine = dot(body, mesh);
   return (facing == 0 ? std::abs(cosine) : facing * cosine) > least_cosine;

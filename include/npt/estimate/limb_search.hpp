@@ -1,7 +1,7 @@
 /// Other poses of a fitted body's pairs of limbs that a surface allows: where limbs cross, lie close or were seen
 /// wrong, a fit ends in the wrong valley, and no small step leads out of it.
-/// 1. poses of each limb alone: the fit's, those that views show, and the kind's natural ones, each judged by how far its
-///    points are from the surface
+/// 1. poses of each limb alone: the fit's, those that views show, and the kind's natural ones, each judged by how far
+///    its points are from the surface
 /// 2. the best ones of the left limb with the best ones of the right, judged also by how much of the surface that the
 ///    rest of the body leaves alone lies near one of the two
 /// Shapes    fits: as BodyFit, with other axis angles of the limbs

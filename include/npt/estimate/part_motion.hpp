@@ -2,10 +2,10 @@
 /// belong: a start for a fit that no local optimum hides behind, and a residual that tells right correspondences from
 /// wrong ones.
 ///   p = size_j R_j q + t_j   for the points p of part j with the places q
-/// The trunk's similarity, then each part's along the kinematic tree, weighted by skin weight and certainty, wild points
-/// counted out by iterated weights. A part begins where its parent puts the joint between them; the fewer and the
-/// rounder its points, the more of its motion is the parent's. Points of a limb whose distance from the joint that it is
-/// attached to, which no rotation changes, is wrong, and right from the other side's, are taken for that side's.
+/// The trunk's similarity, then each part's along the kinematic tree, weighted by skin weight and certainty, wild
+/// points counted out by iterated weights. A part begins where its parent puts the joint between them; the fewer and
+/// the rounder its points, the more of its motion is the parent's. Points of a limb whose distance from the joint that
+/// it is attached to, which no rotation changes, is wrong, and right from the other side's, are taken for that side's.
 /// Shapes    parts: [J] of a plan's joints; axis angles: [J, 3], relative to the parent
 /// Units     metres, or any for the points: `size` is their unit in the body's
 /// Threads   a template may be shared by threads

@@ -3,7 +3,8 @@
 /// By itself each joint has K = stiffness (I + twist a a^T), where a is the bone's direction in the rest pose: turning
 /// about the bone itself costs more, since it hardly moves the surface, and a search would take it for a way out.
 /// natural() has one K for all joints together: a pelvis and a spine that bend against each other are unlikely, though
-/// neither bend is. The root turns freely. Hinges are joints that bend to one side only. Stiffness and hinges are a plan's.
+/// neither bend is. The root turns freely. Hinges are joints that bend to one side only. Stiffness and hinges are a
+/// plan's.
 /// Shapes    theta, gradients: [3 J] axis angles; K: [3 (J - 1), 3 (J - 1)], of all joints but the root
 /// Source    Bogo et al., "Keep it SMPL", ECCV 2016, section 3.3, for the one-sided joints (eq. 4); the rest is ours
 #pragma once

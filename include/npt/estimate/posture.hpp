@@ -8,13 +8,13 @@
 ///            sides alike
 ///   pose     beyond the rest, ~ N(0, s^2 C_motion), s one of four: from standing still to lying down
 /// Where a mesh stands still its rest is what it shows, and what it shows is a walk where left and right differ as in
-/// walks. A mesh that gives the pose is expected to move: a deer that stands with its head low lowers it. The root's turn
-/// is no evidence, so that nothing depends on where the animal looks or lies.
+/// walks. A mesh that gives the pose is expected to move: a deer that stands with its head low lowers it. The root's
+/// turn is no evidence, so that nothing depends on where the animal looks or lies.
 /// Tensors   posture/shapes [R, S], shape_variances [S], angles [R, 3 J], other_odds [1]; rest_covariance,
 ///           motion_covariance [3 J, 3 J]
 /// Learned   by examples/fit_posture, from rigs as they are bound and in their clips
-/// Measured  on 15 rigs: a rest is off by 0.20 rad a joint where the animal is left out of them, by 0.03 where it isn't.
-///           As a linear function of the shape, which this was before, by 0.31 rad where it is left out
+/// Measured  on 15 rigs: a rest is off by 0.20 rad a joint where the animal is left out of them, by 0.03 where it
+///           isn't. As a linear function of the shape, which this was before, by 0.31 rad where it is left out
 /// Errors    npt::Error that names the file, for a tensor of another shape and covariances that are none
 #pragma once
 
@@ -35,21 +35,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
-
-/// [J] The angles of a fit, the root's without the direction in which it looks.
-NPT_INLINE std::vector<Vec3d> angles_without_yaw(const BodyEstimate& estimate) {
-  std::vector<Vec3d> angles(estimate.fit.body.axis_angles.size() / 3);
-  for (std::size_t j = 0; j < angles.size(); ++j)
-    angles[j] = axis_angle(j == 0 ? estimate.facing_front() * estimate.joint_rotation(0) : estimate.joint_rotation(j));
-  return angles;
-}
 
 /// What is learned.
 struct PostureModel {
@@ -130,8 +121,8 @@ class BasicPosture {
   /// The first scale of a mesh that moves. With the smaller ones, too, PMD beside the makers' clips is 11.5 in place of
   /// 8.0 x 1e-4 (median of 14 pairs of known species in clips that were left out).
   static constexpr std::size_t moving = 2;
-  /// Of a rig's rest in another mesh of it. Wider where it stands: what it shows is its rest, errors of the estimate with
-  /// it, and the skin is bound in these angles.
+  /// Of a rig's rest in another mesh of it. Wider where it stands: what it shows is its rest, errors of the estimate
+  /// with it, and the skin is bound in these angles.
   static constexpr double known_variance(std::size_t scale) { return scale < moving ? 0.1 * 0.1 : 0.03 * 0.03; }
 
   struct Guess {

@@ -1,5 +1,5 @@
-/// Levenberg and Marquardt's method for a sum of squares whose terms may change from step to step, as closest points do:
-/// a step is damped until it makes the sum less, and the next one is then damped less.
+/// Levenberg and Marquardt's method for a sum of squares whose terms may change from step to step, as closest points
+/// do: a step is damped until it makes the sum less, and the next one is then damped less.
 /// Source    Nocedal and Wright, "Numerical Optimization", 2006, section 10.3
 #pragma once
 

@@ -94,9 +94,10 @@ class BasicPoseTransfer {
                                 int threads = 0) {
     return open<Networks>(SafetensorsFile::read(weights), options, Exec(threads));
   }
-  /// Opens several files, each a domain: a mesh goes to the first that is sure of it, or else to the most confident one.
-  /// What none recognises goes to the first without a body estimator, or else to the first. Further files with body
-  /// estimation, but for their metadata, are read when a mesh first asks for them, with what npt::Error there is then.
+  /// Opens several files, each a domain: a mesh goes to the first that is sure of it, or else to the most confident
+  /// one. What none recognises goes to the first without a body estimator, or else to the first. Further files with
+  /// body estimation, but for their metadata, are read when a mesh first asks for them, with what npt::Error there is
+  /// then.
   template <class Networks = AllNetworks>
   static BasicPoseTransfer open(std::initializer_list<std::filesystem::path> weights,
                                 const TransferOptions& options = {}, int threads = 0) {

@@ -1,6 +1,6 @@
-/// The bones of a fitted body. A bone goes from a joint to each of its children and is moved by the joint that it starts
-/// from. A joint without children (head, hands, toes) has a bone to the far side of what it moves: from the joint
-/// through the centre of its skin.
+/// The bones of a fitted body. A bone goes from a joint to each of its children and is moved by the joint that it
+/// starts from. A joint without children (head, hands, toes) has a bone to the far side of what it moves: from the
+/// joint through the centre of its skin.
 /// Source    Wang et al., CVPR 2020, supplement C.1
 #pragma once
 
