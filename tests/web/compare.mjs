@@ -4,16 +4,26 @@ import path from 'node:path';
 
 export const read = (Mesh, file) => Mesh.read(readFileSync(file), path.basename(file));
 
-// The largest difference of a coordinate, as a share of the height of `a`.
+// The largest difference of a coordinate, as a share of the largest side of `a`: of who lies, the height says little.
 export function difference(a, b) {
   if (a.length !== b.length) return Infinity;
-  let low = Infinity, high = -Infinity, most = 0;
+  const low = [Infinity, Infinity, Infinity], high = low.map((x) => -x);
+  let most = 0;
   for (let i = 0; i < a.length; ++i) {
-    if (i % 3 === 1) low = Math.min(low, a[i]), high = Math.max(high, a[i]);
+    low[i % 3] = Math.min(low[i % 3], a[i]), high[i % 3] = Math.max(high[i % 3], a[i]);
     const d = Math.abs(a[i] - b[i]);
     most = d <= most ? most : d;  // NaN stays
   }
-  return most / (high - low);
+  return most / Math.max(...low.map((x, k) => high[k] - x));
+}
+
+// The mean distance of two meshes' vertices, their centres laid onto each other.
+export function meanDistance(a, b) {
+  const count = a.length / 3, shift = [0, 0, 0];
+  for (let i = 0; i < a.length; ++i) shift[i % 3] += (a[i] - b[i]) / count;
+  let sum = 0;
+  for (let v = 0; v < count; ++v) sum += Math.hypot(...shift.map((x, k) => a[3 * v + k] - b[3 * v + k] - x));
+  return sum / count;
 }
 
 // The tensors and texts of a safetensors file whose names begin with `prefix`, without it, as a file.
@@ -41,7 +51,7 @@ export class Checks {
   }
   near(a, b, what, bound = 1e-5) {
     const share = difference(a, b);
-    console.log(`${what}: largest difference ${share.toExponential(1)} of the mesh's height`);
+    console.log(`${what}: largest difference ${share.toExponential(1)} of the mesh's size`);
     this.expect(share <= bound, `${what}: ${share}, expected at most ${bound}`);
   }
   async fails(f, kind, pattern, what) {
