@@ -34,8 +34,8 @@ flags=(-std=c++20 -O3 -DNDEBUG -DNPT_NO_TBB -DNPT_PORTABLE_SIMD -msimd128 -fno-s
 # Its units stand in a list, which a test links with this machine's compiler, too.
 mapfile -t sources < <(sed "s|^|$root/|" "$here/source/units.txt")
 
-# What is small beside the networks needn't be fast: motions at -Os are 29 KB gzipped less of the page.
-optimised() { case "$(basename "$1")" in npt_web_motion.cpp | motion.cpp) echo -Os ;; esac; }
+# What is small beside the networks needn't be fast: motions and readers at -Os are 58 KB gzipped less of the page.
+optimised() { case "$(basename "$1")" in npt_web_motion.cpp | motion.cpp | read.cpp | off.cpp | libraries.cpp) echo -Os ;; esac; }
 
 # build NAME LINKING FLAG...: OUT/objects/NAME/npt-NAME.js and .wasm, with these flags besides, and LINKING where it is linked. Only what is
 # older than a source or a header, or made with other flags, is compiled.

@@ -175,13 +175,14 @@ async function withFiles() {
   writeFileSync('picture.ply', 'not a mesh');
   writeFileSync('notes.txt', 'not a mesh');
   writeFileSync('bad.safetensors', Buffer.alloc(64));
-  const refused = async (f, pattern, what) => {
+  const refused = async (f, pattern, what, left = said) => {
     await f();
     await page.waitForFunction(() => !document.getElementById('notice').hidden, null, { timeout: 60000 });
     await settled();
     checks.expect(pattern.test(await text('notice-text')), `${what}: ${await text('notice-text')}`);
     console.log(`${what}: ${await text('notice-text')}`);
-    checks.expect(await page.locator('#save').isEnabled() && await text('result-said') === said, `${what}: the result is gone`);
+    const result = await text('result-said');
+    checks.expect(await page.locator('#save').isEnabled() === (left === said) && result === left, `${what}: the result is '${result}', expected '${left}'`);
     checks.expect((await text('identity-said')).startsWith('identity.obj'), `${what}: the identity is gone`);
     await page.click('#notice-close');
   };
@@ -196,7 +197,8 @@ async function withFiles() {
 
   // What is not recognised as a person: the reason why there is no result.
   writeFileSync('box.obj', 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n');
-  await refused(() => page.setInputFiles('#pose-file', 'box.obj'), /box\.obj: found a mesh that is not recognised as a person/, 'a box');
+  await refused(() => page.setInputFiles('#pose-file', 'box.obj'), /box\.obj: found a mesh that is not recognised as a person/, 'a box',
+                'None: what went wrong stands above the picture');
   await picture('notes');
   await close('files');
 }
