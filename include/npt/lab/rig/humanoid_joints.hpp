@@ -31,6 +31,10 @@ inline HumanoidJoints humanoid_joints(const Rig& rig) {
   using enum SmplJoint;
   const Motion motion = motion_of(rig.scene, nullptr, rig.name);
   const JointRoles roles = joint_roles(motion);
+  if (roles.kind() != SkeletonKind::person)
+    throw Error({.file = rig.name,
+                 .found = std::to_string(rig.joint_count()) + " joints that are a four-legged animal's",
+                 .expected = "a person's joints: npt info --bones lists what is found"});
   if (roles.confidence < least)
     throw Error({.file = rig.name,
                  .found = std::to_string(rig.joint_count()) + " joints that are a person's with a confidence of " +
