@@ -68,6 +68,14 @@ beside modular --runner qmen_king.glb qmen_swat.glb
 beside base --runner sf_base_male.glb sf_base_female.glb
 beside few --runner proxy741_m_heavy_tpose.obj parts_f_slim_tpose.ply
 beside posed qposed_male_sitting.fbx qposed_female_pickingup.fbx
+"$npt" generate --shape zero --pose rest --out "$work/t-pose.obj"
+meshes=()
+for character in "$run" "$seat" heavy-six.ply; do
+  pose "t-${character%.*}" "$character" "$work/t-pose.obj"
+  meshes+=("$character" "$made")
+done
+"$npt" render "${meshes[@]}" --colours blue,blue,blue,blue,blue,blue --view front --background transparent --samples 3 \
+  --width 230 --height 260 --gap 0 --columns 6 --out "$out/gallery-tpose.png"
 beside stylised kk_skeleton_warrior.glb qmon_mushroomking.glb
 beside beard quac_viking_male.glb
 beside wizard quac_wizard.glb
