@@ -20,6 +20,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -41,7 +42,7 @@ class WindingTree : public TriangleTree {
   double winding(Vec3d p, std::uint32_t on = no_index) const {
     if (nodes_.empty()) return 0;
     double sum = 0;
-    std::array<std::uint32_t, 64> open{};
+    std::array<std::uint32_t, most_open> open{};
     std::size_t count = 1;
     while (count > 0) {
       const std::uint32_t n = open[--count];
@@ -51,12 +52,14 @@ class WindingTree : public TriangleTree {
       const double squared = dot(d, d);
       if (squared > far * far * all.squared_radius) {
         sum += dot(all.area, d) / (squared * std::sqrt(squared));
-      } else if (node.count == 0) {
-        open[count++] = node.first;
-        open[count++] = n + 1;
-      } else {
-        for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-          if (order_[i] != on) sum += solid_angle(corners_[order_[i]], p);
+        continue;
+      }
+      for (const std::uint32_t child : node.child) {
+        if (child == no_index) continue;
+        if (!is_triangle(child))
+          open[count++] = child;
+        else if (triangle_of(child) != on)
+          sum += solid_angle(corners_[triangle_of(child)], p);
       }
     }
     return sum / (4 * std::numbers::pi);
@@ -80,6 +83,7 @@ class WindingTree : public TriangleTree {
   }
 
   void sum_up() {
+    constexpr double inf = std::numeric_limits<double>::infinity();
     sums_.assign(nodes_.size(), {});
     for (std::size_t n = nodes_.size(); n-- > 0;) {  // children stand behind their parents
       const auto& node = nodes_[n];
@@ -89,16 +93,24 @@ class WindingTree : public TriangleTree {
         all.centre += centre * size;
         all.size += size;
       };
-      if (node.count == 0) {
-        for (const Sum& child : {sums_[n + 1], sums_[node.first]}) add(child.area, child.centre, child.size);
-      }
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-        const auto& [a, b, c] = corners_[order_[i]];
+      Vec3d low{inf, inf, inf}, high{-inf, -inf, -inf};
+      for (std::size_t k = 0; k < width; ++k) {
+        low = {std::min(low.x, node.low[0][k]), std::min(low.y, node.low[1][k]), std::min(low.z, node.low[2][k])};
+        high = {std::max(high.x, node.high[0][k]), std::max(high.y, node.high[1][k]),
+                std::max(high.z, node.high[2][k])};
+        const std::uint32_t child = node.child[k];
+        if (child == no_index) continue;
+        if (!is_triangle(child)) {
+          const Sum& below = sums_[child];
+          add(below.area, below.centre, below.size);
+          continue;
+        }
+        const auto& [a, b, c] = corners_[triangle_of(child)];
         const Vec3d area = cross(b - a, c - a) * 0.5;
         add(area, (a + b + c) / 3.0, length(area));
       }
-      all.centre = all.size > 0 ? all.centre / all.size : (node.low + node.high) / 2.0;
-      const Vec3d above = node.high - all.centre, below = all.centre - node.low;
+      all.centre = all.size > 0 ? all.centre / all.size : (low + high) / 2.0;
+      const Vec3d above = high - all.centre, below = all.centre - low;
       const Vec3d most{std::max(above.x, below.x), std::max(above.y, below.y), std::max(above.z, below.z)};
       all.squared_radius = dot(most, most);
     }
