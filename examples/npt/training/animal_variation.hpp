@@ -39,6 +39,7 @@ class AnimalVariation final : public BodyVariation {
 
   data::Dress draw_dress(Random& r) const override {
     const auto uniform = [&r](double low, double high) { return static_cast<float>(r.uniform(low, high)); };
+    const Vec3d low = reach_.low.as<double>(), high = reach_.high.as<double>();
     data::Dress d;
     d.any = true;
     if (r.uniform() < 0.5) d.puff = uniform(-0.01, 0.04);
@@ -49,8 +50,7 @@ class AnimalVariation final : public BodyVariation {
     d.no_head = r.uniform() < 0.02;
     if (r.uniform() < 0.12) {
       for (Vec3f& h : d.hole)
-        h = {uniform(reach_.low.x, reach_.high.x), uniform(reach_.low.y, reach_.high.y),
-             uniform(reach_.low.z, reach_.high.z)};
+        h = {uniform(low.x, high.x), uniform(low.y, high.y), uniform(low.z, high.z)};
       d.hole_radius = uniform(0.05, 0.2);
     }
     d.wave = {uniform(-25, 25), uniform(-25, 25), uniform(-25, 25)};
