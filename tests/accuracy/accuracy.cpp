@@ -168,7 +168,7 @@ std::vector<Set> chosen_sets(const Options& o, bool shared) {
     if (o.quick) return set.key != "natural" && set.key != "clothes" && set.key != "network";
     return !o.only.empty() && set.key != o.only;
   });
-  std::ranges::stable_partition(sets, [](const Set& set) { return !set.by_length; });
+  std::stable_partition(sets.begin(), sets.end(), [](const Set& set) { return !set.by_length; });
   return sets;
 }
 

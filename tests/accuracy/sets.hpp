@@ -187,7 +187,7 @@ inline std::vector<Set> shared_sets() {
   for (const auto& [key, title, unseen] : {std::tuple("clips", "known species, new clips", Unseen::clip),
                                            std::tuple("species", "a new species, known clips", Unseen::species),
                                            std::tuple("both", "a new species, new clips", Unseen::both)})
-    add_animals(sets, key, title, true, [unseen] { return clip_animals(shared_data("glb"), unseen, 20); });
+    add_animals(sets, key, title, true, [which = unseen] { return clip_animals(shared_data("glb"), which, 20); });
   return sets;
 }
 
