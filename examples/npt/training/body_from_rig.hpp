@@ -66,7 +66,7 @@ class BodyFromRig {
   BodyFromRig(const Rig& rig, const RiggedBodyOptions& options, const BodyModel& model, const BodyPlan& plan)
       : rig_(rig),
         options_(options),
-        model_(rest_surface(model)),
+        model_(rest_surface(of_plan(model, plan))),
         parts_(plan, model_.joints, lowest(model_)),
         found_(plan.joint_count(), no_item),
         turning_(plan.joint_count()),
@@ -81,6 +81,14 @@ class BodyFromRig {
     triangles_ = rig.triangles;
     positions_.reserve(rig.positions.size());
     for (const Vec3f p : rig.positions) positions_.push_back(p.as<double>());
+  }
+
+  static const BodyModel& of_plan(const BodyModel& model, const BodyPlan& plan) {
+    if (model.joint_count() != plan.joint_count())
+      throw Error({.file = "plan",
+                   .found = std::to_string(plan.joint_count()) + " joints",
+                   .expected = std::to_string(model.joint_count()) + ", as the body has"});
+    return model;
   }
 
   [[noreturn]] void fail(std::size_t joint, std::string found, std::string expected) const {
