@@ -50,6 +50,12 @@ void name_source(ReadingSet& set, const std::string& name) {
   set.trained_on += (set.trained_on.empty() ? "" : ", ") + name;
 }
 
+/// Says so: a character whose joints aren't found would teach that it is none.
+void add_stranger(std::vector<npt::WeightedRig>& others, const NamedRig& named, const npt::Error& why) {
+  std::cerr << "npt: note: " << named.name << " is none of the kind: " << why.what() << '\n';
+  others.push_back({std::make_shared<const npt::RigCharacter>(named.rig), named.weight});
+}
+
 /// Made objects in `objects` of the cases, else one of the others: rigs, and bodies as `bodies` draws them.
 void add_strangers(ReadingSet& set, std::vector<npt::WeightedRig> rigs, double objects,
                    const std::shared_ptr<const npt::CorrespondenceSampler>& bodies = nullptr) {
@@ -82,8 +88,10 @@ ReadingSet people_readings(const TrainingArguments& a, const std::vector<NamedBo
   }
   std::vector<npt::WeightedRig> others;
   for (const NamedRig& named : rigs) {
-    if (!is_person(named, false)) {
-      others.push_back({std::make_shared<const npt::RigCharacter>(named.rig), named.weight});
+    try {
+      npt::humanoid_joints(named.rig);
+    } catch (const npt::Error& error) {
+      add_stranger(others, named, error);
       continue;
     }
     const npt::RiggedBody rig = npt::rigged_body(named.rig, {.longest_edge = 0.04, .frame_rate = 15});
@@ -135,8 +143,7 @@ ReadingSet animal_readings(const TrainingArguments& a, const std::vector<NamedBo
     try {
       rig = npt::rigged_quadruped(named.rig, model, plan, {.longest_edge = 0.03, .frame_rate = 15});
     } catch (const npt::Error& error) {
-      std::cerr << "npt: note: " << named.name << " is none of the kind: " << error.what() << '\n';
-      others.push_back({std::make_shared<const npt::RigCharacter>(named.rig), named.weight});
+      add_stranger(others, named, error);
       continue;
     }
     set.clouds.push_back({std::make_shared<const npt::SurfaceCloud>(rig.body, rig.canonical, plan), named.weight});

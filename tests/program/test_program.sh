@@ -845,6 +845,9 @@ test_rigs() {
   expect 0 --out "mannequin, own" --out "--rig own.glb=2" -- info whole.safetensors
   resumes_after_kill $course
   expect 0 --out "net correspondence, width 256, 3 steps" -- train --net correspondence --rig own.glb --body mannequin --steps 3 --batch 2 --vertices 60 --validation-pairs 1 --out reads.safetensors
+  expect 0 --out "1 mesh" -- generate --body "$project/examples/weights/quadruped.safetensors" --shape zero --pose rest --out beast.obj
+  expect 0 --out "beast.glb" -- rig --mesh beast.obj --out beast.glb
+  expect 0 --err "npt: note: beast is none of the kind: beast.glb: found 35 joints that are a four-legged animal's, expected a person's" -- train --net correspondence --rig own.glb --rig beast.glb --body mannequin --steps 3 --batch 2 --vertices 60 --validation-pairs 1 --out strangers.safetensors
   expect 0 --out "Inputs: points" -- explain --weights reads.safetensors
   expect 0 --out "points and normals" -- info reads.safetensors
   # Other names for joints: a person's, and one that no person has, which the skeleton's shape tells.
