@@ -846,7 +846,8 @@ test_rigs() {
   resumes_after_kill $course
   expect 0 --out "net correspondence, width 256, 3 steps" -- train --net correspondence --rig own.glb --body mannequin --steps 3 --batch 2 --vertices 60 --validation-pairs 1 --out reads.safetensors
   expect 0 --out "1 mesh" -- generate --body "$project/examples/weights/quadruped.safetensors" --shape zero --pose rest --out beast.obj
-  expect 0 --out "beast.glb" -- rig --mesh beast.obj --out beast.glb
+  expect 0 --out "2 meshes" -- generate --body "$project/examples/weights/quadruped.safetensors" --same-shape --count 2 --pose natural --out gait
+  expect 0 --out "beast.glb" -- rig --mesh beast.obj --pose gait --out beast.glb
   expect 0 --err "npt: note: beast is none of the kind: beast.glb: found 35 joints that are a four-legged animal's, expected a person's" -- train --net correspondence --rig own.glb --rig beast.glb --body mannequin --steps 3 --batch 2 --vertices 60 --validation-pairs 1 --out strangers.safetensors
   expect 0 --out "Inputs: points" -- explain --weights reads.safetensors
   expect 0 --out "points and normals" -- info reads.safetensors

@@ -49,8 +49,7 @@ class AnimalVariation final : public BodyVariation {
     d.no_feet = r.uniform() < 0.03;
     d.no_head = r.uniform() < 0.02;
     if (r.uniform() < 0.12) {
-      for (Vec3f& h : d.hole)
-        h = {uniform(low.x, high.x), uniform(low.y, high.y), uniform(low.z, high.z)};
+      for (Vec3f& h : d.hole) h = {uniform(low.x, high.x), uniform(low.y, high.y), uniform(low.z, high.z)};
       d.hole_radius = uniform(0.05, 0.2);
     }
     d.wave = {uniform(-25, 25), uniform(-25, 25), uniform(-25, 25)};
