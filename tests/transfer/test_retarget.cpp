@@ -102,6 +102,21 @@ TEST_CASE("arms point where the source's point, from a T pose to an A pose and b
   }
 }
 
+TEST_CASE("on a rig of the same names that was bound nearly alike, joints turn in their parents as the source's") {
+  skeletons::Person source = person(skeletons::dialects()[0]);
+  skeletons::add_clip(source);
+  const auto most_turn = [&](double below) {  // between both, of joints in their parents
+    const skeletons::Person target = person(skeletons::dialects()[0], {.arms_below = below});
+    const auto own = npt::local_places(on(source, target), 0.7), other = npt::local_places(source.motion, 0.7);
+    double least = 1;
+    for (std::size_t j = 0; j < own.size(); ++j)
+      least = std::min(least, std::abs(npt::dot(own[j].rotation, other[j].rotation)));
+    return 2 * std::acos(std::min(least, 1.0));
+  };
+  CHECK(most_turn(8) < 1e-3);
+  CHECK(most_turn(30) == doctest::Approx(0.5236).epsilon(0.01));  // else arms point where the source's point
+}
+
 TEST_CASE("hips go as far as legs are long, and bones keep their lengths") {
   skeletons::Person source = person(skeletons::dialects()[0]);
   skeletons::add_clip(source);

@@ -1,7 +1,8 @@
 /// A motion on another skeleton: rotations from joint to joint by their roles, in the target's own frames.
 ///   Motion on_mine = retarget(clip, joint_roles(clip), mine, joint_roles(mine));
 ///   rotations   of each role's joint, relative to the pose that its skeleton was bound or stands in; arms, legs and
-///               fingers point where the source's point, whether their rests are T or A poses
+///               fingers point where the source's point, whether their rests are T or A poses. On one rig
+///               (motion/shared_rig.hpp) joints turn in their parents as the source's do
 ///   spine       turns by its place between hips and shoulders, whatever the number of its joints
 ///   animals     keep how their species stands: joints turn from the rest of the one as from that of the other; neck
 ///               and tail as the spine, ears and hooves where both have joints of these names; feet and bodies aren't

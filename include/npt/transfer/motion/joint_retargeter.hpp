@@ -14,6 +14,7 @@
 #include <npt/scene/motion.hpp>
 #include <npt/scene/scene.hpp>
 #include <npt/transfer/motion/retarget_side.hpp>
+#include <npt/transfer/motion/shared_rig.hpp>
 #include <npt/transfer/motion/straight_stance.hpp>
 #include <npt/transfer/motion/upright_stance.hpp>
 
@@ -44,6 +45,7 @@ class JointRetargeter {
     if (own > 0 && other > 0) scale_ = own / other;
     chains_ = {joint_chains(source, from, across_kinds_), joint_chains(target, to, across_kinds_)};
     likes_ = same_joints(source, from, target, to);
+    if (share_rig(from_, to_, across_)) bearers_ = bearers(to_);
     for (std::size_t j = 0; j < target.joints.size(); ++j) {
       const std::size_t parent = target.joints[j].parent;
       parts_[j] = place_of(inverse(parent == no_item ? target.base : to_.worlds[parent]) * to_.worlds[j]);
@@ -65,7 +67,11 @@ class JointRetargeter {
       const Affine& outer = parent == no_item ? to_.motion.base : worlds[parent];
       rotations[j] = above * places[j].rotation;
       const JointRole role = to_.roles.role_of(j);
-      if (const std::optional<Quaternion> turn = turn_for(j, role, now)) {
+      if (role != JointRole::none && !bearers_.empty() && bearers_[j] != no_item) {
+        rotations[j] = turned_in_bearer(j, role, rotations[bearers_[j]], now);
+        places[j].rotation = normalised(inverse(above) * rotations[j]);
+        moving_[j][0] = true;
+      } else if (const std::optional<Quaternion> turn = turn_for(j, role, now)) {
         const Quaternion correction = role == JointRole::none ? Quaternion{} : corrections_[index_of(role)];
         rotations[j] = across_ * *turn * inverse(across_) * correction * to_.rotations[j];
         places[j].rotation = normalised(inverse(above) * rotations[j]);
@@ -122,6 +128,15 @@ class JointRetargeter {
       for (std::size_t j = 0; j < parts_.size(); ++j)
         if (late[j] == now) order_.push_back(j);
   }
+  /// Of a joint of one rig: turned in the joint that bears it as the source's is, from how both were bound.
+  Quaternion turned_in_bearer(std::size_t joint, JointRole role, const Quaternion& bearer,
+                              const std::vector<Quaternion>& now) const {
+    const std::size_t other = from_.roles.joint(role);
+    const std::size_t carries = from_.roles.joint(to_.roles.role_of(bearers_[joint]));
+    const Quaternion bound = inverse(to_.rotations[bearers_[joint]]) * to_.rotations[joint];
+    const Quaternion others = inverse(from_.rotations[carries]) * from_.rotations[other];
+    return bearer * bound * inverse(others) * inverse(now[carries]) * now[other];
+  }
   /// How a joint of the source has turned since its rest; nothing where there is none.
   std::optional<Quaternion> turn_of(std::size_t joint, const std::vector<Quaternion>& now) const {
     if (joint == no_item) return std::nullopt;
@@ -172,6 +187,7 @@ class JointRetargeter {
   RetargetSide from_, to_;
   std::array<JointChains, 2> chains_;  ///< of source and target
   std::vector<std::size_t> likes_;     ///< [joints] the source's joint of the same name, where none has a role
+  std::vector<std::size_t> bearers_;   ///< [joints] the next ones above with roles, where both are one rig; else empty
   Quaternion across_{};                ///< from the source's directions to the target's
   double scale_ = 1;
   std::vector<NodePlace> parts_;  ///< [joints] of the target, in their parents, as it was bound
