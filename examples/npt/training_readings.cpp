@@ -111,7 +111,7 @@ ReadingSet people_readings(const TrainingArguments& a, const std::vector<NamedBo
     return share > 0 && random.uniform() < share ? clips->sample(random) : npt::natural_poses().sample(random);
   };
   set.variation = std::make_shared<const npt::PeopleVariation>(
-      pose, npt::PeopleVariationOptions{.folded = 0.12, .standing = 0.06, .stylised = 0.15});
+      pose, npt::PeopleVariationOptions{.folded = 0.12, .standing = 0.06, .stylised = 0.15, .props = true});
   set.trained_on += "; no people: pieces of them, made objects";
   add_strangers(set, std::move(others), 0.5);
   return set;

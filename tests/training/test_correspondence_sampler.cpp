@@ -10,7 +10,10 @@
 #include <training/people_variation.hpp>
 #include <training/surface_cloud.hpp>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <set>
 #include <vector>
@@ -218,4 +221,24 @@ TEST_CASE("bodies stand as characters are made, or with a big head, where that i
   const auto stylised = people({.stylised = 1});
   for (int i = 0; i < 20; ++i)
     CHECK(stylised->draw_proportions(random)[static_cast<std::size_t>(npt::BodyProportion::head_size)] >= 0.29);
+}
+
+TEST_CASE("what people carry belongs to where they hold it") {
+  const auto sampler_of = [](bool props) {
+    return npt::CorrespondenceSampler({{reading_cloud(), 1}}, people({.props = props}),
+                                      {.seed = 4, .points = 400, .plain = 0});
+  };
+  const npt::CorrespondenceSampler with = sampler_of(true), without = sampler_of(false);
+  int changed = 0;
+  for (std::uint64_t index = 0; index < 40; ++index) {
+    const npt::Sample s = with.draw(1, index), bare = without.draw(1, index);
+    std::size_t alike = 0;  // places that another point has, too
+    std::set<std::array<float, 3>> places;
+    for (std::size_t i = 0; i < 400; ++i)
+      alike += places.insert({s.truth[3 * i], s.truth[3 * i + 1], s.truth[3 * i + 2]}).second ? 0 : 1;
+    for (std::size_t i = 0; i < 400; ++i) CHECK(norm(s.truth, i) < 0.75F);
+    changed += s.truth != bare.truth && alike > 4 ? 1 : 0;
+  }
+  CHECK(changed > 8);
+  CHECK(changed < 32);
 }

@@ -8,6 +8,7 @@
 #include <npt/body/body_plan.hpp>
 #include <npt/config.hpp>
 #include <training/dress.hpp>
+#include <training/props.hpp>
 #include <training/surface_cloud.hpp>
 
 #include <vector>
@@ -34,6 +35,8 @@ class BodyVariation {
   virtual std::vector<double> draw_proportions(Random& random) const = 0;
   virtual Pose draw_pose(Random& random) const = 0;
   virtual data::Dress draw_dress(Random& random) const = 0;
+  /// What is carried or worn beside that.
+  virtual std::vector<data::Prop> draw_props(Random&) const { return {}; }
   /// Moves a resting point outwards to where its clothes, hair or wool are; false: nothing is there. swollen: by how
   /// much the surface is larger there.
   virtual bool clothe(const SurfaceCloud& cloud, const SurfaceCloud::Point& p, const data::Dress& dress, Vec3f& at,

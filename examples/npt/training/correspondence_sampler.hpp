@@ -188,12 +188,48 @@ class CorrespondenceSampler final : public SampleSource {
       dress.piece = points[more.below(static_cast<std::uint32_t>(points.size()))].canonical;
       dress.piece_radius = static_cast<float>(more.uniform(0.12, 0.4));
     }
-    draw_points(skin, dress, order, n, scratch);
+    const std::vector<data::Prop> props = plain || piece ? std::vector<data::Prop>{} : variation_->draw_props(more);
     scratch.drawn.clear();
+    draw_props(skin, props, more, n, scratch);
+    draw_points(skin, dress, order, n - scratch.drawn.size(), scratch);
+    if (mirrored)
+      for (Drawn& d : scratch.drawn) d.at.x = -d.at.x, d.normal.x = -d.normal.x, d.canonical.x = -d.canonical.x;
     for (const Posed& p : scratch.chosen) {
       Drawn& d = scratch.drawn.emplace_back(p.at, p.normal, skin.clouds[p.cloud].cloud->points()[p.point].canonical);
       if (mirrored) d.at.x = -d.at.x, d.normal.x = -d.normal.x, d.canonical.x = -d.canonical.x;
       if (piece) d.canonical = variation_->elsewhere();
+    }
+  }
+
+  /// As many points as props have of the whole surface; each prop is fastened to a point of the limb that carries it.
+  void draw_props(const Skin& skin, const std::vector<data::Prop>& props, Random& random, std::size_t n,
+                  Scratch& scratch) const {
+    float area = 0, all = usual_area;
+    for (const data::Prop& prop : props)
+      for (const data::PropPart& part : prop.parts) all += part.area();
+    for (const data::Prop& prop : props) {
+      const auto carries = std::ranges::find_if(
+          skin.clouds, [&](const SkinnedCloud& c) { return c.limbs[plan().joints[prop.joint].limb]; });
+      const SurfaceCloud& cloud = *carries->cloud;
+      const SurfaceCloud::Point* fastened = nullptr;
+      for (int tries = 0; tries < most_rounds; ++tries) {
+        const auto& point = cloud.points()[random.below(static_cast<std::uint32_t>(cloud.points().size()))];
+        if (point.joint[0] != prop.joint) continue;
+        if (fastened == nullptr || dot(point.rest - fastened->rest, prop.side) > 0) fastened = &point;
+      }
+      for (const data::PropPart& part : prop.parts) {
+        const float before = area;
+        area += part.area();
+        if (fastened == nullptr) continue;
+        const auto number = [&](float to) { return static_cast<std::size_t>(to / all * static_cast<float>(n)); };
+        for (std::size_t i = number(before); i < number(area); ++i) {
+          Vec3f at, normal;
+          part.draw(random, at, normal);
+          const BasicAffine<float>& moved = carries->parts[prop.joint];
+          scratch.drawn.emplace_back(moved(fastened->rest + at), normalised(moved.linear * normal),
+                                     fastened->canonical);
+        }
+      }
     }
   }
 
@@ -299,6 +335,7 @@ class CorrespondenceSampler final : public SampleSource {
     return rotation_matrix(normalised(axis) * r.uniform(0, std::numbers::pi)) * yaw;
   }
 
+  static constexpr float usual_area = 1.8F;  ///< of a body, in square metres
   /// The least piece is about a hundredth of the surface and takes 40 rounds. Beyond these nothing is left out.
   static constexpr int most_rounds = 1000;
 

@@ -22,6 +22,7 @@ struct Dress {
   bool any = false;
   float puff = 0;                       ///< everywhere
   float trunk = 0, legs = 0, arms = 0;  ///< loose clothes, where above 0
+  float sleeves = 0;                    ///< how far they hang down at the wrists
   float skirt = 0;                      ///< how far the legs' clothes are spread apart, at the knees
   float hair = 0, hair_back = 0;
   float shoes = 0, heel = 0;
@@ -74,6 +75,7 @@ inline Dress draw_dress(Random& r, double dressed) {
     if (r.uniform() < 0.5) d.arms = uniform(0.005, 0.05);
     if (r.uniform() < 0.2) d.skirt = uniform(0.1, 1);
     d.closed = d.skirt > 0 && r.uniform() < 0.5;
+    if (r.uniform() < 0.06) d.sleeves = uniform(0.05, 0.3);
     if (r.uniform() < 0.15) d.cape = uniform(0.05, 0.35);
   }
   if (r.uniform() < 0.4) d.hair = uniform(0.01, 0.12), d.hair_back = uniform(0, 0.15);
@@ -139,6 +141,10 @@ inline bool clothe(const SurfaceCloud& cloud, const SurfaceCloud::Point& p, cons
     const Vec3f away = normalised(Vec3f{p.canonical.x, 0, p.canonical.z});
     if (d.closed && thighs > 0.5F && dot(away, normal) < 0.1F) return false;
     at += away * wide;
+  }
+  if (d.sleeves > 0 && normal.y < 0.2F) {
+    const float forearm = weight_of(left_elbow, right_elbow);
+    at.y -= d.sleeves * forearm * std::clamp((std::abs(p.canonical.x) - 0.35F) / 0.3F, 0.0F, 1.0F);
   }
   if (d.cape > 0 && normal.z < -0.2F && trunk + thighs + arms > 0.5F && std::abs(p.canonical.x) < 0.35F) {
     const float depth = std::clamp((0.5F - p.canonical.y) / 1.2F, 0.0F, 1.0F);

@@ -12,6 +12,7 @@
 #include <npt/config.hpp>
 #include <training/body_variation.hpp>
 #include <training/dress.hpp>
+#include <training/props.hpp>
 #include <training/surface_cloud.hpp>
 
 #include <algorithm>
@@ -31,6 +32,7 @@ struct PeopleVariationOptions {
   double standing = 0;   ///< share in the poses in which characters are made: A, T and between
   double stylised = 0;   ///< share of bodies with proportions beyond the others' (big heads, short legs)
   double dressed = 0.45;
+  bool props = false;  ///< weapons, shields, packs, hats, beards
 };
 
 class PeopleVariation final : public BodyVariation {
@@ -57,6 +59,9 @@ class PeopleVariation final : public BodyVariation {
     return {{pose.begin(), pose.end()}, folded};
   }
 
+  std::vector<data::Prop> draw_props(Random& random) const override {
+    return options_.props ? data::draw_props(random) : std::vector<data::Prop>{};
+  }
   data::Dress draw_dress(Random& random) const override { return data::draw_dress(random, options_.dressed); }
   bool clothe(const SurfaceCloud& cloud, const SurfaceCloud::Point& p, const data::Dress& dress, Vec3f& at,
               float& swollen) const override {
