@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
 """Puts body estimation into a weights file, so that one file holds all that a kind of body needs.
 
-    join_body_weights.py network.safetensors human.safetensors --correspondence FILE [--correction FILE] [--fit-bias FILE]
+    join_body_weights.py network.safetensors human.safetensors --correspondence FILE [--fit-bias FILE]
     join_body_weights.py network.safetensors quadruped.safetensors --correspondence FILE --body FILE [--pose-prior FILE]
 
 network            the pose transfer network, whose tensors come first
 --correspondence   the correspondence network: weights of `npt train --net correspondence`, or a joined file
---correction       the network of the correction: bottleneck 256, pooled feature, conv_relu; or a joined file
 --fit-bias         a file with fit_bias/joints, as npt_fit_bias writes it; or a joined file
 --body             the template of another kind than people: a body file with a plan (npt_sculpt), or a joined file
 --pose-prior       mean and covariance of its natural poses: pose_prior/mean, pose_prior/covariance; or a joined file
@@ -19,7 +18,6 @@ import os
 
 from convert_common import ConvertError, read_safetensors, run, write_safetensors
 
-CORRECTION = (("bottleneck", "256"), ("feature", "pooled"), ("order", "conv_relu"))
 MOST_BYTES = 12_000_000  # a page loads it
 
 
@@ -48,7 +46,6 @@ def main():
     parser.add_argument("network")
     parser.add_argument("result")
     parser.add_argument("--correspondence")
-    parser.add_argument("--correction")
     parser.add_argument("--fit-bias")
     parser.add_argument("--body")
     parser.add_argument("--pose-prior")
@@ -58,7 +55,6 @@ def main():
     for prefix, path, wanted in (
         ("correspondence/", arguments.correspondence, (("net", "correspondence"),)),
         ("fit_bias/", arguments.fit_bias, ()),
-        ("network_correction/", arguments.correction, CORRECTION),
         ("body/", arguments.body, ()),
         ("pose_prior/", arguments.pose_prior, ()),
     ):

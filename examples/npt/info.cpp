@@ -301,8 +301,7 @@ void describe_kind(Report& report, const npt::SafetensorsFile& file) {
     describe_inputs(report, file);
     if (correspondence) return;
     for (const auto& [prefix, what] :
-         {std::pair("correspondence/", "correspondence network"), std::pair("fit_bias/", "bias of fits"),
-          std::pair("network_correction/", "network correction")})
+         {std::pair("correspondence/", "correspondence network"), std::pair("fit_bias/", "bias of fits")})
       if (!file.part(prefix).tensors().empty()) report["body estimation"].push_back(what);
     for (const char* key : {"order", "feature", "output_scale"}) {
       const std::string* value = file.find_metadata(key);

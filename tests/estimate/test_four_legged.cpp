@@ -4,8 +4,8 @@
 #include <estimate/four_legged.hpp>
 
 #include <npt/base/random.hpp>
+#include <npt/body/body_level.hpp>
 #include <npt/body/kinematics.hpp>
-#include <npt/estimate/body_level.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/limb_search.hpp>
 #include <npt/estimate/part_motion.hpp>

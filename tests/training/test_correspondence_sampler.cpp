@@ -235,7 +235,7 @@ TEST_CASE("what people carry belongs to where they hold it") {
     std::size_t alike = 0;  // places that another point has, too
     std::set<std::array<float, 3>> places;
     for (std::size_t i = 0; i < 400; ++i)
-      alike += places.insert({s.truth[3 * i], s.truth[3 * i + 1], s.truth[3 * i + 2]}).second ? 0 : 1;
+      alike += places.insert({s.truth[3 * i], s.truth[3 * i + 1], s.truth[3 * i + 2]}).second ? 0U : 1U;
     for (std::size_t i = 0; i < 400; ++i) CHECK(norm(s.truth, i) < 0.75F);
     changed += s.truth != bare.truth && alike > 4 ? 1 : 0;
   }

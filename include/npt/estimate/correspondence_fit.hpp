@@ -27,9 +27,9 @@
 #include <npt/base/sort.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
+#include <npt/body/body_level.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/body_level.hpp>
 #include <npt/estimate/correspondence_problem.hpp>
 #include <npt/estimate/fit_stages.hpp>
 #include <npt/estimate/fit_surface.hpp>

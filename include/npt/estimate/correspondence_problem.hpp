@@ -8,9 +8,9 @@
 
 #include <npt/base/as_span.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/body_level.hpp>
+#include <npt/body/differentiable_body.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/body_level.hpp>
-#include <npt/estimate/differentiable_body.hpp>
 #include <npt/estimate/fit_stages.hpp>
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/part_motion.hpp>

@@ -18,10 +18,10 @@
 #include <npt/base/quaternion.hpp>
 #include <npt/base/similarity.hpp>
 #include <npt/base/vec3.hpp>
+#include <npt/body/body_level.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_plan.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/body_level.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/skinning.hpp>
 #include <npt/solve/nearest_rotation.hpp>

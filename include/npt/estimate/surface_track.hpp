@@ -17,9 +17,9 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
+#include <npt/body/differentiable_body.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
-#include <npt/estimate/differentiable_body.hpp>
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/robust_distance.hpp>

@@ -3,10 +3,9 @@
 ///   1. estimate  the correspondence network and the fits of estimate/body_estimator.hpp
 ///   2. bind      joints, skin weights and hands of the identity (skin/bound_character.hpp)
 ///   3. angles    of the pose: with its hands, and where the file says how, corrected by the fit's known bias or from
-///                one shape's posture at rest to the other's, by the pose transfer network's own result, and from the
-///                identity's own posture at rest
+///                one shape's posture at rest to the other's, and from the identity's own posture at rest
 ///   4. skinning  the identity's root joint stays in its place
-/// Weights   tensors and texts under "correspondence/", "network_correction/", "fit_bias/" and "posture/" of a file
+/// Weights   tensors and texts under "correspondence/", "fit_bias/" and "posture/" of a file
 /// Source    Wang et al., CVPR 2020, supplement C.1 (skinning); docs/how-it-works.md (estimate)
 #pragma once
 
@@ -34,7 +33,6 @@
 #include <npt/skin/bound_character.hpp>
 #include <npt/transfer/body_domain.hpp>
 #include <npt/transfer/bound_file.hpp>
-#include <npt/transfer/network_correction.hpp>
 #include <npt/transfer/options.hpp>
 
 #include <cstddef>
@@ -94,8 +92,6 @@ class KindDomain final : public BodyDomain {
     }
     if (const SafetensorsFile posture = file.part("posture/"); !posture.tensors().empty())
       posture_.emplace(read_posture_model(posture, this->kind()), this->kind());
-    if (const SafetensorsFile network = file.part("network_correction/"); !network.tensors().empty())
-      correction_ = std::make_unique<const BasicNetworkCorrection<Exec>>(network, Exec(1));
   }
 
   const KindWords& words() const override { return words_; }
@@ -173,7 +169,6 @@ class KindDomain final : public BodyDomain {
                                 : bias_  ? bias_->angles(character.estimate, estimate)
                                          : estimate.fit.body.axis_angles;
     result = character.angles(kind(), as_span(result), estimate);
-    if (correction_ != nullptr) result = correction_->angles(kind(), character, estimate, std::move(result));
     return from_own_rest(kind(), as_span(people_at_rest_), character.estimate, as_span(result));
   }
 
@@ -182,7 +177,6 @@ class KindDomain final : public BodyDomain {
   std::optional<FitBias> bias_;  ///< these where the file holds them
   std::optional<Posture> posture_;
   std::vector<Vec3d> people_at_rest_;  ///< [J] how the kind's own are fitted at rest, or none
-  std::unique_ptr<const BasicNetworkCorrection<Exec>> correction_;
 };
 
 }  // namespace npt::inline NPT_ABI

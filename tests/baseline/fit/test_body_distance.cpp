@@ -4,10 +4,10 @@
 #include <npt/base/random.hpp>
 #include <npt/baseline/fit/body_distance.hpp>
 #include <npt/baseline/fit/fit_target.hpp>
+#include <npt/body/body_level.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/people_plan.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/estimate/body_level.hpp>
 #include <npt/estimate/pose_prior.hpp>
 
 #include <algorithm>

@@ -12,9 +12,9 @@
 
 #include <npt/base/vec3.hpp>
 #include <npt/baseline/fit/fit_target.hpp>
+#include <npt/body/body_level.hpp>
+#include <npt/body/differentiable_body.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/body_level.hpp>
-#include <npt/estimate/differentiable_body.hpp>
 #include <npt/estimate/pose_prior.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>

@@ -7,10 +7,10 @@
 #include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/baseline/fit/fit_target.hpp>
+#include <npt/body/body_level.hpp>
+#include <npt/body/differentiable_body.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/body_level.hpp>
-#include <npt/estimate/differentiable_body.hpp>
 
 #include <algorithm>
 #include <array>

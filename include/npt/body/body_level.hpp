@@ -8,8 +8,8 @@
 #include <npt/base/as_span.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/differentiable_body.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/differentiable_body.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/farthest_points.hpp>
 #include <npt/mesh/geodesics.hpp>

@@ -4,7 +4,7 @@
 
 #include <npt/base/random.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/estimate/differentiable_body.hpp>
+#include <npt/body/differentiable_body.hpp>
 #include <npt/mesh/points.hpp>
 
 #include <algorithm>
