@@ -58,6 +58,7 @@ void add(CLI::App& command) {
       ->type_name("UNIT");
   command.add_option("--weights", o->transfer.network.weights,
                      "Read the weights from this file (.safetensors) (default: those that npt ships)");
+  program::add_figure_option(command, o->transfer);
   command.add_option("--threads", o->transfer.threads, "Use this many threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();

@@ -56,6 +56,14 @@ inline void add_network_options(CLI::App& command, NetworkOptions& network) {
       "Multiply the network's last tanh by this: 1 in the paper, 2 in its code (default: as the weights say)");
 }
 
+inline void add_figure_option(CLI::App& command, TransferArguments& arguments) {
+  command
+      .add_option("--figure", arguments.options.body.figure,
+                  "Of several figures in one mesh take this one: 1 is the one with the most vertices (default: the one "
+                  "that is recognised)")
+      ->check(CLI::Range(1, 4096));
+}
+
 /// Everything but the seed, whose meaning the commands describe.
 inline void add_transfer_options(CLI::App& command, TransferArguments& arguments) {
   add_network_options(command, arguments.network);
@@ -75,6 +83,7 @@ inline void add_transfer_options(CLI::App& command, TransferArguments& arguments
                   "Estimate bodies fast, balanced, or best, which looks at all views of every mesh and takes longest")
       ->check(CLI::IsMember({"fast", "balanced", "best"}))
       ->capture_default_str();
+  add_figure_option(command, arguments);
   command.add_option("--threads", arguments.threads, "Use this many threads; 0: all that the process may use")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();

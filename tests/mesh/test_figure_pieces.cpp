@@ -85,3 +85,20 @@ TEST_CASE("a mesh of one piece, and pieces that are all one figure, are no guess
   CHECK(npt::figure_pieces(pieces.view()).empty());
   CHECK(npt::figure_pieces({}).empty());
 }
+
+TEST_CASE("figures are numbered by their points; floors, strays and what a figure wears are none") {
+  Pieces pieces;
+  pieces.add_strip(5, 0, 1.7F, 50);
+  pieces.add_floor(0, 20);
+  pieces.add_strip(0, 0, 1.8F, 60);
+  pieces.add_strip(0.1F, 1.6F, 1.9F, 10);
+  pieces.add_strip(60, 0, 0.1F, 1);
+  const std::vector<std::vector<bool>> figures = npt::figures(pieces.view());
+  REQUIRE(figures.size() == 2);
+  CHECK(pieces.held(figures[0]) == Held{false, false, true, true, false});
+  CHECK(pieces.held(figures[1]) == Held{true, false, false, false, false});
+  Pieces one;
+  one.add_strip(0, 0, 1.8F, 60);
+  REQUIRE(npt::figures(one.view()).size() == 1);
+  CHECK(npt::figures(one.view())[0] == std::vector<bool>(60, true));
+}

@@ -205,3 +205,35 @@ TEST_CASE("a unit that can't be inferred is no hindrance to body estimation") {
   for (const npt::Vec3f p : result.positions) low = std::min(low, p.y), high = std::max(high, p.y);
   CHECK(high - low > 6);
 }
+
+TEST_CASE("of two people in one mesh the one that is asked for is posed, and the other stays") {
+  const npt::Mesh first = posed_person(0.1F), pose = posed_person(1.0F);
+  npt::Mesh second = posed_person(0.4F), both = first;
+  for (npt::Vec3f& p : second.positions) p.x += 3;
+  const auto count = static_cast<std::uint32_t>(first.vertex_count());
+  both.positions.insert(both.positions.end(), second.positions.begin(), second.positions.end());
+  for (std::size_t f = 1; f < second.face_start.size(); ++f)
+    both.face_start.push_back(both.corners.size() + second.face_start[f]);
+  for (const std::uint32_t corner : second.corners) both.corners.push_back(count + corner);
+  for (const std::size_t figure : {std::size_t{1}, std::size_t{2}}) {
+    npt::TransferOptions options;
+    options.body.figure = figure;
+    const auto transfer = npt::PoseTransfer::open(weights_folder / "human.safetensors", options);
+    const npt::Result got = transfer.apply(transfer.character(both), transfer.pose(pose));
+    const npt::Result alone = transfer.apply(transfer.character(figure == 1 ? first : second), transfer.pose(pose));
+    double moved = 0, off = 0;
+    for (std::size_t v = 0; v < both.vertex_count(); ++v) {
+      const bool own = (v < count) == (figure == 1);
+      const npt::Vec3f expected = own ? alone.mesh.positions[v < count ? v : v - count] : both.positions[v];
+      off = std::max(off, static_cast<double>(length(got.mesh.positions[v] - expected)));
+      if (own) moved = std::max(moved, static_cast<double>(length(got.mesh.positions[v] - both.positions[v])));
+    }
+    CHECK(off < 1e-4);
+    CHECK(moved > 0.1);
+  }
+  npt::TransferOptions options;
+  options.body.figure = 3;
+  const auto transfer = npt::PoseTransfer::open(weights_folder / "human.safetensors", options);
+  CHECK_THROWS_WITH_AS((void)transfer.character(both), doctest::Contains("found 2 figures, expected at least 3"),
+                       npt::Error);
+}

@@ -48,6 +48,7 @@ struct BodyEstimatorOptions {
   /// Views that are fitted, at most. Seven instead of three: of 110 natural poses 4 instead of 6 end beyond 3 cm, for a
   /// tenth of the time.
   std::size_t candidates = 7;
+  std::size_t figure = 0;  ///< of several in a mesh, by number from 1 on (figures()); 0: the one that is recognised
 };
 
 template <class Exec = DefaultExecutor>
@@ -67,7 +68,9 @@ class BasicBodyEstimator {
   const BodyModel& body() const noexcept { return fitter_->model(); }
 
   /// How a body lies in a mesh, or in some of its pieces where the whole is no person: on a floor, beside another.
+  /// Errors    npt::Error for a mesh of several figures, but fewer than the one that is asked for
   BodyEstimate read(const MeshView& mesh, const Control& control = {}) const {
+    if (options_.figure > 0) return read_figure(mesh, control);
     BodyEstimate best = read_whole(mesh, control);
     if (best.confidence >= least_confidence) return best;
     const Control stoppable{.progress = {}, .stop = control.stop};
@@ -106,6 +109,21 @@ class BasicBodyEstimator {
   }
 
  private:
+  /// A mesh of one figure is taken whole.
+  BodyEstimate read_figure(const MeshView& mesh, const Control& control) const {
+    std::vector<std::vector<bool>> all = figures(mesh);
+    if (all.size() < 2) return read_whole(mesh, control);
+    if (all.size() < options_.figure)
+      throw Error({.file = std::string(mesh.name),
+                   .found = std::to_string(all.size()) + " figures",
+                   .expected = "at least " + std::to_string(options_.figure) + ", the number that is asked for"});
+    std::vector<Triangle> kept;
+    std::vector<bool>& own = all[options_.figure - 1];
+    BodyEstimate part = read_whole({mesh.xyz, figure_triangles(mesh, own, kept), mesh.name}, control);
+    part.figure = std::move(own);
+    return part;
+  }
+
   BodyEstimate read_whole(const MeshView& mesh, const Control& control) const {
     control.step(0);
     BodyEstimate nothing;

@@ -1,8 +1,9 @@
 /// Which pieces (connected components) of a mesh may be the figure in it, where others are a floor, a pedestal, strays
 /// or a second figure. These are guesses: whoever knows figures tells which one holds.
 ///   for (const std::vector<bool>& own : figure_pieces(mesh)) ...
+///   const std::vector<bool> second = figures(mesh).at(1);
 /// Shapes      each guess: [T], whether a triangle is the figure's; the likeliest first; none that is the whole mesh
-/// Complexity  quadratic in the pieces; no guess beyond 4096 of them
+/// Complexity  quadratic in the pieces; no guess, and one figure, beyond 4096 of them
 #pragma once
 
 #include <npt/base/as_span.hpp>
@@ -18,6 +19,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -78,12 +80,20 @@ class FigurePieces {
   std::vector<std::vector<bool>> guesses() const {
     std::vector<std::vector<bool>> all;
     if (pieces_.size() < 2 || pieces_.size() > most_pieces) return all;
-    for (const std::vector<bool>& chosen : {largest_group(), largest_piece()}) {
-      std::vector<bool> own;
-      for (const std::uint32_t piece : piece_of_) own.push_back(chosen[piece]);
+    for (const std::vector<bool>& chosen : {groups().front().pieces, largest_piece()}) {
+      std::vector<bool> own = triangles_of(chosen);
       const bool part = std::find(chosen.begin(), chosen.end(), false) != chosen.end();
       if (part && std::find(all.begin(), all.end(), own) == all.end()) all.push_back(std::move(own));
     }
+    return all;
+  }
+
+  /// Of groups of pieces that have points enough for limbs that bend; at least one.
+  std::vector<std::vector<bool>> figures() const {
+    if (pieces_.size() < 2 || pieces_.size() > most_pieces) return {std::vector<bool>(piece_of_.size(), true)};
+    std::vector<std::vector<bool>> all;
+    for (const Group& group : groups())
+      if (all.empty() || group.points >= few_points) all.push_back(triangles_of(group.pieces));
     return all;
   }
 
@@ -99,9 +109,18 @@ class FigurePieces {
     return static_cast<std::size_t>(std::max_element(pieces_.begin(), pieces_.end(), fewer) - pieces_.begin());
   }
 
-  /// Without floors and pedestals, the pieces that lie at each other, of several such groups the one with the most
-  /// points.
-  std::vector<bool> largest_group() const {
+  std::vector<bool> triangles_of(const std::vector<bool>& chosen) const {
+    std::vector<bool> own;
+    for (const std::uint32_t piece : piece_of_) own.push_back(chosen[piece]);
+    return own;
+  }
+  struct Group {
+    std::vector<bool> pieces;
+    std::size_t points = 0;
+  };
+
+  /// Without floors and pedestals, the pieces that lie at each other; the group with the most points first.
+  std::vector<Group> groups() const {
     const double size = pieces_[most_points()].box.size();
     const auto is_scenery = [&](const Piece& p) { return p.points < few_points && p.box.size() > large * size; };
     UnionFind groups(pieces_.size());
@@ -111,12 +130,17 @@ class FigurePieces {
       for (std::uint32_t b = a + 1; b < pieces_.size(); ++b)
         if (!is_scenery(pieces_[b]) && around.meets(pieces_[b].box)) groups.unite(a, b);
     }
-    std::vector<std::size_t> points(pieces_.size());
-    for (std::uint32_t p = 0; p < pieces_.size(); ++p) points[groups.find(p)] += pieces_[p].points;
-    const auto best = static_cast<std::uint32_t>(std::max_element(points.begin(), points.end()) - points.begin());
-    std::vector<bool> chosen;
-    for (std::uint32_t p = 0; p < pieces_.size(); ++p) chosen.push_back(groups.find(p) == best);
-    return chosen;
+    std::vector<Group> all;
+    std::vector<std::uint32_t> number(pieces_.size(), no_index);
+    for (std::uint32_t p = 0; p < pieces_.size(); ++p) {
+      std::uint32_t& own = number[groups.find(p)];
+      if (own == no_index)
+        own = static_cast<std::uint32_t>(all.size()), all.push_back({std::vector<bool>(pieces_.size())});
+      all[own].pieces[p] = true;
+      all[own].points += pieces_[p].points;
+    }
+    std::ranges::stable_sort(all, std::ranges::greater{}, &Group::points);
+    return all;
   }
 
   /// The piece with the most points and what lies within its box, a tenth larger: eyes, hair, clothes.
@@ -136,6 +160,12 @@ class FigurePieces {
 
 NPT_INLINE std::vector<std::vector<bool>> figure_pieces(const MeshView& mesh) {
   return internal::FigurePieces(mesh).guesses();
+}
+
+/// The figures in a mesh: pieces that touch or nearly do, of each [T], whether a triangle is its; the one with the most
+/// points first. At least one; floors, pedestals and strays are none.
+NPT_INLINE std::vector<std::vector<bool>> figures(const MeshView& mesh) {
+  return internal::FigurePieces(mesh).figures();
 }
 
 /// The triangles that are the figure's, in `kept` where they aren't all. figure: [T], or empty for all

@@ -68,10 +68,11 @@ class BasicKindBinding final : public DomainBinding {
 };
 
 /// Half of the views for `fast`: 4 in place of 8, of 1000 points in place of 1500.
-NPT_INLINE BodyEstimatorOptions estimator_options(Quality quality) {
+NPT_INLINE BodyEstimatorOptions estimator_options(const BodyOptions& wanted) {
   BodyEstimatorOptions options;
-  if (quality == Quality::fast) options.views.count = 4, options.read_points = 1000, options.candidates = 3;
-  if (quality == Quality::best) options.views.all = true;
+  options.figure = wanted.figure;
+  if (wanted.quality == Quality::fast) options.views.count = 4, options.read_points = 1000, options.candidates = 3;
+  if (wanted.quality == Quality::best) options.views.all = true;
   return options;
 }
 
@@ -83,7 +84,7 @@ class KindDomain final : public BodyDomain {
   /// Errors    npt::Error for weights that are missing, broken, or another network's
   KindDomain(const SafetensorsFile& file, std::shared_ptr<const BodyKind> kind, const BodyOptions& options, int threads)
       : estimator_(BasicCorrespondenceEstimator<Exec>(file.part("correspondence/"), Exec(threads)), std::move(kind),
-                   transfer::internal::estimator_options(options.quality)),
+                   transfer::internal::estimator_options(options)),
         words_(this->kind().plan.words()) {
     if (this->kind().has_own_rest) people_at_rest_.resize(this->kind().joint_count());
     if (const SafetensorsFile bias = file.part("fit_bias/"); !bias.tensors().empty()) {

@@ -8,6 +8,7 @@
 #include <npt/nn/weights/weights_file.hpp>
 #include <npt/transfer/refinement.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -35,6 +36,9 @@ struct BodyOptions {
   double least_confidence = npt::least_confidence;
   /// Confidence from which on no warning is given.
   double high_confidence = npt::high_confidence;
+  /// Of several figures in one mesh this one, from 1 on, the one with the most points first; a mesh of one figure is
+  /// taken whole. 0: the one that is recognised.
+  std::size_t figure = 0;
 };
 
 /// How a network with the per-vertex feature meets the vertices of pose and identity.
