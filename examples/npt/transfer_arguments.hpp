@@ -74,8 +74,8 @@ inline void add_transfer_options(CLI::App& command, TransferArguments& arguments
       ->excludes("--weights");
   command
       .add_option("--method", arguments.method,
-                  "Make results by body estimation (body), by the pose transfer network (network), or by body "
-                  "estimation where both meshes are recognised as people, else by the network (auto)")
+                  "Make results by body estimation, whatever the meshes are (body), by the pose transfer network "
+                  "(network), or by body estimation of meshes that are recognised; others are refused (auto)")
       ->check(CLI::IsMember({"auto", "body", "network"}))
       ->capture_default_str();
   command
