@@ -1,5 +1,5 @@
 // Learns what fits of other people's bodies are off by, from body models whose joints are known, and puts it into a
-// reader's file, beside its weights: tensor fit_bias/joints. See npt/estimate/fit_bias.hpp.
+// reader's file, beside its weights: tensor fit_bias/joints. See npt/estimate/angle_correction.hpp.
 //
 //   npt_fit_bias --body human_6890.safetensors --body human_13380.safetensors
 //     examples/weights/human.safetensors result.safetensors
@@ -17,9 +17,9 @@
 #include <npt/body/pose_sampler.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/body/skeleton.hpp>
+#include <npt/estimate/angle_correction.hpp>
 #include <npt/estimate/body_estimator.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
-#include <npt/estimate/fit_bias.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/solve/dense_cholesky.hpp>
 
@@ -82,7 +82,7 @@ void add(const npt::BodyEstimator& estimator, const npt::BodyModel& body, std::s
   const npt::BodyFit& fit = reading.fit.body;
   const auto fitted = estimator.body().bone_motions(fit.betas, fit.axis_angles), real = body.bone_motions(betas, pose);
   Sample sample;
-  std::ranges::copy(npt::FitBias::inputs(fit), sample.inputs.begin());
+  std::ranges::copy(npt::AngleCorrection::inputs(fit), sample.inputs.begin());
   sample.inputs[columns] = 1;
   for (std::size_t j = 0; j < joints; ++j) {
     const npt::Vec3d off = npt::axis_angle(fitted[j].rotation.transposed() * real[j].rotation);
@@ -159,12 +159,13 @@ void run(const Arguments& arguments) {
   std::vector<float> values;
   for (const auto& row : b)
     for (const double x : row) values.push_back(static_cast<float>(x));
-  const std::string name = std::string("fit_bias/") + npt::FitBias::tensor;
+  const std::string name = std::string("fit_bias/") + npt::AngleCorrection::tensor;
   std::vector<npt::FileTensor> tensors;
   for (const npt::FileTensor& tensor : file.tensors())
     if (tensor.name != name) tensors.push_back(tensor);
-  tensors.push_back(
-      {.name = name, .shape = npt::FitBias::shape(*npt::people_kind()), .bytes = std::as_bytes(std::span(values))});
+  tensors.push_back({.name = name,
+                     .shape = npt::AngleCorrection::shape(*npt::people_kind()),
+                     .bytes = std::as_bytes(std::span(values))});
   npt::write_safetensors(arguments.result, tensors, file.metadata());
   std::printf("%s: learned from %zu fits\n", arguments.result.string().c_str(), samples.size() / 2);
 }

@@ -25,13 +25,13 @@
 #include <npt/body/body_file.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_plan.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/body/kind_file.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/people_kind.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/estimate/body_estimator.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/residuals.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/safetensors.hpp>

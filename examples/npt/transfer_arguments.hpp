@@ -59,7 +59,7 @@ inline void add_network_options(CLI::App& command, NetworkOptions& network) {
 inline void add_figure_option(CLI::App& command, TransferArguments& arguments) {
   command
       .add_option("--figure", arguments.options.body.figure,
-                  "Of several figures in one mesh take this one: 1 is the one with the most vertices (default: the one "
+                  "Take this one of several figures in a mesh: 1 is the one with the most vertices (default: the one "
                   "that is recognised)")
       ->check(CLI::Range(1, 4096));
 }

@@ -3,9 +3,9 @@
 #include <estimate/people.hpp>
 
 #include <npt/base/random.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/skin/body_weights.hpp>
 
 #include <algorithm>

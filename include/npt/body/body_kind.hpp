@@ -65,7 +65,8 @@ struct BodyKind {
   PoseMoments moments{};                    ///< unknown ones: each joint by itself, by the plan's stiffness
   std::vector<std::vector<float>> poses{};  ///< [n][J, 3] that limbs may have, in random order
   std::optional<Hands> hands{};
-  bool has_own_rest = false;  ///< whether characters of another build keep how they stand at rest (rest_posture.hpp)
+  /// Whether characters of another build keep how they stand at rest (estimate/angle_correction.hpp).
+  bool has_own_rest = false;
   std::vector<std::string> skeleton_names{};  ///< [J'] of joints in skeletons that are made for characters
 
   std::size_t joint_count() const noexcept { return plan.joint_count(); }

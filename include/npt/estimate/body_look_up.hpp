@@ -8,10 +8,10 @@
 
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/fit_surface.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
 

@@ -10,10 +10,8 @@
 /// end, along the line to it.
 /// Shapes    x as DifferentiableBody's: [translation, axis angles J x 3, betas S]
 /// Units     those of the model, metres; E in square centimetres
-/// Numerics  double; some 20 steps, 75 to 100 ms on one core of an EPYC with AVX-512, whatever the mesh's size. Of 50
-///           mannequins in natural poses, seen with errors of 5 cm, a tenth of the places wild and limbs swapped, 47
-///           ended within 7 mm RMS over vertices and the others within 23; 50 people of another model's shapes at a
-///           distance of 7 mm between surfaces, 3 of them with an arm twisted by more than 60 degrees.
+/// Numerics  double; some 20 steps, 75 to 100 ms on one core of an EPYC with AVX-512, whatever the mesh's size;
+///           how far results are off: docs/results.md
 /// Threads   a fitter may be used by several threads at a time; a fit runs its candidates side by side on the executor
 ///           that it is given, with the same bits for any, and in its caller's thread without one
 /// Errors    npt::Error for no view or too few points, and for a surface of quite another size than the body
@@ -29,13 +27,13 @@
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_level.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/fitted_body.hpp>
+#include <npt/body/pose_prior.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/correspondence_problem.hpp>
 #include <npt/estimate/fit_stages.hpp>
 #include <npt/estimate/fit_surface.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/part_motion.hpp>
-#include <npt/estimate/pose_prior.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/estimate/surface_track.hpp>
 

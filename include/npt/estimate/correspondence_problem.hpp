@@ -10,11 +10,11 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_level.hpp>
 #include <npt/body/differentiable_body.hpp>
+#include <npt/body/pose_prior.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/fit_stages.hpp>
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/part_motion.hpp>
-#include <npt/estimate/pose_prior.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/solve/damped_steps.hpp>
@@ -55,6 +55,7 @@ class BasicCorrespondenceProblem {
         surface_(surface),
         level_(level),
         tree_(level.tree()),
+        mesh_tree_(surface.tree()),
         facing_(facing),
         x_(std::move(x)),
         points_of_body_(level.body().vertex_count()),
@@ -196,7 +197,7 @@ class BasicCorrespondenceProblem {
       const BodyLevel::Probe& probe = probes[i];
       const Vec3d point = points_of_body_[probe.vertex];
       const Vec3d normal = normalised(level_.body().carried(probe.vertex, probe.normal, state));
-      const ClosestPoint c = surface_.tree().closest(
+      const ClosestPoint c = mesh_tree_.closest(
           point, [&](std::uint32_t k) { return faces(normal, surface_.samples()[k].normal); }, mesh_hint_[i], limit);
       mesh_hint_[i] = c.triangle;
       Match& m = matches.emplace_back();
@@ -268,6 +269,7 @@ class BasicCorrespondenceProblem {
   const PartMotion* motion_ = nullptr;
   std::vector<BodyPoint> places_;
   TriangleTree tree_;
+  const PointTree& mesh_tree_;
   double facing_, prior_share_ = 1, place_share_ = 1, value_ = 0, trial_value_ = 0, data_value_ = 0;
   bool whole_step_ = true;
   std::vector<double> x_, trial_;

@@ -12,12 +12,12 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/body/hands.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/fit_surface.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>

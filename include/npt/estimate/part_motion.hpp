@@ -90,6 +90,8 @@ class BasicCorrespondenceTemplate {
 };
 
 /// Pairs of limbs whose places are mirrored before the motion is found, as bits: candidates beside what was seen.
+/// Without them, or without sides that are chosen by distance, 2 of 120 people end with limbs exchanged (44 mm and more
+/// instead of 6); medians stay.
 using SwappedLimbs = std::uint64_t;
 
 struct PartMotion {

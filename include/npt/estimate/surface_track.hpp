@@ -18,10 +18,10 @@
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/body/differentiable_body.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
 #include <npt/estimate/fit_surface.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/skinning.hpp>

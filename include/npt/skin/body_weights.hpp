@@ -19,10 +19,10 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/place_patches.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
@@ -133,20 +133,13 @@ class BasicBodyWeights {
     }
   }
 
-  /// Points beside tears, and small patches with others around, but where one is the most of its piece and lies on the
-  /// body: of a shoe that touches the other leg, what was looked up on its own foot.
+  /// Points beside tears, and small patches with others around.
   void doubt_patches() {
     const PlacePatches patches(kind_.plan, points_, triangles_, edges_, places_);
-    std::vector<double> distance(points_.size()), count(points_.size());
-    for (std::uint32_t p = 0; p < points_.size(); ++p)
-      distance[patches.patch(p)] += distances_[p], ++count[patches.patch(p)];
     std::vector<bool> doubted(points_.size(), false);
     for (const Edge& e : patches.broken())
-      for (const std::uint32_t v : e) {
-        const std::uint32_t patch = patches.patch(v);
-        const bool worn = patches.most_of_piece(v) && distance[patch] < off / 2 * count[patch];
-        if (patches.share(v) < patch_share && !worn) doubted[patch] = true;
-      }
+      for (const std::uint32_t v : e)
+        if (patches.share(v) < patch_share) doubted[patches.patch(v)] = true;
     for (std::uint32_t p = 0; p < points_.size(); ++p)
       if (doubted[patches.patch(p)]) certain_[p] = false;
     for (const Edge& e : patches.broken()) certain_[e[0]] = certain_[e[1]] = false;

@@ -9,11 +9,11 @@
 #include <npt/base/rigid.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/body/hands.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_estimate.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/mesh/figure_pieces.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/skinning.hpp>

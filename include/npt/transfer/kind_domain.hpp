@@ -16,16 +16,15 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_plan.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/angle_correction.hpp>
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/body_estimator.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
-#include <npt/estimate/fit_bias.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/estimate/joint_pose.hpp>
 #include <npt/estimate/posture.hpp>
-#include <npt/estimate/rest_posture.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_list.hpp>
 #include <npt/mesh/mesh_view.hpp>
@@ -85,12 +84,8 @@ class KindDomain final : public BodyDomain {
   KindDomain(const SafetensorsFile& file, std::shared_ptr<const BodyKind> kind, const BodyOptions& options, int threads)
       : estimator_(BasicCorrespondenceEstimator<Exec>(file.part("correspondence/"), Exec(threads)), std::move(kind),
                    transfer::internal::estimator_options(options)),
+        correction_(file.part("fit_bias/"), this->kind()),
         words_(this->kind().plan.words()) {
-    if (this->kind().has_own_rest) people_at_rest_.resize(this->kind().joint_count());
-    if (const SafetensorsFile bias = file.part("fit_bias/"); !bias.tensors().empty()) {
-      bias_.emplace(bias, this->kind());
-      people_at_rest_ = bias_->people_at_rest();
-    }
     if (const SafetensorsFile posture = file.part("posture/"); !posture.tensors().empty())
       posture_.emplace(read_posture_model(posture, this->kind()), this->kind());
   }
@@ -123,8 +118,7 @@ class KindDomain final : public BodyDomain {
       const std::vector<Vec3d> rest = posture_->rest(character.estimate, false);
       for (std::size_t j = 0; j < rest.size(); ++j) set_joint_rotation(as_span(straight), j, rotation_matrix(rest[j]));
     }
-    return character.motions_in_place(
-        kind(), from_own_rest(kind(), as_span(people_at_rest_), character.estimate, as_span(straight)));
+    return character.motions_in_place(kind(), correction_.from_own_rest(character.estimate, std::move(straight)));
   }
 
   JointPose joints(const DomainEstimate& estimate) const override {
@@ -166,18 +160,15 @@ class KindDomain final : public BodyDomain {
     const BodyEstimate& estimate = body_of(pose);
     expect_body(estimate, "pose");
     const BoundCharacter& character = character_of(identity);
-    std::vector<float> result = posture_ ? posture_->angles(character.estimate, estimate)
-                                : bias_  ? bias_->angles(character.estimate, estimate)
-                                         : estimate.fit.body.axis_angles;
-    result = character.angles(kind(), as_span(result), estimate);
-    return from_own_rest(kind(), as_span(people_at_rest_), character.estimate, as_span(result));
+    const std::vector<float> result = posture_ ? posture_->angles(character.estimate, estimate)
+                                               : correction_.without_bias(character.estimate, estimate);
+    return correction_.from_own_rest(character.estimate, character.angles(kind(), as_span(result), estimate));
   }
 
   BasicBodyEstimator<Exec> estimator_;
+  AngleCorrection correction_;
   const KindWords& words_;
-  std::optional<FitBias> bias_;  ///< these where the file holds them
-  std::optional<Posture> posture_;
-  std::vector<Vec3d> people_at_rest_;  ///< [J] how the kind's own are fitted at rest, or none
+  std::optional<Posture> posture_;  ///< where the file holds it
 };
 
 }  // namespace npt::inline NPT_ABI

@@ -7,8 +7,8 @@
 #include <npt/body/body_level.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/people_plan.hpp>
+#include <npt/body/pose_prior.hpp>
 #include <npt/body/pose_sampler.hpp>
-#include <npt/estimate/pose_prior.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -4,8 +4,8 @@
 #include <npt/base/error.hpp>
 #include <npt/baseline/skeleton/body_bones.hpp>
 #include <npt/baseline/skeleton/skeleton_transfer.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/lab/body_pairs.hpp>
 #include <npt/mesh/metrics.hpp>
 

@@ -14,8 +14,8 @@
 #include <npt/baseline/fit/fit_target.hpp>
 #include <npt/body/body_level.hpp>
 #include <npt/body/differentiable_body.hpp>
+#include <npt/body/pose_prior.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/pose_prior.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/solve/dense_cholesky.hpp>

@@ -23,11 +23,11 @@
 #include <npt/baseline/fit/start_poses.hpp>
 #include <npt/body/body_level.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/body/people_plan.hpp>
+#include <npt/body/pose_prior.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/fitted_body.hpp>
-#include <npt/estimate/pose_prior.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/solve/dense_cholesky.hpp>

@@ -6,8 +6,8 @@
 
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/fitted_body.hpp>
 
 #include <cstddef>
 #include <vector>

@@ -18,9 +18,9 @@
 #include <npt/baseline/skeleton/body_bones.hpp>
 #include <npt/baseline/skeleton/bone_heat.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/fitted_body.hpp>
 #include <npt/lab/evaluation.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>

@@ -6,7 +6,7 @@
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/natural_poses.hpp>
 #include <npt/body/people_plan.hpp>
-#include <npt/estimate/pose_prior.hpp>
+#include <npt/body/pose_prior.hpp>
 #include <npt/solve/normal_equations.hpp>
 
 #include <cmath>
