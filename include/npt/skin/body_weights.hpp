@@ -133,13 +133,21 @@ class BasicBodyWeights {
     }
   }
 
-  /// Points beside tears, and small patches with others around.
+  /// Points beside tears, and small patches with others around, but where one is the most of its piece and lies on the
+  /// body: of a shoe that touches the other leg, what was looked up on its own foot. Without that exception 1 of 60
+  /// dressed mannequins is off by 66 instead of 29 mm.
   void doubt_patches() {
     const PlacePatches patches(kind_.plan, points_, triangles_, edges_, places_);
+    std::vector<double> distance(points_.size()), count(points_.size());
+    for (std::uint32_t p = 0; p < points_.size(); ++p)
+      distance[patches.patch(p)] += distances_[p], ++count[patches.patch(p)];
     std::vector<bool> doubted(points_.size(), false);
     for (const Edge& e : patches.broken())
-      for (const std::uint32_t v : e)
-        if (patches.share(v) < patch_share) doubted[patches.patch(v)] = true;
+      for (const std::uint32_t v : e) {
+        const std::uint32_t patch = patches.patch(v);
+        const bool worn = patches.most_of_piece(v) && distance[patch] < off / 2 * count[patch];
+        if (patches.share(v) < patch_share && !worn) doubted[patch] = true;
+      }
     for (std::uint32_t p = 0; p < points_.size(); ++p)
       if (doubted[patches.patch(p)]) certain_[p] = false;
     for (const Edge& e : patches.broken()) certain_[e[0]] = certain_[e[1]] = false;
