@@ -192,10 +192,9 @@ class CorrespondenceSampler final : public SampleSource {
     scratch.drawn.clear();
     draw_props(skin, props, more, n, scratch);
     draw_points(skin, dress, order, n - scratch.drawn.size(), scratch);
-    if (mirrored)
-      for (Drawn& d : scratch.drawn) d.at.x = -d.at.x, d.normal.x = -d.normal.x, d.canonical.x = -d.canonical.x;
-    for (const Posed& p : scratch.chosen) {
-      Drawn& d = scratch.drawn.emplace_back(p.at, p.normal, skin.clouds[p.cloud].cloud->points()[p.point].canonical);
+    for (const Posed& p : scratch.chosen)
+      scratch.drawn.emplace_back(p.at, p.normal, skin.clouds[p.cloud].cloud->points()[p.point].canonical);
+    for (Drawn& d : scratch.drawn) {
       if (mirrored) d.at.x = -d.at.x, d.normal.x = -d.normal.x, d.canonical.x = -d.canonical.x;
       if (piece) d.canonical = variation_->elsewhere();
     }
@@ -212,7 +211,7 @@ class CorrespondenceSampler final : public SampleSource {
           skin.clouds, [&](const SkinnedCloud& c) { return c.limbs[plan().joints[prop.joint].limb]; });
       const SurfaceCloud& cloud = *carries->cloud;
       const SurfaceCloud::Point* fastened = nullptr;
-      for (int tries = 0; tries < most_rounds; ++tries) {
+      for (int tries = 0; tries < fastening_tries; ++tries) {
         const auto& point = cloud.points()[random.below(static_cast<std::uint32_t>(cloud.points().size()))];
         if (point.joint[0] != prop.joint) continue;
         if (fastened == nullptr || dot(point.rest - fastened->rest, prop.side) > 0) fastened = &point;
@@ -336,6 +335,8 @@ class CorrespondenceSampler final : public SampleSource {
   }
 
   static constexpr float usual_area = 1.8F;  ///< of a body, in square metres
+  /// Points of the body that are looked at for the place of a prop.
+  static constexpr int fastening_tries = 1000;
   /// The least piece is about a hundredth of the surface and takes 40 rounds. Beyond these nothing is left out.
   static constexpr int most_rounds = 1000;
 

@@ -67,13 +67,8 @@ class JointRetargeter {
       const Affine& outer = parent == no_item ? to_.motion.base : worlds[parent];
       rotations[j] = above * places[j].rotation;
       const JointRole role = to_.roles.role_of(j);
-      if (role != JointRole::none && !bearers_.empty() && bearers_[j] != no_item) {
-        rotations[j] = turned_in_bearer(j, role, rotations[bearers_[j]], now);
-        places[j].rotation = normalised(inverse(above) * rotations[j]);
-        moving_[j][0] = true;
-      } else if (const std::optional<Quaternion> turn = turn_for(j, role, now)) {
-        const Quaternion correction = role == JointRole::none ? Quaternion{} : corrections_[index_of(role)];
-        rotations[j] = across_ * *turn * inverse(across_) * correction * to_.rotations[j];
+      if (const std::optional<Quaternion> turned = turned_joint(j, role, rotations, now)) {
+        rotations[j] = *turned;
         places[j].rotation = normalised(inverse(above) * rotations[j]);
         moving_[j][0] = true;
       }
@@ -127,6 +122,16 @@ class JointRetargeter {
     for (const bool now : {false, true})
       for (std::size_t j = 0; j < parts_.size(); ++j)
         if (late[j] == now) order_.push_back(j);
+  }
+  /// The rotation of a target's joint in the world, where those above it have theirs; nothing where it keeps its place.
+  std::optional<Quaternion> turned_joint(std::size_t joint, JointRole role, const std::vector<Quaternion>& rotations,
+                                         const std::vector<Quaternion>& now) const {
+    if (role != JointRole::none && !bearers_.empty() && bearers_[joint] != no_item)
+      return turned_in_bearer(joint, role, rotations[bearers_[joint]], now);
+    const std::optional<Quaternion> turn = turn_for(joint, role, now);
+    if (!turn) return std::nullopt;
+    const Quaternion correction = role == JointRole::none ? Quaternion{} : corrections_[index_of(role)];
+    return across_ * *turn * inverse(across_) * correction * to_.rotations[joint];
   }
   /// Of a joint of one rig: turned in the joint that bears it as the source's is, from how both were bound.
   Quaternion turned_in_bearer(std::size_t joint, JointRole role, const Quaternion& bearer,
