@@ -63,7 +63,9 @@ TEST_CASE("of several readings the right one is taken") {
   npt::Random random(2);
   for (npt::PointCorrespondence& p : readings[1])
     p.place = readings[2][random.below(static_cast<std::uint32_t>(readings[2].size()))].place;
-  const npt::CorrespondenceFit fit = fitter().fit(c.surface, readings);
+  std::vector<npt::BodyView> views;
+  for (npt::Correspondences& seen : readings) views.emplace_back(fitter().correspondence_template(), std::move(seen));
+  const npt::CorrespondenceFit fit = fitter().fit(c.surface, views);
   CHECK(simulated::error(npt::mannequin(), fit.body, c.posed.points) < 0.015);
 }
 
@@ -117,7 +119,7 @@ TEST_CASE("threads share a fitter and get the same bits") {
 
 TEST_CASE("no reading, no body and another unit are errors") {
   const ReadBody c = read_body(12);
-  CHECK_THROWS_AS(fitter().fit(c.surface, std::span<const npt::Correspondences>()), npt::Error);
+  CHECK_THROWS_AS(fitter().fit(c.surface, std::span<const npt::BodyView>()), npt::Error);
   CHECK_THROWS_AS(fitter().fit(c.surface, npt::Correspondences()), npt::Error);
   CHECK_THROWS_AS(npt::CorrespondenceFitter(nullptr), npt::Error);
   // Centimetres.

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <filesystem>
 #include <thread>
+#include <vector>
 
 #include "support/needs.hpp"
 
@@ -54,6 +55,25 @@ TEST_CASE("work apart gives its numbers, or says that it failed") {
   CHECK(good.values == std::vector<double>{1, 2.5});
   CHECK(good.memory_mb > 0.1);
 }
+
+#if !defined(_WIN32)
+TEST_CASE("work apart that crashes, or takes too long, ends its own process only") {
+  const host::Apart crashed = host::run_apart([]() -> std::vector<double> {
+    std::raise(SIGKILL);
+    return {};
+  });
+  CHECK_FALSE(crashed.done);
+  CHECK(crashed.failure == "a child that was ended by signal 9");
+  const host::Apart endless = host::run_apart(
+      []() -> std::vector<double> {
+        for (std::atomic<int> i = 0; i >= 0;) i = 1;
+        return {};
+      },
+      {.seconds = 1});
+  CHECK_FALSE(endless.done);
+  CHECK_FALSE(endless.failure.empty());
+}
+#endif
 
 TEST_CASE("the first Ctrl-C calls the handler instead of ending the program" *
           support::Needs(has_console(), "a console")) {

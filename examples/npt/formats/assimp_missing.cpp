@@ -6,6 +6,8 @@ namespace formats {
 
 bool reads_foreign() { return false; }
 
+void try_foreign(const std::filesystem::path&) {}
+
 npt::Scene read_foreign(const std::filesystem::path& path, std::vector<std::string>*, std::vector<std::string>*) {
   throw npt::Error({path.string(),
                     {},

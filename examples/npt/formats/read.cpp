@@ -43,7 +43,9 @@ npt::Mesh read_mesh(const std::filesystem::path& path, std::vector<std::string>*
 
 npt::Scene read_scene(const std::filesystem::path& path, std::vector<std::string>* notes) {
   return with_notes(notes, [&](std::vector<std::string>* to) {
-    return is_one_of(path, foreign) ? read_foreign(path, nullptr, to) : npt::read_scene(path, to);
+    if (!is_one_of(path, foreign)) return npt::read_scene(path, to);
+    try_foreign(path);
+    return read_foreign(path, nullptr, to);
   });
 }
 

@@ -34,11 +34,17 @@ Finished run(const std::filesystem::path& program, const std::vector<std::string
 /// Work in a process of its own, whose memory is its own, where the system can split one (fork); else in this one.
 struct Apart {
   bool done = false;           ///< it came to its end
+  std::string failure;         ///< how it ended else, where a process of its own did: by what signal
   std::vector<double> values;  ///< what the work returned
   double memory_mb = 0;        ///< its largest resident set
 };
-/// To be called before this process has started threads. An error of the child's is printed by it, and `done` is false.
-Apart run_apart(const std::function<std::vector<double>()>& work);
+struct ApartLimits {
+  unsigned seconds = 0;  ///< of processor time; 0: any
+  double gigabytes = 0;  ///< of memory beyond this process's; 0: any
+};
+/// The work may ask nothing of threads that this process has started. An error of the child's is printed by it, and
+/// `done` is false.
+Apart run_apart(const std::function<std::vector<double>()>& work, const ApartLimits& limits = {});
 
 /// This process's largest resident set.
 double peak_memory_mb();

@@ -37,6 +37,29 @@ double megabytes(const rusage& usage) {
 #endif
 }
 
+/// How a process ended that waitpid() tells of.
+std::string ended_by(int status) {
+  if (WIFSIGNALED(status)) return "a child that was ended by signal " + std::to_string(WTERMSIG(status));
+  return "exit status " + std::to_string(WEXITSTATUS(status));
+}
+
+/// Limits of the process that this is. Sanitizers reserve more memory than there is.
+void keep_to(const ApartLimits& limits) {
+  if (limits.seconds > 0) {
+    const rlimit time{.rlim_cur = limits.seconds, .rlim_max = limits.seconds};
+    setrlimit(RLIMIT_CPU, &time);
+  }
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  if (std::ifstream pages("/proc/self/statm"); limits.gigabytes > 0) {
+    rlim_t used = 0;
+    pages >> used;
+    used = used * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + static_cast<rlim_t>(limits.gigabytes * 1e9);
+    const rlimit memory{.rlim_cur = used, .rlim_max = used};
+    setrlimit(RLIMIT_AS, &memory);
+  }
+#endif
+}
+
 std::optional<std::string> first_line(const std::string& path) {
   std::ifstream file(path);
   std::string line;
@@ -140,14 +163,11 @@ Finished run(const std::filesystem::path& program, const std::vector<std::string
   if (WIFEXITED(status) && WEXITSTATUS(status) == status_of_interrupted) result.interrupted = true;
   if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGINT || WTERMSIG(status) == SIGTERM)) result.interrupted = true;
   if (result.interrupted) return result;
-  if (WIFSIGNALED(status))
-    result.failure = "a child that was ended by signal " + std::to_string(WTERMSIG(status));
-  else if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    result.failure = "exit status " + std::to_string(WEXITSTATUS(status));
+  if (status != 0) result.failure = ended_by(status);
   return result;
 }
 
-Apart run_apart(const std::function<std::vector<double>()>& work) {
+Apart run_apart(const std::function<std::vector<double>()>& work, const ApartLimits& limits) {
   Apart result;
   int ends[2];
   if (pipe(ends) != 0) return result;
@@ -155,6 +175,7 @@ Apart run_apart(const std::function<std::vector<double>()>& work) {
   const pid_t child = fork();
   if (child == 0) {
     close(ends[0]);
+    keep_to(limits);
     try {
       const std::vector<double> values = work();
       const auto size = static_cast<ssize_t>(values.size() * sizeof(double));
@@ -175,6 +196,7 @@ Apart run_apart(const std::function<std::vector<double>()>& work) {
   rusage usage{};
   if (child < 0 || wait4(child, &status, 0, &usage) != child) return result;
   result.done = status == 0;
+  if (!result.done) result.failure = ended_by(status);
   result.memory_mb = megabytes(usage);
   return result;
 }

@@ -191,7 +191,7 @@ Finished run(const std::filesystem::path& program, const std::vector<std::string
   return result;
 }
 
-Apart run_apart(const std::function<std::vector<double>()>& work) {
+Apart run_apart(const std::function<std::vector<double>()>& work, const ApartLimits&) {
   Apart result;
   try {
     result.values = work();

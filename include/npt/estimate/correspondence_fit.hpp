@@ -2,7 +2,7 @@
 /// closed form, in place of a search. Several views' correspondences may be given.
 ///   E(x) = place weight * mean_k rho(|body(place_k) - point_k|^2) +
 ///          sum_i a_i rho(|v_i - surface|^2) + mean_k rho(|q_k - body|^2) + priors
-///   1. motion    of every view, from few points, and of the best ones with limbs swapped (part_motion.hpp)
+///   1. motion    of every view, and of the best ones with limbs swapped (part_motion.hpp)
 ///   2. coarse    a coarse body, first to the places of up to three of these, then, where it comes near, to the surface
 ///   3. finish    all vertices, both ways, with a kernel that narrows; where the body keeps a distance from it,
 ///                as under clothes, the places count too
@@ -53,6 +53,24 @@ namespace npt::inline NPT_ABI {
 /// A mesh's points and where they were seen to belong. Points should be drawn by area, in random order: the first n of
 /// them stand for all.
 using Correspondences = std::vector<PointCorrespondence>;
+
+/// Correspondences of one direction, and how the parts of a body move by the first of them.
+struct BodyView {
+  /// Points that tell whether a view shows a body. With all of them 1 of 180 people in natural poses and 1 of 120 in
+  /// clothes end with their legs exchanged.
+  static constexpr std::size_t few = 400;
+
+  BodyView(const CorrespondenceTemplate& rest, Correspondences seen)
+      : points(std::move(seen)), motion(motion_of(rest, 0)) {}
+
+  /// With limbs swapped.
+  PartMotion motion_of(const CorrespondenceTemplate& rest, SwappedLimbs swapped) const {
+    return part_motion(rest, as_span(points).first(std::min(few, points.size())), swapped);
+  }
+
+  Correspondences points;
+  PartMotion motion;
+};
 
 /// A body that was fitted to a surface, and what tells how reliable it is.
 struct CorrespondenceFit {
@@ -105,25 +123,26 @@ class BasicCorrespondenceFitter {
   /// Of the resting body's surface, in square metres.
   double area() const noexcept { return full_.area(); }
 
-  CorrespondenceFit fit(const FitSurface& surface, const Correspondences& view) const {
+  CorrespondenceFit fit(const FitSurface& surface, const Correspondences& seen) const {
+    const BodyView view(template_, seen);
     return fit(surface, std::span(&view, 1));
   }
 
   /// The best of several views of one surface.
   template <class Exec = SerialExecutor>
-  CorrespondenceFit fit(const FitSurface& surface, std::span<const Correspondences> views,
+  CorrespondenceFit fit(const FitSurface& surface, std::span<const BodyView> views,
                         const Exec& executor = Exec()) const {
     if (views.empty()) throw Error({.file = "views", .found = "none", .expected = "at least one"});
     std::vector<Candidate> candidates = ranked(views);
     for_each_of(candidates, executor, [&](Candidate& c) {
-      if (ranked_points < c.view->size()) c.motion = part_motion(template_, *c.view, c.swapped);
+      if (BodyView::few < c.view->points.size()) c.motion = part_motion(template_, c.view->points, c.swapped);
       c.x = {c.motion.translation.x, c.motion.translation.y, c.motion.translation.z};
       c.x.insert(c.x.end(), c.motion.axis_angles.begin(), c.motion.axis_angles.end());
       c.x.resize(coarse_.body().parameter_count());
       Problem problem = problem_of(surface, coarse_, c);
       problem.run(Stages::places);
       problem.distance(Stages::places);
-      c.facing = problem.vote_on_facing(*c.view, c.motion);
+      c.facing = problem.vote_on_facing(c.view->points, c.motion);
       judge(problem, c);
     });
     keep_near(candidates);
@@ -167,12 +186,11 @@ class BasicCorrespondenceFitter {
   using Stages = fit::internal::FitStages;
   using Problem = fit::internal::CorrespondenceProblem;
 
-  /// Vertices of the body that is fitted first, vertices that the finish measures at, and points of each view from
-  /// which the best ones are chosen.
-  static constexpr std::size_t coarse_vertices = 1200, full_probes = 1500, ranked_points = 400;
+  /// Vertices of the body that is fitted first, and vertices that the finish measures at.
+  static constexpr std::size_t coarse_vertices = 1200, full_probes = 1500;
 
   struct Candidate {
-    const Correspondences* view = nullptr;  ///< none: its places don't count
+    const BodyView* view = nullptr;  ///< none: its places don't count
     SwappedLimbs swapped = 0;
     PartMotion motion{};
     std::vector<double> x{};
@@ -190,14 +208,10 @@ class BasicCorrespondenceFitter {
   static bool has_body_size(const PartMotion& motion) { return motion.size > 0.25 && motion.size < 3; }
 
   /// Views, and the best ones with limbs swapped: the least residuals first; of equal ones, the earlier.
-  std::vector<Candidate> ranked(std::span<const Correspondences> views) const {
+  std::vector<Candidate> ranked(std::span<const BodyView> views) const {
     std::vector<Candidate> all;
-    const auto add = [&](const Correspondences& view, SwappedLimbs swapped) {
-      const auto few = std::span(view).first(std::min(ranked_points, view.size()));
-      all.push_back({.view = &view, .swapped = swapped, .motion = part_motion(template_, few, swapped)});
-    };
     const auto sort = [&] { stable_sort_by(all, [](const Candidate& c) { return c.motion.residual; }); };
-    for (const Correspondences& view : views) add(view, 0);
+    for (const BodyView& view : views) all.push_back({.view = &view, .motion = view.motion});
     sort();
     const double size = all.front().motion.size;
     std::erase_if(all, [](const Candidate& c) { return !has_body_size(c.motion); });
@@ -207,7 +221,8 @@ class BasicCorrespondenceFitter {
                    .expected = "about its size: the model's unit, metres"});
     const std::size_t whole = std::min<std::size_t>(all.size(), 2);
     for (std::size_t i = 0; i < whole; ++i)
-      for (SwappedLimbs swapped = 1; swapped >> template_.limbs().size() == 0; ++swapped) add(*all[i].view, swapped);
+      for (SwappedLimbs swapped = 1; swapped >> template_.limbs().size() == 0; ++swapped)
+        all.push_back({.view = all[i].view, .swapped = swapped, .motion = all[i].view->motion_of(template_, swapped)});
     sort();
     std::vector<Candidate> kept;
     for (Candidate& c : all) {
@@ -231,7 +246,7 @@ class BasicCorrespondenceFitter {
 
   Problem problem_of(const FitSurface& surface, const BodyLevel& level, const Candidate& c) const {
     Problem problem(prior_, surface, level, c.x, c.facing);
-    if (c.view != nullptr) problem.set_places(*c.view, c.motion);
+    if (c.view != nullptr) problem.set_places(c.view->points, c.motion);
     return problem;
   }
 

@@ -5,6 +5,7 @@
 /// Numerics  the same bits for any number of threads
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
@@ -15,7 +16,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <limits>
 #include <numbers>
 #include <span>
 #include <utility>
@@ -39,13 +39,12 @@ class CorrespondenceViews {
       : estimator_(estimator), rest_(rest), options_(options) {}
 
   /// Of the mesh turned upright: the median of the views, and each of them.
-  std::vector<Correspondences> about_vertical(Samples samples, const Matrix3& upright) const {
+  std::vector<BodyView> about_vertical(Samples samples, const Matrix3& upright) const {
     const int half = (options_.count + 1) / 2;
-    std::vector<Correspondences> views = estimator_.read(samples, {.turns = half, .upright = upright});
-    if (!options_.all && least_residual(views) < good_residual) return views;
+    std::vector<BodyView> views = views_of(samples, half, upright);
+    if (!options_.all && least_residual(as_span(views)) < good_residual) return views;
     const Matrix3 between = rotation_matrix({0, std::numbers::pi / half, 0});
-    for (Correspondences& view : estimator_.read(samples, {.turns = half, .upright = between * upright}))
-      views.push_back(std::move(view));
+    for (BodyView& view : views_of(samples, half, between * upright)) views.push_back(std::move(view));
     return views;
   }
 
@@ -55,37 +54,36 @@ class CorrespondenceViews {
   }
 
   /// For each other axis that may point up, the view of few points that a body explains best.
-  std::vector<Correspondences> other_axes(Samples samples) const {
+  std::vector<BodyView> other_axes(Samples samples) const {
     constexpr double right = std::numbers::pi / 2;
     constexpr int turns = 4;
-    std::vector<Correspondences> best;
+    std::vector<BodyView> best;
     for (const Vec3d turn :
          {Vec3d{2 * right, 0, 0}, Vec3d{right, 0, 0}, Vec3d{-right, 0, 0}, Vec3d{0, 0, right}, Vec3d{0, 0, -right}}) {
-      std::vector<Correspondences> views =
-          estimator_.read(few(samples), {.turns = turns, .upright = rotation_matrix(turn)});
-      best.push_back(std::move(*std::ranges::min_element(
-          views, {}, [this](const Correspondences& view) { return motion_of(view).residual; })));
+      std::vector<BodyView> views = views_of(few(samples), turns, rotation_matrix(turn));
+      best.push_back(std::move(*std::ranges::min_element(views, {}, residual_of)));
     }
     return best;
   }
 
   /// PartMotion::residual of the best view.
-  double least_residual(std::span<const Correspondences> views) const {
-    double least = std::numeric_limits<double>::infinity();
-    for (const Correspondences& view : views) least = std::min(least, motion_of(view).residual);
-    return least;
+  static double least_residual(std::span<const BodyView> views) {
+    return residual_of(*std::ranges::min_element(views, {}, residual_of));
   }
 
-  /// How the parts of a body move, from few points of a view.
-  PartMotion motion_of(const Correspondences& view) const {
-    return part_motion(rest_, std::span(view).first(std::min(view.size(), few_points)));
-  }
-
-  /// Points that tell whether a view shows a body.
-  static Samples few(Samples samples) { return samples.first(std::min(samples.size(), few_points)); }
+  /// BodyView::few of them.
+  static Samples few(Samples samples) { return samples.first(std::min(samples.size(), BodyView::few)); }
 
  private:
-  static constexpr std::size_t few_points = 500;
+  static double residual_of(const BodyView& view) { return view.motion.residual; }
+
+  std::vector<BodyView> views_of(Samples samples, int turns, const Matrix3& upright) const {
+    std::vector<BodyView> views;
+    for (Correspondences& seen : estimator_.read(samples, {.turns = turns, .upright = upright}))
+      views.emplace_back(rest_, std::move(seen));
+    return views;
+  }
+
   /// Metres; below it half of the views are enough.
   static constexpr double good_residual = 0.05;
 

@@ -29,7 +29,6 @@
 #include <npt/mesh/weld.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -63,21 +62,21 @@ class EstimateSearch {
 
   /// About the vertical axis, or another one where that shows nothing like a body. False: no view does.
   bool first_views() {
-    std::vector<Correspondences> views = views_.about_vertical(samples_, Matrix3::identity());
-    if (views_.least_residual(views) > hopeless_residual) {
+    std::vector<BodyView> views = views_.about_vertical(samples_, Matrix3::identity());
+    if (views_.least_residual(as_span(views)) > hopeless_residual) {
       views = views_.other_axes(samples_);
-      if (views_.least_residual(views) > hopeless_residual) return false;
+      if (views_.least_residual(as_span(views)) > hopeless_residual) return false;
     }
-    propose(views);
-    search_limbs(views);
+    propose(as_span(views));
+    search_limbs(as_span(views));
     return true;
   }
 
   /// Upright and facing +z, as the best estimate says.
   void front_view() {
     if (!found()) return;
-    const std::array view{views_.one(samples_, best_.joint_rotation(0).transposed())};
-    if (propose(view)) search_limbs(view);
+    const BodyView view = view_of(views_.one(samples_, best_.joint_rotation(0).transposed()));
+    if (propose(std::span(&view, 1))) search_limbs(std::span(&view, 1));
   }
 
   /// Another axis up: for meshes that lie, stand on their hands, or whose vertical axis isn't y. Each is fitted for
@@ -85,7 +84,7 @@ class EstimateSearch {
   /// right one 0.148.
   void other_axes() {
     bool better = false;
-    for (const Correspondences& view : views_.other_axes(samples_)) better |= propose(std::span(&view, 1));
+    for (const BodyView& view : views_.other_axes(samples_)) better |= propose(std::span(&view, 1));
     if (better) front_view();
   }
 
@@ -103,9 +102,10 @@ class EstimateSearch {
     };
     const LimbSwap now = swap_of(best_.fit);
     best_.residuals.torn = now.torn();
-    const std::optional<Correspondences> repaired = now.mended();
+    std::optional<Correspondences> repaired = now.mended();
     if (!repaired) return;
-    BodyEstimate other = fitted(std::span(&*repaired, 1));
+    const BodyView view = view_of(*std::move(repaired));
+    BodyEstimate other = fitted(std::span(&view, 1));
     if (other.fit.body.axis_angles.empty()) return;
     other.residuals.torn = swap_of(other.fit).torn();
     accept(std::move(other));
@@ -113,6 +113,7 @@ class EstimateSearch {
 
  private:
   const BodyPlan& plan() const noexcept { return fitter_.kind().plan; }
+  BodyView view_of(Correspondences seen) const { return {fitter_.correspondence_template(), std::move(seen)}; }
   BodyLookUp look_up(const CorrespondenceFit& fit) const {
     return {fitter_.model(), fit.body, fit.facing, plan().joint_count()};
   }
@@ -125,7 +126,7 @@ class EstimateSearch {
   /// Of fits that nearly agree the first one stays.
   static constexpr double margin = 0.1;
 
-  BodyEstimate fitted(std::span<const Correspondences> views) const {
+  BodyEstimate fitted(std::span<const BodyView> views) const {
     BodyEstimate other = nothing_;
     try {
       other.fit = fitter_.fit(*other.surface, views, executor_);
@@ -134,7 +135,7 @@ class EstimateSearch {
     return other;
   }
 
-  bool propose(std::span<const Correspondences> views) {
+  bool propose(std::span<const BodyView> views) {
     BodyEstimate other = fitted(views);
     return !other.fit.body.axis_angles.empty() && accept(std::move(other));
   }
@@ -173,7 +174,7 @@ class EstimateSearch {
   }
 
   /// Other poses of pairs of limbs that lie far from the surface.
-  void search_limbs(std::span<const Correspondences> views) {
+  void search_limbs(std::span<const BodyView> views) {
     constexpr int rounds = 2;  // with one, 2 of 120 dressed people end with an arm elsewhere
     constexpr std::size_t starts = 8;
     std::vector<std::vector<float>> seen;
@@ -193,12 +194,11 @@ class EstimateSearch {
   }
 
   /// Of each view the angles of the parts' motion, limbs attached to the trunk as it is fitted.
-  std::vector<std::vector<float>> angles_of(std::span<const Correspondences> views) const {
+  std::vector<std::vector<float>> angles_of(std::span<const BodyView> views) const {
     std::vector<std::vector<float>> all;
     const BodyFit& body = best_.fit.body;
     const std::vector<Rigid> fitted = fitter_.model().bone_motions(as_span(body.betas), as_span(body.axis_angles));
-    for (const Correspondences& view : views) {
-      const PartMotion motion = views_.motion_of(view);
+    for (const auto& [points, motion] : views) {
       std::vector<float>& angles = all.emplace_back(motion.axis_angles.begin(), motion.axis_angles.end());
       for (const LimbPair& pair : limbs_.pairs())
         for (const std::vector<std::size_t>& joints : pair.joints) {

@@ -202,37 +202,45 @@ class BasicPartMotionSolver {
     double stiffness = 0;     ///< how firmly the rotation and the size stay, in weighted square metres
   };
 
+  /// A point with its weight in the part that is solved for.
+  struct Weighted {
+    const Seen* seen;
+    double weight, robust = 0;  ///< robust: less where it lies off
+  };
+
   /// Weighted Procrustes: of all points by their share_ in the part, and first by their distance from the part's joint,
   /// which no rotation changes; then with weights iterated from `scales`.
   Similarity solve(const Hold& hold, std::initializer_list<double> scales) const {
-    std::vector<double> weights(seen_.size());
-    for (std::size_t i = 0; i < seen_.size(); ++i) weights[i] = share_[i] < 0.02 ? 0 : share_[i] * seen_[i].certainty;
-    std::vector<double> robust = weights;
-    for (std::size_t i = 0; hold.joint_weight > 0 && i < seen_.size(); ++i) {
-      const double reach = length(seen_[i].point - hold.from(hold.joint)) / hold.from.scale;
-      const double off = reach - length(seen_[i].rest - hold.joint);
-      robust[i] *= robust_weight(off * off, 0.15);
+    std::vector<Weighted> points;
+    for (std::size_t i = 0; i < seen_.size(); ++i)
+      if (share_[i] >= 0.02) points.push_back({&seen_[i], share_[i] * seen_[i].certainty});
+    for (Weighted& p : points) {
+      p.robust = p.weight;
+      if (!(hold.joint_weight > 0)) continue;
+      const double reach = length(p.seen->point - hold.from(hold.joint)) / hold.from.scale;
+      const double off = reach - length(p.seen->rest - hold.joint);
+      p.robust *= robust_weight(off * off, 0.15);
     }
-    Similarity part = procrustes(hold, hold.from, robust);
+    Similarity part = procrustes(hold, hold.from, points);
     for (const double scale : scales) {
-      for (std::size_t i = 0; i < seen_.size(); ++i) {
-        const Vec3d d = (part(seen_[i].rest) - seen_[i].point) / part.scale;
-        robust[i] = weights[i] * robust_weight(dot(d, d), scale);
+      for (Weighted& p : points) {
+        const Vec3d d = (part(p.seen->rest) - p.seen->point) / part.scale;
+        p.robust = p.weight * robust_weight(dot(d, d), scale);
       }
-      part = procrustes(hold, part, robust);
+      part = procrustes(hold, part, points);
     }
     return part;
   }
 
   /// The similarity that brings places to their points; `before` where nothing says what it is.
-  Similarity procrustes(const Hold& hold, const Similarity& before, std::span<const double> weights) const {
+  Similarity procrustes(const Hold& hold, const Similarity& before, const std::vector<Weighted>& points) const {
     const Vec3d joint = hold.from(hold.joint);
     double total = hold.joint_weight;
     Vec3d p_centre = joint * hold.joint_weight, q_centre = hold.joint * hold.joint_weight;
-    for (std::size_t i = 0; i < seen_.size(); ++i) {
-      total += weights[i];
-      p_centre += seen_[i].point * weights[i];
-      q_centre += seen_[i].rest * weights[i];
+    for (const Weighted& p : points) {
+      total += p.robust;
+      p_centre += p.seen->point * p.robust;
+      q_centre += p.seen->rest * p.robust;
     }
     if (!(total > 0)) return before;
     p_centre = p_centre / total;
@@ -246,8 +254,7 @@ class BasicPartMotionSolver {
       p_squares += w * dot(b, b);
     };
     add(joint, hold.joint, hold.joint_weight);
-    for (std::size_t i = 0; i < seen_.size(); ++i)
-      if (weights[i] > 0) add(seen_[i].point, seen_[i].rest, weights[i]);
+    for (const Weighted& p : points) add(p.seen->point, p.seen->rest, p.robust);
     Similarity part = before;
     part.rotation = matrix_of(nearest_rotation(columns));
     const std::array<Vec3d, 3> rotation = part.rotation.columns();
