@@ -19,8 +19,8 @@ endforeach()
 
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/npt-config.cmake.in" "${PROJECT_BINARY_DIR}/npt-config.cmake"
                               INSTALL_DESTINATION "${npt_package_dir}" NO_SET_AND_CHECK_MACRO)
-# Before 1.0 a minor version may break what used the one before it.
-write_basic_package_version_file("${PROJECT_BINARY_DIR}/npt-config-version.cmake" COMPATIBILITY SameMinorVersion
+# Within a major version what is public stays (docs/api.md).
+write_basic_package_version_file("${PROJECT_BINARY_DIR}/npt-config-version.cmake" COMPATIBILITY SameMajorVersion
                                  ARCH_INDEPENDENT)
 install(FILES "${PROJECT_BINARY_DIR}/npt-config.cmake" "${PROJECT_BINARY_DIR}/npt-config-version.cmake"
               "${CMAKE_CURRENT_LIST_DIR}/NptMultiIsa.cmake" "${CMAKE_CURRENT_LIST_DIR}/FindLBFGS.cmake"

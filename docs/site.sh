@@ -34,7 +34,7 @@ parts=()
 if command -v doxygen > /dev/null; then
   work=$(mktemp -d)
   trap 'rm -rf "$work"' EXIT
-  version=$(sed -n 's/^project(npt VERSION \([0-9.]*\).*/\1/p' "$root/CMakeLists.txt" | head -n 1)
+  version=$("$root/cmake/version.sh")
   sed -e "s|@PROJECT_SOURCE_DIR@|$root|g; s|@PROJECT_BINARY_DIR@/docs|$work|g; s|@PROJECT_VERSION@|$version|" \
     -e "s|@PROJECT_DESCRIPTION@|Neural pose transfer for meshes|; s|^\(WARN_AS_ERROR *= \).*|\1NO|" \
     "$root/docs/Doxyfile.in" > "$work/Doxyfile"

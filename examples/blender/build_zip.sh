@@ -19,6 +19,8 @@ trap 'rm -rf "$stage"' EXIT
 wheel=$("$project/examples/python/build_wheel.sh" "${options[@]}" "$stage/wheel")
 cp -r "$project/examples/blender/npt_pose_transfer" "$stage"
 cp "$project/LICENSE" "$stage/npt_pose_transfer"
+version=$("$project/cmake/version.sh")
+sed -i "s/\"version\": (0, 0, 0),.*/\"version\": (${version//./, }),/" "$stage/npt_pose_transfer/__init__.py"
 python3 - "$wheel" "$stage/npt_pose_transfer" "$out/npt_pose_transfer.zip.part" << 'PYTHON'
 import pathlib, sys, zipfile
 wheel, addon, out = map(pathlib.Path, sys.argv[1:])

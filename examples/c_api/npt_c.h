@@ -110,7 +110,7 @@ NPT_C_API const char* npt_warning_text(const npt_warning* warning, const char* i
 /* What a user can do, in words that name no option. Empty for NPT_REMEDY_NONE. */
 NPT_C_API const char* npt_remedy_text(npt_remedy remedy);
 
-/* "0.1.0" */
+/* Such as "1.0.0" */
 NPT_C_API const char* npt_version(void);
 
 /* ---- Meshes, options, results ---- */

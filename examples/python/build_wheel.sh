@@ -25,6 +25,7 @@ if [ -z "$library" ]; then
   library=$build/lib/libnpt_c_multi_isa.so
 fi
 [ -e "$library" ] || { echo "build_wheel.sh: $library is missing" >&2; exit 1; }
+command -v readelf > /dev/null || { echo "build_wheel.sh: readelf is missing, which reads the library's needs: apt-get install binutils" >&2; exit 1; }
 # The first python3 of the path that has what builds a wheel: others may stand in front of the system's. Asked from /, for a
 # folder that is called build counts as a module.
 python=
@@ -41,7 +42,7 @@ rm -rf "$stage"/npt/__pycache__
 mkdir -p "$stage/npt/lib" "$stage/npt/weights"
 cp -L "$library" "$stage/npt/lib/libnpt_c.so"
 cp "$project"/examples/weights/*.safetensors "$stage/npt/weights"
-sed -n 's/^project(npt VERSION \([0-9.]*\).*/\1/p' "$project/CMakeLists.txt" > "$stage/version.txt"
+"$project/cmake/version.sh" > "$stage/version.txt"
 "$python" -m build --wheel --no-isolation --outdir "$stage/dist" "$stage" > "$stage/log.txt" 2>&1 || { cat "$stage/log.txt" >&2; exit 1; }
 rm -f "$out"/npt-*.whl
 mv "$stage"/dist/*.whl "$out"

@@ -64,6 +64,7 @@ build single ""
 build threads '-sPTHREAD_POOL_SIZE=Module["pool"]' -pthread -DNPT_DEFAULT_THREADS
 
 cp "$here"/package/* "$root/LICENSE" "$out/package/"
+sed -i "s|^  \"name\": .*|&\n  \"version\": \"$("$root/cmake/version.sh")\",|" "$out/package/package.json"
 cp "$out"/objects/*/npt-*.{js,wasm} "$out/package/"
 for weights in human human-pooled quadruped; do
   file=$out/package/weights/$weights.safetensors

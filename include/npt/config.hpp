@@ -1,6 +1,6 @@
 /// Version, instruction-set tag and the few macros of npt. Everything else in the library is macro-free.
 ///
-/// Every entity lives in `npt::NPT_ABI`, an inline namespace named after the version, the instruction set that the
+/// Every entity lives in `npt::NPT_ABI`, an inline namespace named after the major version, the instruction set that the
 /// translation unit is compiled for, and its default executor. Two units of one program built with different -march
 /// flags therefore use two sets of symbols, and the linker can't pick AVX-512 code for a machine without it. Two that
 /// disagree about oneTBB don't share an engine: where one asks for the other's function, the link fails.
@@ -19,10 +19,17 @@
 
 #include <cassert>
 
-#define NPT_VERSION_MAJOR 0
-#define NPT_VERSION_MINOR 1
+/// The version: builds, packages and the site read these three lines (tests/structure/version.sh).
+#define NPT_VERSION_MAJOR 1
+#define NPT_VERSION_MINOR 0
 #define NPT_VERSION_PATCH 0
-#define NPT_VERSION "0.1.0"
+#define NPT_VERSION NPT_VERSION_TEXT(NPT_VERSION_MAJOR, NPT_VERSION_MINOR, NPT_VERSION_PATCH)
+
+// Two steps each, since # and ## take the names of macros, not their values.
+#define NPT_VERSION_TEXT(major, minor, patch) NPT_VERSION_QUOTED(major, minor, patch)
+#define NPT_VERSION_QUOTED(major, minor, patch) #major "." #minor "." #patch
+#define NPT_VERSION_TAG(major, rest) NPT_VERSION_JOINED(major, rest)
+#define NPT_VERSION_JOINED(major, rest) v##major##rest
 
 /// Whether registers are xsimd's: 0 where NPT_PORTABLE_SIMD is defined, where xsimd is missing, and for architectures
 /// that its older versions don't know. Registers are then the compiler's own vectors.
@@ -53,17 +60,17 @@
 
 // What makes registers and what DefaultExecutor is changes types and functions everywhere.
 #if NPT_HAS_XSIMD && NPT_HAS_TBB
-#define NPT_TAG(set) v0_##set
+#define NPT_TAG(set) NPT_VERSION_TAG(NPT_VERSION_MAJOR, _##set)
 #elif NPT_HAS_XSIMD && defined(NPT_DEFAULT_THREADS)
-#define NPT_TAG(set) v0_threads_##set
+#define NPT_TAG(set) NPT_VERSION_TAG(NPT_VERSION_MAJOR, _threads_##set)
 #elif NPT_HAS_XSIMD
-#define NPT_TAG(set) v0_serial_##set
+#define NPT_TAG(set) NPT_VERSION_TAG(NPT_VERSION_MAJOR, _serial_##set)
 #elif NPT_HAS_TBB
-#define NPT_TAG(set) v0_portable_##set
+#define NPT_TAG(set) NPT_VERSION_TAG(NPT_VERSION_MAJOR, _portable_##set)
 #elif defined(NPT_DEFAULT_THREADS)
-#define NPT_TAG(set) v0_portable_threads_##set
+#define NPT_TAG(set) NPT_VERSION_TAG(NPT_VERSION_MAJOR, _portable_threads_##set)
 #else
-#define NPT_TAG(set) v0_portable_serial_##set
+#define NPT_TAG(set) NPT_VERSION_TAG(NPT_VERSION_MAJOR, _portable_serial_##set)
 #endif
 
 // Every feature that npt or xsimd asks for has its part in the tag, also in combinations that no processor has: flags

@@ -67,6 +67,7 @@ spec = importlib.util.spec_from_file_location("conanfile", os.path.join(root, "c
 module = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(module)
 recipe = module.Npt()
+recipe.set_version()
 if recipe.version != version:
     sys.exit(f"conanfile.py: found version {recipe.version}, expected {version}")
 shutil.rmtree(folder, ignore_errors=True)

@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 folder=build/platforms/ports
 rm -rf "$folder" && mkdir -p "$folder"
-version=$(sed -nE 's/^project\(npt VERSION ([0-9.]+).*/\1/p' CMakeLists.txt)
+version=$(cmake/version.sh)
 
 found() {  # NAME PREFIX
   cmake -S tests/consumers/find_package -B "$folder/$1-consumer" "-Dnpt_DIR=$2/share/cmake/npt" > "$folder/$1-consumer.txt"

@@ -1,5 +1,6 @@
 """npt for Conan 2, from a clone of npt: conan create cmake/ports/conan"""
 import os
+import re
 
 from conan import ConanFile
 from conan.tools.cmake import CMake, CMakeToolchain, cmake_layout
@@ -8,7 +9,6 @@ from conan.tools.files import copy
 
 class Npt(ConanFile):
     name = "npt"
-    version = "0.1.0"
     license = "MIT"
     description = "Neural pose transfer for meshes: a header-only C++20 library"
     package_type = "header-library"
@@ -16,6 +16,10 @@ class Npt(ConanFile):
     options = {"with_tbb": [True, False], "with_io": [True, False], "with_eigen": [True, False]}
     default_options = {"with_tbb": True, "with_io": True, "with_eigen": False}
     no_copy_source = True
+
+    def set_version(self):
+        with open(os.path.join(self.recipe_folder, "..", "..", "..", "include", "npt", "config.hpp")) as header:
+            self.version = ".".join(re.findall(r"#define NPT_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)", header.read()))
 
     def export_sources(self):
         root = os.path.join(self.recipe_folder, "..", "..", "..")

@@ -4,7 +4,7 @@ sidebar; the work is the npt package's, which lies in the add-on's folder."""
 bl_info = {
     "name": "npt: neural pose transfer",
     "author": "npt",
-    "version": (0, 1, 0),
+    "version": (0, 0, 0),  # build_zip.sh writes npt's
     "blender": (3, 3, 0),
     "location": "3D View > Sidebar > npt",
     "description": "Puts the pose of one mesh onto another: no rig, no markers, no correspondence",

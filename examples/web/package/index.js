@@ -82,7 +82,7 @@ export const threads = () => (taken + 2 * (threads_ - 1) <= poolOf(threads_) ? t
 
 const bytes_ = () => new Uint8Array(memory_.buffer);
 
-/** The version of npt: "0.1.0". */
+/** The version of npt, such as "1.0.0". */
 export async function version() {
   await load();
   return module_.UTF8ToString(module_._web_version());
