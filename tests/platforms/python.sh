@@ -15,6 +15,14 @@ rm -rf "$folder" && mkdir -p "$folder"
 wheel=$(examples/python/build_wheel.sh "${library[@]}" "$folder")
 /usr/bin/python3 -m venv --system-site-packages "$folder/venv"
 "$folder/venv/bin/pip" install --quiet --no-index --no-deps "$wheel"
+# The name says the newest glibc symbol that the library asks for, and the library for every processor avoids those after 2.34.
+newest=$(objdump -T "$folder"/venv/lib/python3*/site-packages/npt/lib/libnpt_c.so | grep -oE 'GLIBC_[0-9.]+' | sort -uV | tail -1)
+case "$wheel" in
+  *-manylinux_"$(echo "${newest#GLIBC_}" | tr . _)"_x86_64.whl)
+    printf '%s\n' "$newest" GLIBC_2.34 | sort -CV || { echo "python.sh: the library asks for $newest, expected 2.34 at most" >&2; exit 1; } ;;
+  *-linux_*.whl) [ -n "${NPT_SAME_BUILD:-}" ] || { echo "python.sh: $wheel is for this system alone" >&2; exit 1; } ;;
+  *) echo "python.sh: $wheel holds a library that asks for $newest" >&2; exit 1 ;;
+esac
 "$folder/venv/bin/python" -B tests/python/test_npt.py "$build/bin/npt"
 "$folder/venv/bin/python" -B tests/python/test_motion.py
 echo "python.sh: $(basename "$wheel"), $(du -h "$wheel" | cut -f1)"
