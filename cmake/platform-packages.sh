@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian 12 tools that building for a platform needs, only those that are missing, and puts the platform's libraries
 # into build/platforms/NAME, where the toolchain files and presets look for them. Done at once when all is there.
-# usage: cmake/platform-packages.sh arm64|windows|libcxx|clang19|newest-xsimd|mpi|deb|python|blender|wasm [--have]
+# usage: cmake/platform-packages.sh arm64|windows|libcxx|clang19|newest-xsimd|mpi|deb|python|blender|wasm|site|chroot [--have]
 #   --have   installs nothing; status 1 where something is missing
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -25,6 +25,8 @@ case "$name" in
   python) tools=(python3-numpy python3-venv python3-build python3-setuptools python3-wheel) ;;
   blender) tools=(blender xvfb xauth python3-numpy python3-build python3-setuptools python3-wheel) ;;
   wasm) tools=(emscripten nodejs libeigen3-dev libtinyobjloader-dev) ;;
+  site) tools=(doxygen python3-markdown-it python3-pygments) ;;
+  chroot) tools=(debootstrap) ;;
   *) sed -n '2,5s/^# //p' "$0" >&2; exit 2 ;;
 esac
 root="build/platforms/$name"

@@ -73,5 +73,6 @@ else
   echo "left out: drawings of diagrams, which stand as text, for npm could not bring Mermaid"
 fi
 
+"$root/cmake/packages/notices.sh" site > "$out/NOTICE.txt"
 "$python" -B "$root/docs/site/pages.py" "$root" "$out" "${parts[@]}"
 echo "site $out/index.html ($(du -sh "$out" | cut -f1)); any static server shows it, such as python3 -m http.server -d $out"

@@ -43,6 +43,7 @@ mkdir -p "$stage/npt/lib" "$stage/npt/weights"
 cp -L "$library" "$stage/npt/lib/libnpt_c.so"
 cp "$project"/examples/weights/*.safetensors "$stage/npt/weights"
 "$project/cmake/version.sh" > "$stage/version.txt"
+"$project/cmake/packages/notices.sh" wheel > "$stage/npt/NOTICE.txt"
 "$python" -m build --wheel --no-isolation --outdir "$stage/dist" "$stage" > "$stage/log.txt" 2>&1 || { cat "$stage/log.txt" >&2; exit 1; }
 rm -f "$out"/npt-*.whl
 mv "$stage"/dist/*.whl "$out"

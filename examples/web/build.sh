@@ -65,6 +65,7 @@ build threads '-sPTHREAD_POOL_SIZE=Module["pool"]' -pthread -DNPT_DEFAULT_THREAD
 
 cp "$here"/package/* "$root/LICENSE" "$out/package/"
 sed -i "s|^  \"name\": .*|&\n  \"version\": \"$("$root/cmake/version.sh")\",|" "$out/package/package.json"
+"$root/cmake/packages/notices.sh" npm > "$out/package/NOTICE.txt"
 cp "$out"/objects/*/npt-*.{js,wasm} "$out/package/"
 for weights in human human-pooled quadruped; do
   file=$out/package/weights/$weights.safetensors
@@ -75,7 +76,7 @@ done
 rm -rf "$out/page"
 mkdir -p "$out/page/npt"
 cp "$here"/page/* "$root"/examples/npt/view/{base.css,stage.js,three/three.min.js,three/fbx.min.js} "$out/page/"
-cp "$out"/package/{index.js,npt-single.js,npt-single.wasm,npt-threads.js,npt-threads.worker.js,npt-threads.wasm,LICENSE} "$out/page/npt/"
+cp "$out"/package/{index.js,npt-single.js,npt-single.wasm,npt-threads.js,npt-threads.worker.js,npt-threads.wasm,LICENSE,NOTICE.txt} "$out/page/npt/"
 cp -r "$out/package/weights" "$out/page/weights"
 
 packed() { cat "$@" | gzip -9 | wc -c; }

@@ -1,4 +1,4 @@
-/// Version, instruction-set tag and the few macros of npt. Everything else in the library is macro-free.
+/// Version, which builds and packages read here, tag and the few macros of npt. All else in the library is macro-free.
 ///
 /// Every entity lives in `npt::NPT_ABI`, an inline namespace named after the major version, the instruction set that the
 /// translation unit is compiled for, and its default executor. Two units of one program built with different -march
@@ -19,14 +19,11 @@
 
 #include <cassert>
 
-/// The version: builds, packages and the site read these three lines (tests/structure/version.sh).
 #define NPT_VERSION_MAJOR 1
 #define NPT_VERSION_MINOR 0
 #define NPT_VERSION_PATCH 0
 #define NPT_VERSION NPT_VERSION_TEXT(NPT_VERSION_MAJOR, NPT_VERSION_MINOR, NPT_VERSION_PATCH)
-
-// Two steps each, since # and ## take the names of macros, not their values.
-#define NPT_VERSION_TEXT(major, minor, patch) NPT_VERSION_QUOTED(major, minor, patch)
+#define NPT_VERSION_TEXT(major, minor, patch) NPT_VERSION_QUOTED(major, minor, patch)  // a step each: # takes a name
 #define NPT_VERSION_QUOTED(major, minor, patch) #major "." #minor "." #patch
 #define NPT_VERSION_TAG(major, rest) NPT_VERSION_JOINED(major, rest)
 #define NPT_VERSION_JOINED(major, rest) v##major##rest
@@ -40,8 +37,7 @@
 #define NPT_HAS_XSIMD 0
 #endif
 
-/// Whether this unit may use the matrix registers (AMX) for products of bfloat16 values. g++ and clang name the macros
-/// differently.
+/// Whether this unit may use matrix registers (AMX) for bfloat16 products. g++ and clang name the macros differently.
 #if NPT_HAS_XSIMD && defined(__AVX512BF16__) && defined(__AVX512BW__) && defined(__AVX512DQ__) && \
     defined(__linux__) &&                                                                         \
     ((defined(__AMX_TILE__) && defined(__AMX_BF16__)) || (defined(__AMXTILE__) && defined(__AMXBF16__)))
@@ -73,8 +69,7 @@
 #define NPT_TAG(set) NPT_VERSION_TAG(NPT_VERSION_MAJOR, _portable_serial_##set)
 #endif
 
-// Every feature that npt or xsimd asks for has its part in the tag, also in combinations that no processor has: flags
-// name them.
+// Every feature that npt or xsimd asks for has its part in the tag, also in combinations that only flags can name.
 #if NPT_HAS_AMX
 #define NPT_ABI NPT_TAG(avx512amx)
 #define NPT_ISA_NAME "avx512+bf16"  // AMX is asked for at run time
@@ -149,8 +144,7 @@
   inline
 
 /// The same for a class, whose members then cost only units that call them: declares the template BasicNAME and its
-/// alias NAME; `template <class> class BasicNAME {` follows. g++ takes 23 % fewer instructions for the umbrella than it
-/// did with 26 of the 37 as ordinary classes.
+/// alias NAME; `template <class> class BasicNAME {` follows. 26 of 37 so save g++ 23 % of the umbrella's instructions.
 #define NPT_INLINE_CLASS(kind, name) \
   template <class = void>            \
   kind Basic##name;                  \

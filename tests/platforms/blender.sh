@@ -1,16 +1,20 @@
 #!/usr/bin/env bash
 # The Blender add-on in Debian's Blender: its zip is installed, its operators are run in background and held against the program;
 # then its panel and cancelling in a window, where there is a virtual display (xvfb).
-# usage: tests/platforms/blender.sh [BUILD FOLDER [yes]]     without: build/release
+# usage: tests/platforms/blender.sh [BUILD FOLDER [yes | ZIP]]     without: build/release
 #   yes   the C library of that build, for this machine's processor, where it is there; else one for every x86-64 processor is made
+#   ZIP   this one, instead of one that is built
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 build=$(realpath "${1:-build/release}") folder=$PWD/build/platforms/blender
 library=(--build "$build")
-[ -z "${2:-}" ] || [ ! -e "$build/lib/libnpt_c.so" ] || library=(--library "$build/lib/libnpt_c.so")
+[ "${2:-}" != yes ] || [ ! -e "$build/lib/libnpt_c.so" ] || library=(--library "$build/lib/libnpt_c.so")
 rm -rf "$folder" && mkdir -p "$folder/files" "$folder/user"
-zip=$(examples/blender/build_zip.sh "${library[@]}" "$folder")
+case "${2:-}" in
+  *.zip) zip=$(realpath "$2") ;;
+  *) zip=$(examples/blender/build_zip.sh "${library[@]}" "$folder") ;;
+esac
 export BLENDER_USER_SCRIPTS="$folder/user/scripts" BLENDER_USER_CONFIG="$folder/user/config" BLENDER_USER_DATAFILES="$folder/user/data"
 mkdir -p "$BLENDER_USER_SCRIPTS/addons"
 /usr/bin/blender --background --factory-startup --python-exit-code 1 --python tests/blender/test_addon.py -- "$zip" "$build/bin/npt" "$folder/files" \
