@@ -48,6 +48,16 @@ def version_of(source):
     return found.stdout
 
 
+def copyright_of(source):
+    """What the licence's text says of all files: the first Copyright field of a Debian copyright file, or a LICENSE's lines."""
+    place, _, name = source.partition(":")
+    file = Path("/usr/share/doc") / name / "copyright" if place == "debian" else ROOT / name
+    text = file.read_text(encoding="utf-8", errors="replace") if file.name in ("copyright", "LICENSE") and file.exists() else ""
+    field = re.search(r"^Copyright:[ \t]*(.*(?:\n[ \t]+\S.*)*)", text, re.MULTILINE)
+    lines = field.group(1).splitlines() if field else re.findall(r"^.*Copyright (?:\(c\)|©|\d{4}).*$", text, re.MULTILINE | re.IGNORECASE)
+    return "\n".join(line.strip() for line in lines if line.strip()) or "NOASSERTION"
+
+
 def identifier(text):
     return "SPDXRef-" + re.sub(r"[^A-Za-z0-9.]+", "-", text).strip("-")
 
@@ -81,11 +91,11 @@ def main(version, commit, folder):
                 for name, licence, source, how, where, address in read_parts():
                     if piece not in where:
                         continue
-                    part = package(name, version_of(source), licence, address)
+                    part = package(name, version_of(source), licence, address, copyrightText=copyright_of(source))
                     packages.setdefault(part["SPDXID"], part)
                     relate(made["SPDXID"], RELATIONS[how], part["SPDXID"])
                     if how != "depends":
-                        licences += [one if " OR " not in one and " AND " not in one else f"({one})" for one in [licence] if one not in licences]
+                        licences.append(f"({licence})" if " OR " in licence or " AND " in licence else licence)
                 made["licenseDeclared"] = OWN
                 made["licenseConcluded"] = " AND ".join(dict.fromkeys(licences))
                 relate("SPDXRef-DOCUMENT", "DESCRIBES", made["SPDXID"])
