@@ -9,8 +9,9 @@
 #               Godot's server, in which a test plays clips
 set -euo pipefail
 
+# zlib1g-dev is libassimp-dev's need, whose targets name libz.so; it doesn't bring it.
 packages=(libxtensor-dev libxsimd-dev libtbb-dev libtinyobjloader-dev doctest-dev libcli11-dev
-  nlohmann-json3-dev libstb-dev libeigen3-dev liblbfgs-dev libdraco-dev libassimp-dev)
+  nlohmann-json3-dev libstb-dev libeigen3-dev liblbfgs-dev libdraco-dev libassimp-dev zlib1g-dev)
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 modules=
 for argument in "$@"; do

@@ -70,32 +70,24 @@ artefact() {
 
 # ---- Making ----
 
-# built NAME COMMAND...: its output is shown where it fails.
+# built NAME COMMAND...: its output is shown where it fails. Functions join their steps by &&, since set -e doesn't hold in here.
 built() {
   local log="$work/$1.txt"
   shift
   "$@" > "$log" 2>&1 || { tail -40 "$log" >&2; return 1; }
 }
-preset() {  # PRESET
-  cmake --preset "$1"
-  cmake --build --preset "$1"
-}
+preset() { cmake --preset "$1" && cmake --build --preset "$1"; }
 # Under another generator's name cpack leaves out its own build step, which would build the tests, too.
 packed() {  # PRESET GENERATOR PATTERN
   local folder="$PWD/$work/cpack-$1"
-  rm -rf "$folder" && mkdir -p "$folder"
-  (cd "build/$1" && cpack -G "$2" -D CPACK_CMAKE_GENERATOR=Ninja -B "$folder")
-  rm -rf "$folder/_CPack_Packages"
-  mv "$folder"/$3 "$out"
+  rm -rf "$folder" && mkdir -p "$folder" && (cd "build/$1" && cpack -G "$2" -D CPACK_CMAKE_GENERATOR=Ninja -B "$folder") &&
+    rm -rf "$folder/_CPack_Packages" && mv "$folder"/$3 "$out"
 }
 
 pack_source() { git archive --prefix="npt-$version/" HEAD | gzip -9n > "$out/$(file_of source)"; }
 pack_deb() { built deb-build preset multi-isa && built deb packed multi-isa DEB "npt_*.deb"; }
 pack_windows() { built windows-build preset windows && built windows packed windows ZIP "npt-*.zip"; }
-pack_wheel() {
-  rm -f "$out"/npt-*.whl
-  built wheel examples/python/build_wheel.sh --build "$native" "$out"
-}
+pack_wheel() { built wheel examples/python/build_wheel.sh --build "$native" "$out"; }
 pack_blender() {
   built blender examples/blender/build_zip.sh --build "$native" "$work/blender"
   mv "$work/blender/npt_pose_transfer.zip" "$out/$(file_of blender)"
