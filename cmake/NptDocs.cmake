@@ -1,6 +1,9 @@
 # Target `docs`: the API reference by Doxygen, in BUILD/docs/html. Any warning is an error.
 find_program(NPT_DOXYGEN NAMES doxygen)
 mark_as_advanced(NPT_DOXYGEN)
+if(NOT EXISTS "${PROJECT_SOURCE_DIR}/docs/Doxyfile.in")  # Conan's sources are those that it installs
+  return()
+endif()
 if(NPT_DOXYGEN)
   configure_file("${PROJECT_SOURCE_DIR}/docs/Doxyfile.in" "${PROJECT_BINARY_DIR}/docs/Doxyfile" @ONLY)
   add_custom_target(docs
