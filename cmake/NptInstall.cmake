@@ -1,5 +1,5 @@
 # `cmake --install`: the headers, the package for find_package and pkg-config, and what of the program is built. Nothing
-# of it depends on the processor but the program, so the package lies in share.
+# of it depends on the processor but the program and npt::compiled, so the package lies in share.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -10,13 +10,21 @@ install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DATAD
 install(TARGETS npt npt_reproducible EXPORT npt-targets INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
 install(EXPORT npt-targets NAMESPACE npt:: DESTINATION "${npt_package_dir}")
 # A file of targets for each other one, since it must not be read where what its target links is missing.
-foreach(target IN ITEMS npt_io npt_draco npt_xtensor npt_lab npt_refine npt_baseline)
+set(npt_parts npt_io npt_draco npt_xtensor npt_lab npt_refine npt_baseline)
+if(NPT_INSTALL_COMPILED)
+  list(APPEND npt_parts npt_compiled)
+endif()
+foreach(target IN LISTS npt_parts)
   if(TARGET ${target})
     install(TARGETS ${target} EXPORT ${target}-targets INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
     install(EXPORT ${target}-targets NAMESPACE npt:: DESTINATION "${npt_package_dir}")
   endif()
 endforeach()
 
+set(npt_compiled_draco "")
+if(TARGET npt_draco)
+  set(npt_compiled_draco draco)
+endif()
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/npt-config.cmake.in" "${PROJECT_BINARY_DIR}/npt-config.cmake"
                               INSTALL_DESTINATION "${npt_package_dir}" NO_SET_AND_CHECK_MACRO)
 # Within a major version what is public stays (docs/api.md).

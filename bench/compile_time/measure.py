@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""What npt's headers cost a compiler: parsing the umbrella, and a unit with one network at -O2. Needs only Python 3.
+"""What npt costs a compiler, from headers only and with npt::compiled: the umbrella header, a unit with one network, and the
+program of the README's "In your application", at -O2. Needs only Python 3.
 
 usage: measure.py [--include FOLDER] [--compiler NAME]... [--repeats N] [--json]
   --include   the folder with npt/npt.hpp (default: this repository's)
@@ -9,6 +10,7 @@ usage: measure.py [--include FOLDER] [--compiler NAME]... [--repeats N] [--json]
 import argparse
 import json
 import pathlib
+import re
 import resource
 import shutil
 import subprocess
@@ -16,6 +18,7 @@ import sys
 import tempfile
 
 here = pathlib.Path(__file__).resolve().parent
+modes = {"headers": [], "compiled": ["-DNPT_COMPILED"]}
 
 
 def seconds(command):
@@ -29,24 +32,36 @@ def seconds(command):
 
 
 def object_size(path):
-    """Bytes of code and constants, which end up in the program, and of the whole file."""
-    sections = 0
-    if shutil.which("size"):
-        fields = subprocess.run(["size", path], capture_output=True, text=True, check=True).stdout.splitlines()[1].split()
-        sections = sum(int(f) for f in fields[:3])
-    return sections, pathlib.Path(path).stat().st_size
+    """Bytes of code and constants, which end up in the program."""
+    if not shutil.which("size"):
+        return 0
+    fields = subprocess.run(["size", path], capture_output=True, text=True, check=True).stdout.splitlines()[1].split()
+    return sum(int(f) for f in fields[:3])
+
+
+def units(folder):
+    """The units by name. The README's program is the first block of C++ below its heading."""
+    readme = (here.parent.parent / "README.md").read_text()
+    program = re.search(r"^## In your application$.*?^```cpp\n(.*?)^```$", readme, re.M | re.S)
+    if not program:
+        sys.exit("measure.py: README.md: no program below 'In your application'")
+    application = folder / "application.cpp"
+    application.write_text(program[1])
+    return {"umbrella": here / "umbrella.cpp", "network": here / "network.cpp", "application": application}
 
 
 def measure(compiler, include, repeats):
     # -isystem for what is not npt's would change nothing in time, so the default search path is used for it.
-    base = [compiler, "-std=c++20", "-march=native", "-I", str(include)]
+    base = [compiler, "-std=c++20", "-march=native", "-O2", "-I", str(include), "-c"]
+    results = []
     with tempfile.TemporaryDirectory() as folder:
-        target = str(pathlib.Path(folder) / "network.o")
-        parse = min(seconds(base + ["-fsyntax-only", str(here / "umbrella.cpp")]) for _ in range(repeats))
-        compiled = min(seconds(base + ["-O2", "-c", str(here / "network.cpp"), "-o", target]) for _ in range(repeats))
-        code, whole = object_size(target)
-    return {"compiler": compiler, "umbrella_parse_seconds": round(parse, 3), "network_compile_seconds": round(compiled, 3),
-            "object_code_bytes": code, "object_file_bytes": whole}
+        target = str(pathlib.Path(folder) / "unit.o")
+        for unit, source in units(pathlib.Path(folder)).items():
+            for mode, flags in modes.items():
+                times = [seconds([*base, *flags, str(source), "-o", target]) for _ in range(repeats)]
+                results.append({"compiler": compiler, "unit": unit, "mode": mode, "seconds": round(min(times), 3),
+                                "code_bytes": object_size(target)})
+    return results
 
 
 def main():
@@ -63,14 +78,13 @@ def main():
     compilers = arguments.compiler or [c for c in ("g++", "clang++") if shutil.which(c)]
     if not compilers:
         sys.exit("measure.py: neither g++ nor clang++ is installed")
-    results = [measure(c, arguments.include, arguments.repeats) for c in compilers]
+    results = [r for c in compilers for r in measure(c, arguments.include, arguments.repeats)]
     if arguments.json:
         print(json.dumps(results))
         return
-    print(f"{'compiler':12} {'parse npt.hpp':>14} {'one network -O2':>16} {'code':>10} {'object':>10}")
+    print(f"{'compiler':12} {'unit':12} {'mode':9} {'time':>8} {'code':>9}")
     for r in results:
-        print(f"{r['compiler']:12} {r['umbrella_parse_seconds']:>12.2f} s {r['network_compile_seconds']:>14.2f} s "
-              f"{r['object_code_bytes'] / 1024:>7.0f} KB {r['object_file_bytes'] / 1024:>7.0f} KB")
+        print(f"{r['compiler']:12} {r['unit']:12} {r['mode']:9} {r['seconds']:>6.2f} s {r['code_bytes'] / 1024:>6.0f} KB")
 
 
 if __name__ == "__main__":

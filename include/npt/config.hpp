@@ -138,7 +138,7 @@
 /// expand more. Where a library were compiled, NPT_INLINE would be empty, and the definitions in units of their own.
 ///
 /// Not for: what is constexpr, operators, functions whose address is taken, what several units must agree on without a
-/// header (NPT_PREBUILT declares it).
+/// header (NPT_COMPILED declares it).
 #define NPT_INLINE        \
   template <class = void> \
   inline
@@ -150,14 +150,24 @@
   kind Basic##name;                  \
   using name = Basic##name<>
 
-/// Defined by the build for a unit that links npt's prebuilt objects (cmake/prebuilt), compiled with the same flags:
-/// - kernels that no network's type shapes, engines, gradients, trainers and PoseTransfer on the default executor, and
-///   the list of all networks, are `extern template`; without it each unit instantiates what it uses;
-/// - readers and writers of mesh files, the body method and the mannequin's tables are only declared.
-/// Their headers then include less. NPT_PREBUILDING is what the prebuilt units define before those headers, to define
-/// what the others only declare. Users of the headers define neither.
-#if defined(NPT_PREBUILDING) && !defined(NPT_PREBUILT)
-#error "npt: NPT_PREBUILDING is for the units of cmake/prebuilt, which define NPT_PREBUILT"
+/// Defined by target npt::compiled (cmake/compiled) for units that link it: what takes long is then declared only,
+/// - kernels and engines on the default executor, the list of all networks, PoseTransfer and readers of weights, which
+///   are `extern template`, so that the umbrella includes their classes only (core_class.hpp, pose_transfer_class.hpp);
+/// - readers and writers of mesh files, the body method and the mannequin's tables.
+/// NPT_COMPILING is what that library's own units define before those headers, to define what the others only declare.
+#if defined(NPT_COMPILING) && !defined(NPT_COMPILED)
+#error "npt: NPT_COMPILING is for the units of cmake/compiled, which define NPT_COMPILED"
+#endif
+
+#define NPT_TEXT_OF(word) #word
+#define NPT_TEXT(word) NPT_TEXT_OF(word)
+#ifdef NPT_COMPILED_ABI
+static_assert(
+    [](const char* a, const char* b) {
+      while (*a != 0 && *a == *b) ++a, ++b;
+      return *a == *b;
+    }(NPT_TEXT(NPT_COMPILED_ABI), NPT_TEXT(NPT_ABI)),
+    "npt: unit for " NPT_TEXT(NPT_ABI) ", npt::compiled for " NPT_TEXT(NPT_COMPILED_ABI) ": give both the same -march");
 #endif
 
 /// A broken precondition inside the library, never bad user data (that is an npt::Error).

@@ -6,6 +6,7 @@
 #include <npt/base/host_executor.hpp>
 #if NPT_HAS_TBB
 #include <npt/base/tbb_executor.hpp>
+#include <npt/base/tbb_executor_class.hpp>
 #endif
 #include <npt/base/thread_executor.hpp>
 

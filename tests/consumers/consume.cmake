@@ -15,8 +15,13 @@ function(run)
   set(output "${output}" PARENT_SCOPE)
 endfunction()
 
+# -O0 throughout: in a release build npt::compiled asks for -O2 in some units.
+set(build_type Release)
+if(NAME MATCHES "^compiled")
+  set(build_type Debug)
+endif()
 set(configure "${CMAKE_COMMAND}" -G "${GENERATOR}" -DCMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}"
-              -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE=-O0)
+              -DCMAKE_BUILD_TYPE=${build_type} -DCMAKE_CXX_FLAGS_RELEASE=-O0 -DCMAKE_CXX_FLAGS_DEBUG=-O0)
 
 # pkg_config and components run behind find_package, on what that installed.
 set(prefix "${build}/prefix")
@@ -25,6 +30,13 @@ if(NAME STREQUAL "components")
 endif()
 if(NAME MATCHES "^(find_package|no_tbb)$")
   run(${configure} -S "${SOURCE}" -B "${build}/npt" -DNPT_BUILD_PROGRAMS=OFF -DNPT_BUILD_TESTS=OFF)
+  run("${CMAKE_COMMAND}" --install "${build}/npt" --prefix "${build}/prefix")
+endif()
+
+if(NAME STREQUAL "compiled_installed")
+  run(${configure} -S "${SOURCE}" -B "${build}/npt" -DNPT_BUILD_PROGRAMS=OFF -DNPT_BUILD_TESTS=OFF -DNPT_NATIVE=OFF
+      -DNPT_INSTALL_COMPILED=ON)
+  run("${CMAKE_COMMAND}" --build "${build}/npt")
   run("${CMAKE_COMMAND}" --install "${build}/npt" --prefix "${build}/prefix")
 endif()
 
@@ -42,3 +54,10 @@ else()
 endif()
 run("${build}/consumer")
 message("${output}")
+if(NAME STREQUAL "compiled_installed")
+  execute_process(COMMAND "${CMAKE_COMMAND}" --build "${build}" --target other_flags
+                  RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(status EQUAL 0 OR NOT output MATCHES "unit for v[0-9a-z_]+, npt::compiled for v[0-9a-z_]+: give both the same -march")
+    message(FATAL_ERROR "Flags of another instruction set should be refused in words:\n${output}")
+  endif()
+endif()

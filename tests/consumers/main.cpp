@@ -1,4 +1,6 @@
-/// What every consumer project builds: a small network with random weights, run twice, its result checked.
+/// What every consumer project builds: a small network with random weights, run twice, its result checked. npt::compiled
+/// doesn't hold it, and needs the second header for it.
+#include <npt/nets/network_list.hpp>
 #include <npt/npt.hpp>
 
 #include <cmath>

@@ -8,7 +8,7 @@ path, NPT names the source folder, and folder, variables and environment last fr
     sh, bash     bash -euo pipefail; `$ ` in front of commands is taken away
     console      the lines behind `$ ` alone
     python       python3 with numpy and the package, one process for all blocks of a guide
-    cpp          a program with main is compiled, linked with the prebuilt objects and run; another piece compiles alone
+    cpp          a program with main is compiled, linked with the compiled objects and run; another piece compiles alone
                  or behind the guide's earlier pieces, at file scope or in a function
 untagged_guides.txt lists guides whose blocks have no tags yet.
 usage: test_blocks.py --npt PROGRAM [--python PYTHON --library LIBRARY] [--compiler FLAGS [--link OBJECTS]]"""
@@ -178,7 +178,7 @@ class Guide:
         if not self.options.compiler:
             return None
         source = self.state / "block.cpp"
-        command = [*self.options.compiler, "-DNPT_PREBUILT", f"-I{markdown.ROOT / 'include'}", str(source)]
+        command = [*self.options.compiler, "-DNPT_COMPILED", f"-I{markdown.ROOT / 'include'}", str(source)]
         if re.search(r"\bint main\(", code):
             source.write_text(code)
             if not self.options.link:

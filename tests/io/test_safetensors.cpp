@@ -2,6 +2,7 @@
 
 #include <io/scratch.hpp>
 #include <npt/io/safetensors.hpp>
+#include <npt/io/safetensors_class.hpp>
 #include <npt/io/safetensors_header.hpp>
 
 #include <array>

@@ -3,6 +3,8 @@
 #include <npt/base/error.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/nets/network_list.hpp>
+#include <npt/nets/network_names.hpp>
+#include <npt/nets/network_type.hpp>
 #include <npt/nets/transfer_pair.hpp>
 #include <npt/transfer/pose_transfer.hpp>
 

@@ -1,5 +1,5 @@
 /// Kernels, engine and tape on tiny shapes, compiled for themselves under the address and undefined-behaviour
-/// sanitizers, in every build: a build of everything under sanitizers leaves the prebuilt kernels unchecked, since each
+/// sanitizers, in every build: a build of everything under sanitizers leaves the compiled kernels unchecked, since each
 /// of their accesses would be. Shapes around a panel and a group, where a kernel that reads too far does so.
 #include <doctest/doctest.h>
 

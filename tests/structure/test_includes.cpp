@@ -272,7 +272,7 @@ std::vector<Token> tokens_of(const std::string& text) {
 /// The names that a header declares for others: those of outermost lines, outside of parentheses, that a sign of
 /// declarations follows.
 std::set<std::string> declared_names(const std::vector<Token>& tokens) {
-  static const std::set<std::string> no_names{"char", "requires"};
+  static const std::set<std::string> no_names{"char", "requires", "noexcept"};
   std::set<std::string> names;
   int depth = 0;
   for (std::size_t i = 1; i + 1 < tokens.size(); ++i) {

@@ -4,6 +4,7 @@
 #include <npt/base/error.hpp>
 #include <npt/mesh/permute.hpp>
 #include <npt/transfer/pose_transfer.hpp>
+#include <npt/transfer/pose_transfer_class.hpp>
 
 #include <algorithm>
 #include <cmath>

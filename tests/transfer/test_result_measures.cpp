@@ -3,6 +3,7 @@
 #include <npt/mesh/triangles.hpp>
 #include <npt/transfer/pose_transfer.hpp>
 #include <npt/transfer/result_measures.hpp>
+#include <npt/transfer/result_meter.hpp>
 
 #include <cmath>
 #include <limits>

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <npt/config.hpp>
-#if NPT_HAS_TBB
+#if NPT_HAS_TBB && defined(NPT_COMPILED)
+#include <npt/base/tbb_executor_class.hpp>
+#elif NPT_HAS_TBB
 #include <npt/base/tbb_executor.hpp>
 #elif defined(NPT_DEFAULT_THREADS)
 #include <npt/base/thread_executor.hpp>

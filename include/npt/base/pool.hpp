@@ -23,7 +23,9 @@ class Pool {
   };
 
  public:
-  Pool() : state_(std::make_unique<State>()) {}
+  Pool() : state_(std::make_shared<State>()) {}
+  Pool(Pool&&) = default;
+  Pool& operator=(Pool&&) = default;
 
   /// An object for as long as this lives.
   class Lease {
@@ -57,7 +59,7 @@ class Pool {
   Lease lease() const { return Lease(*state_); }
 
  private:
-  std::unique_ptr<State> state_;
+  std::shared_ptr<State> state_;  ///< shared by nobody: it alone needs no complete T to be destroyed
 };
 
 }  // namespace npt::inline NPT_ABI

@@ -22,9 +22,6 @@
 
 namespace npt::inline NPT_ABI {
 
-/// From `least_confidence` on an estimate is used; from `high_confidence` on nothing needs to be said of it.
-inline constexpr double least_confidence = 0.6, high_confidence = 0.85;
-
 template <std::size_t Features>
 struct LogisticModel {
   std::array<double, Features + 1> weights{};  ///< of the features, and the constant

@@ -20,4 +20,7 @@ enum class WarningCode {
   part_of_mesh          ///< the body is some pieces of the mesh; the others stay where they are
 };
 
+/// From `least_confidence` on an estimate is used; from `high_confidence` on nothing needs to be said of it.
+inline constexpr double least_confidence = 0.6, high_confidence = 0.85;
+
 }  // namespace npt::inline NPT_ABI

@@ -21,6 +21,10 @@ namespace npt::inline NPT_ABI {
 
 static_assert(std::endian::native == std::endian::little, "tensors are used as they lie in the file, little-endian");
 
+namespace internal {
+inline constexpr std::uint64_t max_safetensors_header = 100'000'000;
+}  // namespace internal
+
 /// Types of a tensor's elements.
 enum class Dtype { f64, f32, f16, bf16, i64, i32, i16, i8, u64, u32, u16, u8, boolean };
 

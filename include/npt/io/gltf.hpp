@@ -10,7 +10,7 @@
 /// Images are never decoded. Numerics  positions are 32-bit floats
 /// Errors    npt::Error: whatever the specification forbids and matters here; files that leave the document's folder; a
 ///           document that would make 64 times as many numbers as it has bytes
-/// Programs that link the library's prebuilt units (NPT_PREBUILT, config.hpp) only see the declarations.
+/// Programs that link the library's compiled units (NPT_COMPILED, config.hpp) only see the declarations.
 /// Source    Khronos, glTF 2.0 specification (ISO/IEC 12113:2022)
 #pragma once
 
@@ -18,7 +18,7 @@
 #include <npt/mesh/mesh.hpp>
 #include <npt/scene/scene.hpp>
 
-#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#if !defined(NPT_COMPILED) || defined(NPT_COMPILING)
 #include <npt/io/file.hpp>
 #include <npt/io/gltf_reader.hpp>
 #include <npt/io/gltf_writer.hpp>
@@ -34,7 +34,7 @@
 
 namespace npt::inline NPT_ABI {
 
-#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#if !defined(NPT_COMPILED) || defined(NPT_COMPILING)
 
 namespace internal {
 
@@ -59,7 +59,7 @@ inline void write_gltf_mesh(const std::filesystem::path& path, const Mesh& mesh)
 
 #endif
 
-#ifdef NPT_PREBUILT
+#ifdef NPT_COMPILED
 Scene read_scene(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 Mesh read_gltf(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 void write_scene(const std::filesystem::path& path, const Scene& scene);

@@ -16,14 +16,14 @@
 ///           whose first buffer is another file
 /// Errors    npt::Error: no glTF, a joint without a node or with another name than its node's, a matrix that shears, a
 ///           clip without curves, keys that aren't finite or descend, names that are no UTF-8, a GLB of 4 GiB
-/// Programs that link the library's prebuilt units (NPT_PREBUILT, config.hpp) only see the declarations.
+/// Programs that link the library's compiled units (NPT_COMPILED, config.hpp) only see the declarations.
 /// Source    glTF 2.0 specification, sections 3.11 and 4; KHR_animation_pointer
 #pragma once
 
 #include <npt/config.hpp>
 #include <npt/scene/motion.hpp>
 
-#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#if !defined(NPT_COMPILED) || defined(NPT_COMPILING)
 #include <npt/base/error.hpp>
 #include <npt/io/file.hpp>
 #include <npt/io/glb.hpp>
@@ -49,7 +49,7 @@ struct GltfPatch {
   double time = 0;     ///< apply: of the pose, in seconds of the motion's clip
 };
 
-#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#if !defined(NPT_COMPILED) || defined(NPT_COMPILING)
 
 namespace internal {
 
@@ -107,7 +107,7 @@ inline void write_gltf_with_motion(const std::filesystem::path& from, const Moti
 
 #endif
 
-#ifdef NPT_PREBUILT
+#ifdef NPT_COMPILED
 std::string with_motion(std::string_view file, const Motion& motion, const GltfPatch& options,
                         const std::filesystem::path& place, std::vector<std::string>* notes = nullptr);
 void write_with_motion(const std::filesystem::path& from, const Motion& motion, const GltfPatch& options,

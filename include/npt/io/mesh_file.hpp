@@ -1,6 +1,6 @@
 /// Meshes in files, by the name's extension: .obj, .ply, .glb or, for reading, .gltf, in any case.
 /// Errors    npt::Error that names the file, and for another extension the ones that are known
-/// Programs that link the library's prebuilt units (NPT_PREBUILT, config.hpp) only see the declarations.
+/// Programs that link the library's compiled units (NPT_COMPILED, config.hpp) only see the declarations.
 #pragma once
 
 #include <npt/base/error.hpp>
@@ -8,7 +8,7 @@
 #include <npt/io/ply_header.hpp>
 #include <npt/mesh/mesh.hpp>
 
-#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#if !defined(NPT_COMPILED) || defined(NPT_COMPILING)
 #include <npt/io/gltf.hpp>
 #include <npt/io/obj.hpp>
 #include <npt/io/ply.hpp>
@@ -34,7 +34,7 @@ inline MeshFormat mesh_format(const std::filesystem::path& path) {
                .expected = "a mesh file, .obj, .ply or .glb"});
 }
 
-#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#if !defined(NPT_COMPILED) || defined(NPT_COMPILING)
 
 namespace internal {
 
@@ -66,7 +66,7 @@ inline void write_mesh_file(const std::filesystem::path& path, const Mesh& mesh,
 
 #endif
 
-#ifdef NPT_PREBUILT
+#ifdef NPT_COMPILED
 Mesh read_mesh(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh,
                 PlyFormat ply_format = PlyFormat::binary_little_endian);

@@ -1,10 +1,4 @@
-/// Named tensors in a file: the safetensors format.
-///   u64 little-endian N <= 100 MB | N bytes of JSON, "{...}" padded with blanks | the tensors' bytes, row major
-///   JSON: name -> {"dtype", "shape", "data_offsets": [begin, end]}, "__metadata__" -> {string: string}
-/// Numerics  bytes are kept as they are; tensor_values.hpp converts them
-/// Errors    npt::Error that names the file and the tensor: not this format, truncated, a name twice, sizes that
-///           overflow or don't agree with the shape, tensors that overlap or leave a hole, an unknown type
-/// Source    https://github.com/huggingface/safetensors, "Format"
+/// The safetensors format, whole: its reader, which safetensors_class.hpp declares, and its writer.
 #pragma once
 
 #include <npt/base/as_span.hpp>
@@ -15,6 +9,7 @@
 #include <npt/io/file.hpp>
 #include <npt/io/file_tensor.hpp>
 #include <npt/io/json.hpp>
+#include <npt/io/safetensors_class.hpp>
 #include <npt/io/safetensors_header.hpp>
 #include <npt/io/tensor_values.hpp>
 #include <npt/io/text.hpp>
@@ -35,150 +30,127 @@
 
 namespace npt::inline NPT_ABI {
 
-NPT_INLINE_CLASS(class, SafetensorsFile);
-/// A safetensors file in memory. Copies share the bytes, which live as long as one of the copies.
-template <class>
-class BasicSafetensorsFile {
- public:
-  /// Bytes of JSON in a header; the format allows no more.
-  static constexpr std::uint64_t max_header = internal::max_safetensors_header;
+template <class X>
+SafetensorsFile BasicSafetensorsFile<X>::read(const std::filesystem::path& path) {
+  return parse(read_file(path), path.string());
+}
 
-  NPT_INLINE static SafetensorsFile read(const std::filesystem::path& path) {
-    return parse(read_file(path), path.string());
-  }
+template <class X>
+SafetensorsFile BasicSafetensorsFile<X>::parse(std::string bytes, const std::string& name) {
+  SafetensorsFile file;
+  file.name_ = name;
+  file.bytes_ = std::shared_ptr<const std::string>(new std::string(std::move(bytes)));
+  const std::string_view header = header_of(*file.bytes_, name);
+  internal::SafetensorsHeaderEvents<> events(header, name);
+  internal::read_json(header, events);
+  file.metadata_ = std::move(events.metadata);
+  file.place_tensors(events.entries, std::as_bytes(std::span(*file.bytes_)).subspan(8 + header.size()));
+  return file;
+}
 
-  /// A file's bytes, already in memory. `name` stands in the messages of errors.
-  NPT_INLINE static SafetensorsFile parse(std::string bytes, const std::string& name) {
-    SafetensorsFile file;
-    file.name_ = name;
-    file.bytes_ = std::shared_ptr<const std::string>(new std::string(std::move(bytes)));
-    const std::string_view header = header_of(*file.bytes_, name);
-    internal::SafetensorsHeaderEvents<> events(header, name);
-    internal::read_json(header, events);
-    file.metadata_ = std::move(events.metadata);
-    file.place_tensors(events.entries, as_bytes(*file.bytes_).subspan(8 + header.size()));
-    return file;
-  }
-
-  /// The metadata of a file, of which no more than its header is read.
-  NPT_INLINE static std::map<std::string, std::string> read_metadata(const std::filesystem::path& path) {
-    std::error_code code;
-    std::uint64_t size = 0;
-    std::string header;
-    if (std::filesystem::is_regular_file(path, code)) {
-      const internal::FileHandle file(platform::open_file(path, "rb"));
-      const bool sized = file && std::fread(&size, 1, sizeof size, file.get()) == sizeof size;
-      if (sized && size <= max_header && size <= std::filesystem::file_size(path, code)) {
-        header.resize(static_cast<std::size_t>(size));
-        header.resize(std::fread(header.data(), 1, header.size(), file.get()));
-      }
+template <class X>
+std::map<std::string, std::string> BasicSafetensorsFile<X>::read_metadata(const std::filesystem::path& path) {
+  std::error_code code;
+  std::uint64_t size = 0;
+  std::string header;
+  if (std::filesystem::is_regular_file(path, code)) {
+    const internal::FileHandle file(platform::open_file(path, "rb"));
+    const bool sized = file && std::fread(&size, 1, sizeof size, file.get()) == sizeof size;
+    if (sized && size <= max_header && size <= std::filesystem::file_size(path, code)) {
+      header.resize(static_cast<std::size_t>(size));
+      header.resize(std::fread(header.data(), 1, header.size(), file.get()));
     }
-    if (header.size() != size || !header.starts_with('{')) return read(path).metadata();  // which says what is wrong
-    internal::SafetensorsHeaderEvents<> events(header, path.string());
-    internal::read_json(header, events);
-    return std::move(events.metadata);
   }
+  if (header.size() != size || !header.starts_with('{')) return read(path).metadata();  // which says what is wrong
+  internal::SafetensorsHeaderEvents<> events(header, path.string());
+  internal::read_json(header, events);
+  return std::move(events.metadata);
+}
 
-  const std::string& name() const noexcept { return name_; }
-  const std::map<std::string, std::string>& metadata() const noexcept { return metadata_; }
-  /// In the order in which they lie in the file.
-  const std::vector<FileTensor>& tensors() const noexcept { return tensors_; }
+template <class X>
+const FileTensor* BasicSafetensorsFile<X>::find(std::string_view tensor) const {
+  for (const FileTensor& t : tensors_)  // tens of them: no index
+    if (t.name == tensor) return &t;
+  return nullptr;
+}
 
-  /// The tensor of that name, or nullptr.
-  const FileTensor* find(std::string_view tensor) const {
-    for (const FileTensor& t : tensors_)  // tens of them: no index
-      if (t.name == tensor) return &t;
-    return nullptr;
+template <class X>
+const FileTensor& BasicSafetensorsFile<X>::at(std::string_view tensor) const {
+  if (const FileTensor* found = find(tensor)) return *found;
+  throw Error({.file = name_, .found = "no tensor " + in_quotes(tensor), .expected = "one of that name"});
+}
+
+template <class X>
+const std::string* BasicSafetensorsFile<X>::find_metadata(const std::string& key) const {
+  const auto found = metadata_.find(key);
+  return found == metadata_.end() ? nullptr : &found->second;
+}
+
+template <class X>
+SafetensorsFile BasicSafetensorsFile<X>::part(std::string_view prefix) const {
+  SafetensorsFile file;
+  file.name_ = name_ + ", " + std::string(prefix);
+  file.bytes_ = bytes_;
+  for (const auto& [key, text] : metadata_)
+    if (key.starts_with(prefix)) file.metadata_.emplace(key.substr(prefix.size()), text);
+  for (const FileTensor& tensor : tensors_) {
+    if (!tensor.name.starts_with(prefix)) continue;
+    file.tensors_.push_back(tensor);
+    file.tensors_.back().name.erase(0, prefix.size());
   }
-  /// The tensor of that name; throws npt::Error where there is none.
-  NPT_INLINE const FileTensor& at(std::string_view tensor) const {
-    if (const FileTensor* found = find(tensor)) return *found;
-    throw Error({.file = name_, .found = "no tensor " + in_quotes(tensor), .expected = "one of that name"});
-  }
-  /// The metadata of that key, or nullptr.
-  const std::string* find_metadata(const std::string& key) const {
-    const auto found = metadata_.find(key);
-    return found == metadata_.end() ? nullptr : &found->second;
-  }
+  return file;
+}
 
-  /// The tensors and texts whose names begin with `prefix`, without it: a network that lies in a file beside another.
-  /// Of the same memory.
-  NPT_INLINE SafetensorsFile part(std::string_view prefix) const {
-    SafetensorsFile file;
-    file.name_ = name_ + ", " + std::string(prefix);
-    file.bytes_ = bytes_;
-    for (const auto& [key, text] : metadata_)
-      if (key.starts_with(prefix)) file.metadata_.emplace(key.substr(prefix.size()), text);
-    for (const FileTensor& tensor : tensors_) {
-      if (!tensor.name.starts_with(prefix)) continue;
-      file.tensors_.push_back(tensor);
-      file.tensors_.back().name.erase(0, prefix.size());
-    }
-    return file;
+template <class X>
+std::string_view BasicSafetensorsFile<X>::header_of(std::string_view bytes, const std::string& name) {
+  const auto fail = [&name](std::string place, std::string found, std::string expected) {
+    return Error({.file = name, .place = std::move(place), .found = std::move(found), .expected = std::move(expected)});
+  };
+  if (bytes.size() < 8) throw fail({}, std::to_string(bytes.size()) + " bytes", "a safetensors file");
+  std::uint64_t size = 0;
+  std::memcpy(&size, bytes.data(), 8);
+  if (size > max_header)
+    throw fail("byte 0", "a header of " + std::to_string(size) + " bytes",
+               "at most " + std::to_string(max_header) + ": is this a safetensors file?");
+  if (size > bytes.size() - 8)
+    throw fail("byte 0", "a header of " + std::to_string(size) + " bytes",
+               "at most " + std::to_string(bytes.size() - 8) + ", what the file has left: is it truncated?");
+  const std::string_view header = bytes.substr(8, static_cast<std::size_t>(size));
+  if (!header.starts_with('{'))
+    throw fail("byte 8", header.empty() ? "an empty header" : in_quotes(header.substr(0, 1)), "'{'");
+  return header;
+}
+
+template <class X>
+void BasicSafetensorsFile<X>::place_tensors(const std::vector<internal::TensorEntry>& entries,
+                                            std::span<const std::byte> data) {
+  // By their first byte, empty ones first; a header of max_header bytes has space for fewer than 2^24 of them.
+  constexpr int number_bits = 24;
+  const auto begin_of = [&](const FileTensor& t) { return static_cast<std::size_t>(t.bytes.data() - data.data()); };
+  std::vector<FileTensor> unordered;
+  std::vector<std::uint64_t> keys;
+  for (const internal::TensorEntry& entry : entries) {
+    const FileTensor& tensor = unordered.emplace_back(internal::check_entry(entry, data, name_));
+    const std::uint64_t place = 2 * std::uint64_t{begin_of(tensor)} + (tensor.bytes.empty() ? 0 : 1);
+    keys.push_back(place << number_bits | keys.size());
   }
-
- private:
-  BasicSafetensorsFile() = default;
-
-  static std::span<const std::byte> as_bytes(const std::string& text) {
-    return {reinterpret_cast<const std::byte*>(text.data()), text.size()};
+  sort_keys(as_span(keys));
+  tensors_.reserve(entries.size());
+  for (const std::uint64_t key : keys)
+    tensors_.push_back(std::move(unordered[static_cast<std::size_t>(key % (1U << number_bits))]));
+  std::size_t end = 0;
+  for (const FileTensor& tensor : tensors_) {
+    if (begin_of(tensor) != end)
+      invalid_tensor(name_, tensor.name, "data at " + std::to_string(begin_of(tensor)),
+                     std::to_string(end) + ", where the tensor before it ends");
+    end += tensor.bytes.size();
   }
-
-  NPT_INLINE static std::string_view header_of(std::string_view bytes, const std::string& name) {
-    const auto fail = [&name](std::string place, std::string found, std::string expected) {
-      return Error(
-          {.file = name, .place = std::move(place), .found = std::move(found), .expected = std::move(expected)});
-    };
-    if (bytes.size() < 8) throw fail({}, std::to_string(bytes.size()) + " bytes", "a safetensors file");
-    std::uint64_t size = 0;
-    std::memcpy(&size, bytes.data(), 8);
-    if (size > max_header)
-      throw fail("byte 0", "a header of " + std::to_string(size) + " bytes",
-                 "at most " + std::to_string(max_header) + ": is this a safetensors file?");
-    if (size > bytes.size() - 8)
-      throw fail("byte 0", "a header of " + std::to_string(size) + " bytes",
-                 "at most " + std::to_string(bytes.size() - 8) + ", what the file has left: is it truncated?");
-    const std::string_view header = bytes.substr(8, static_cast<std::size_t>(size));
-    if (!header.starts_with('{'))
-      throw fail("byte 8", header.empty() ? "an empty header" : in_quotes(header.substr(0, 1)), "'{'");
-    return header;
-  }
-
-  /// Checks that the tensors cover the data one after another, and lists them in that order.
-  NPT_INLINE void place_tensors(const std::vector<internal::TensorEntry>& entries, std::span<const std::byte> data) {
-    // By their first byte, empty ones first; a header of max_header bytes has space for fewer than 2^24 of them.
-    constexpr int number_bits = 24;
-    const auto begin_of = [&](const FileTensor& t) { return static_cast<std::size_t>(t.bytes.data() - data.data()); };
-    std::vector<FileTensor> unordered;
-    std::vector<std::uint64_t> keys;
-    for (const internal::TensorEntry& entry : entries) {
-      const FileTensor& tensor = unordered.emplace_back(internal::check_entry(entry, data, name_));
-      const std::uint64_t place = 2 * std::uint64_t{begin_of(tensor)} + (tensor.bytes.empty() ? 0 : 1);
-      keys.push_back(place << number_bits | keys.size());
-    }
-    sort_keys(as_span(keys));
-    tensors_.reserve(entries.size());
-    for (const std::uint64_t key : keys)
-      tensors_.push_back(std::move(unordered[static_cast<std::size_t>(key % (1U << number_bits))]));
-    std::size_t end = 0;
-    for (const FileTensor& tensor : tensors_) {
-      if (begin_of(tensor) != end)
-        invalid_tensor(name_, tensor.name, "data at " + std::to_string(begin_of(tensor)),
-                       std::to_string(end) + ", where the tensor before it ends");
-      end += tensor.bytes.size();
-    }
-    if (end != data.size())
-      throw Error({.file = name_,
-                   .place = "byte " + std::to_string(bytes_->size() - (data.size() - end)),
-                   .found = std::to_string(data.size() - end) + " bytes that belong to no tensor",
-                   .expected = "the end of the file"});
-  }
-
-  std::string name_;
-  std::shared_ptr<const std::string> bytes_;
-  std::map<std::string, std::string> metadata_;
-  std::vector<FileTensor> tensors_;
-};
+  if (end != data.size())
+    throw Error({.file = name_,
+                 .place = "byte " + std::to_string(bytes_->size() - (data.size() - end)),
+                 .found = std::to_string(data.size() - end) + " bytes that belong to no tensor",
+                 .expected = "the end of the file"});
+}
 
 /// Writes the tensors in the given order. The same input gives the same bytes. The file appears only when complete.
 NPT_INLINE void write_safetensors(const std::filesystem::path& path, std::span<const FileTensor> tensors,

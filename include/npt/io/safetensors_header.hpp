@@ -19,8 +19,6 @@
 
 namespace npt::inline NPT_ABI::internal {
 
-inline constexpr std::uint64_t max_safetensors_header = 100'000'000;
-
 /// Metadata; also names that may not repeat, whose second text is empty: a std::set beside it costs compilers more.
 using TextMap = std::map<std::string, std::string>;
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/nets/network_names.hpp>
 #include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/graph/expression.hpp>
 #include <npt/nn/graph/graph.hpp>
@@ -36,7 +37,7 @@ struct PlainResBlock {
 };
 
 /// "w/o SPAdaIN": plain residual blocks. The identity's coordinates enter once, at the concatenation.
-template <int Bottleneck = 1024>
+template <int Bottleneck>
 struct PlainNet {
   static constexpr const char* name = "without-spadain";
   static constexpr int bottleneck = Bottleneck;
@@ -82,7 +83,7 @@ struct PlainNet {
 };
 
 /// "concat1": a decoder of 1x1 convolutions only, each with instance norm and ReLU as in the encoder.
-template <int Bottleneck = 1024>
+template <int Bottleneck>
 struct ConcatNet {
   static constexpr const char* name = "concat1";
   static constexpr int bottleneck = Bottleneck;

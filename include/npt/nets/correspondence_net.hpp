@@ -8,6 +8,7 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/nets/network_names.hpp>
 #include <npt/nn/graph/expression.hpp>
 #include <npt/nn/graph/graph.hpp>
 #include <npt/nn/layer/conv1x1.hpp>
@@ -22,7 +23,7 @@
 
 namespace npt::inline NPT_ABI {
 
-template <int C = 256>
+template <int C>
 struct CorrespondenceNet {
   static constexpr int width = C;
   static constexpr Input inputs[] = {{"points", 3}, {"normals", 3}};

@@ -1,20 +1,18 @@
-/// Which networks a program has compiled in, and the choice among them by a weights file's metadata.
+/// Which networks a program has compiled in, whole, and the choice among them by a weights file's metadata.
 #pragma once
 
 #include <npt/base/aligned.hpp>
-#include <npt/base/default_executor.hpp>
 #include <npt/base/error.hpp>
 #include <npt/config.hpp>
 #include <npt/nets/ablation_nets.hpp>
 #include <npt/nets/correspondence_net.hpp>
+#include <npt/nets/network_type.hpp>
 #include <npt/nets/pose_transfer_net.hpp>
 #include <npt/nn/engine/core.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
-#include <npt/nn/engine/packed_program.hpp>
-#include <npt/nn/graph/graph.hpp>
+#include <npt/nn/graph/inputs.hpp>
 #include <npt/nn/graph/program.hpp>
-#include <npt/nn/layer/parameter.hpp>
 #include <npt/nn/weights/weights_file.hpp>
 
 #include <cstddef>
@@ -27,79 +25,16 @@
 
 namespace npt::inline NPT_ABI {
 
-/// Network types as a type. A host that needs few of them names its own list:
-/// PoseTransfer::open<NetworkList<...>>(...).
-template <class... Nets>
-struct NetworkList {
-  /// Calls `f.template operator()<Net>()` for each.
-  template <class F>
-  static void for_each(F&& f) {
-    (f.template operator()<Nets>(), ...);
-  }
-};
-
-namespace internal {
-
-template <class... Lists>
-struct JoinedLists;
-template <class... Nets>
-struct JoinedLists<NetworkList<Nets...>> {
-  using type = NetworkList<Nets...>;
-};
-template <class... A, class... B, class... Rest>
-struct JoinedLists<NetworkList<A...>, NetworkList<B...>, Rest...> : JoinedLists<NetworkList<A..., B...>, Rest...> {};
-
-/// The paper's network in both unit orders and with both features, and its ablations.
-template <int Bottleneck>
-using NetworksOfBottleneck =
-    NetworkList<PoseTransferNet<Bottleneck, ConvRelu, PerVertex>, PoseTransferNet<Bottleneck, ConvRelu, Pooled>,
-                PoseTransferNet<Bottleneck, ReluConv, PerVertex>, PoseTransferNet<Bottleneck, ReluConv, Pooled>,
-                PlainNet<Bottleneck>, ConcatNet<Bottleneck>>;
-
-}  // namespace internal
-
-/// Correspondence networks (estimate/correspondence_estimator.hpp).
-using CorrespondenceNetworks = NetworkList<CorrespondenceNet<>>;
-
-/// Every network that npt ships weights for or trains: those that transfer poses, of five bottlenecks, both layer
-/// orders, both features, with the ablations; and the correspondence network.
-using AllNetworks =
-    typename internal::JoinedLists<internal::NetworksOfBottleneck<1024>, internal::NetworksOfBottleneck<512>,
-                                   internal::NetworksOfBottleneck<256>, internal::NetworksOfBottleneck<128>,
-                                   internal::NetworksOfBottleneck<64>, CorrespondenceNetworks>::type;
-
-/// A network behind functions: what differs between the types of a list.
-template <class Exec>
-struct NetworkType {
-  Metadata variant;                                    ///< what names it in weights files
-  const graph::Program* program = nullptr;             ///< what runs
-  const std::vector<NamedParameter>* parameters = {};  ///< its tensors and attributes
-  std::size_t buffer_size = 0;                         ///< elements of a buffer laid out as Model::buffer()
-  /// An engine on these values, a buffer laid out as Model::buffer().
-  engine::Core<float, Exec> (*pack)(std::span<const float> values, Exec executor, Precision precision) = nullptr;
-};
-
-/// A network type's entry.
+// Not inlined, as Engine::compiled().
 template <class Net, class Exec>
-NetworkType<Exec> network_type() {
+NPT_NOINLINE NetworkType<Exec> network_type() {
   return {.variant = variant_metadata<Net>(),
           .program = &Engine<Net, float, Exec>::program(),
           .parameters = &Model<Net>::parameters(),
-          .buffer_size = static_cast<std::size_t>(parameter_buffer_size(Model<Net>::network())),
+          .buffer_size = Model<Net>::buffer_size(),
           .pack = [](std::span<const float> values, Exec executor, Precision precision) -> engine::Core<float, Exec> {
             return Engine<Net, float, Exec>(values, std::move(executor), precision);
           }};
-}
-
-/// The entries of a list of networks, in its order.
-template <class Networks, class Exec>
-const std::vector<NetworkType<Exec>>& network_types() {
-  static const std::vector<NetworkType<Exec>> list = [] {
-    std::vector<NetworkType<Exec>> types;
-    Networks::for_each([&types]<class Net>() { types.push_back(network_type<Net, Exec>()); });
-    return types;
-  }();
-  return list;
 }
 
 /// "pose and identity".
@@ -157,10 +92,9 @@ NPT_INLINE std::string choices_of(const std::vector<const Metadata*>& variants) 
   return text;
 }
 
-/// The number of the variant that the file is of.
-/// Errors    npt::Error that names what the file says and what the list has
-NPT_INLINE std::size_t find_variant(const SafetensorsFile& file, const Metadata& assume,
-                                    const std::vector<const Metadata*>& variants) {
+template <class>
+std::size_t find_variant(const SafetensorsFile& file, const Metadata& assume,
+                         const std::vector<const Metadata*>& variants) {
   Metadata said;
   const auto ask = [&](const std::string& key) {
     if (std::string text = file_variant(file, assume, key); !text.empty()) said[key] = std::move(text);
@@ -186,17 +120,6 @@ NPT_INLINE std::size_t find_variant(const SafetensorsFile& file, const Metadata&
 }
 
 }  // namespace internal
-
-/// The entry of the list that a weights file is of. `assume`: what the file doesn't say of itself.
-/// Errors    npt::Error that names what the file says and what the list has
-template <class Networks, class Exec>
-const NetworkType<Exec>& find_network(const SafetensorsFile& file, const Metadata& assume = {}) {
-  const std::vector<NetworkType<Exec>>& types = network_types<Networks, Exec>();
-  std::vector<const Metadata*> variants;
-  variants.reserve(types.size());
-  for (const NetworkType<Exec>& type : types) variants.push_back(&type.variant);
-  return types[internal::find_variant(file, assume, variants)];
-}
 
 /// The entry of the list with this variant, or nullptr.
 template <class Networks, class Exec>
@@ -225,9 +148,5 @@ engine::Core<float, Exec> open_network(const SafetensorsFile& file, Exec executo
   load_values(file, type.variant, *type.parameters, values.span());
   return type.pack(values.span(), std::move(executor), Precision::automatic);
 }
-
-#ifdef NPT_PREBUILT
-extern template const std::vector<NetworkType<DefaultExecutor>>& network_types<AllNetworks, DefaultExecutor>();
-#endif
 
 }  // namespace npt::inline NPT_ABI

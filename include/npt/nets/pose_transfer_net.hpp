@@ -9,6 +9,7 @@
 #pragma once
 
 #include <npt/config.hpp>
+#include <npt/nets/network_names.hpp>
 #include <npt/nn/graph/expression.hpp>
 #include <npt/nn/graph/graph.hpp>
 #include <npt/nn/layer/conv1x1.hpp>
@@ -52,7 +53,7 @@ NPT_NOINLINE inline std::map<std::string, std::string> variant_entries(const cha
 
 }  // namespace internal
 
-template <int Bottleneck = 1024, class UnitOrder = ConvRelu, class PoseFeature = PerVertex>
+template <int Bottleneck, class UnitOrder, class PoseFeature>
 struct PoseTransferNet {
   static constexpr int bottleneck = Bottleneck;
   using Order = UnitOrder;

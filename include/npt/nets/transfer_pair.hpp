@@ -3,7 +3,7 @@
 
 #include <npt/config.hpp>
 #include <npt/nn/engine/network_call.hpp>
-#include <npt/nn/graph/graph.hpp>
+#include <npt/nn/graph/inputs.hpp>
 
 #include <span>
 

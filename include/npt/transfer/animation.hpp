@@ -23,7 +23,7 @@
 #include <npt/transfer/character.hpp>
 #include <npt/transfer/named_skeleton.hpp>
 #include <npt/transfer/pose_tracker.hpp>
-#include <npt/transfer/pose_transfer.hpp>
+#include <npt/transfer/pose_transfer_class.hpp>
 #include <npt/transfer/result.hpp>
 #include <npt/transfer/root_trajectory.hpp>
 

@@ -8,8 +8,7 @@
 #include <npt/config.hpp>
 #include <npt/estimate/joint_pose.hpp>
 #include <npt/estimate/warning_code.hpp>
-#include <npt/io/safetensors.hpp>
-#include <npt/io/tensor_list.hpp>
+#include <npt/io/safetensors_class.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/transfer/options.hpp>
@@ -20,6 +19,9 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
+
+template <class>
+class BasicTensorList;  // TensorList of io/tensor_list.hpp
 
 /// What a domain found in a mesh. Made by one domain, understood by it alone.
 class DomainEstimate {
@@ -75,7 +77,7 @@ class BodyDomain {
   virtual std::vector<Affine> rest_motions(const DomainBinding& identity) const = 0;
 
   /// Adds the tensors that give estimate and binding back.
-  virtual void save(const DomainEstimate& estimate, const DomainBinding& binding, TensorList& out) const = 0;
+  virtual void save(const DomainEstimate& estimate, const DomainBinding& binding, BasicTensorList<void>& out) const = 0;
   /// Errors    npt::Error that names the file, for one that lacks a tensor or has it in another shape
   virtual std::pair<std::shared_ptr<const DomainEstimate>, std::shared_ptr<const DomainBinding>> load(
       const SafetensorsFile& file) const = 0;
@@ -84,7 +86,7 @@ class BodyDomain {
 /// Opens what a weights file holds for body estimation; nullptr where it holds nothing. threads 0: as many as the
 /// process may use
 /// Errors    npt::Error for weights that are broken or another network's
-#ifdef NPT_PREBUILT
+#ifdef NPT_COMPILED
 std::shared_ptr<const BodyDomain> open_body_domain(const SafetensorsFile& file, const BodyOptions& options,
                                                    int threads);
 #else

@@ -10,7 +10,6 @@
 #include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/joint_pose.hpp>
-#include <npt/io/tensor_list.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/transfer/body_domain.hpp>
@@ -20,7 +19,6 @@
 #include <npt/transfer/warning.hpp>
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -115,22 +113,7 @@ class BasicCharacter {
   /// Writes it to a safetensors file: positions, triangles, estimate, joints and skin weights. Faces of more corners,
   /// UVs and materials are not in it.
   /// Errors    npt::Error for a file that can't be written, and for a character that isn't prepared or recognised
-  void save(const std::filesystem::path& file) const {
-    if (binding_ == nullptr)
-      throw Error({.file = file.string(),
-                   .found = "a character that isn't recognised",
-                   .expected = "a recognised one: of others there is nothing to keep",
-                   .code = ErrorCode::needs_recognition});
-    TensorList tensors;
-    tensors.add_text("format", "npt character 2");
-    tensors.add_text("domain", own_.domain_name);
-    tensors.add("positions", std::span<const float>(xyz_), {vertex_count(), 3});
-    std::vector<std::uint32_t> corners;
-    for (const Triangle& t : triangles_) corners.insert(corners.end(), t.begin(), t.end());
-    tensors.add("triangles", std::span<const std::uint32_t>(corners), {triangles_.size(), 3});
-    own_.body->save(*own_.estimate, *binding_, tensors);
-    tensors.write(file);
-  }
+  void save(const std::filesystem::path& file) const;
 
  private:
   template <class>

@@ -3,8 +3,8 @@
 
 #include <npt/config.hpp>
 #include <npt/mesh/normalise.hpp>
-#include <npt/nn/engine/workspace.hpp>
-#include <npt/transfer/pose_points.hpp>
+#include <npt/mesh/resample.hpp>
+#include <npt/nn/engine/encoded_input.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -26,6 +26,16 @@ struct NetworkIdentity {
   std::vector<float> coordinates;    ///< [V, 3] normalised, in the network's order
   std::vector<float> mirrored;       ///< [V, 3] their mirror image, where asked for
   std::vector<std::uint32_t> place;  ///< [V] the network's vertex whose result each vertex takes; empty: its own
+};
+
+/// The points of one pairing on meshes of one vertex count: the vertices in their own order, the vertices in an order, or
+/// points of the surface.
+struct PosePoints {
+  std::size_t vertices = 0;           ///< V of the pose mesh
+  std::vector<std::uint32_t> order;   ///< [V] or empty
+  std::vector<SurfacePoint> surface;  ///< [count] or empty
+
+  std::size_t count() const noexcept { return surface.empty() ? vertices : surface.size(); }
 };
 
 /// The choice of points for the frames of a sequence: made on its first frame, and kept, so that nothing flickers. Made

@@ -18,6 +18,7 @@
 #include <npt/mesh/normalise.hpp>
 #include <npt/mesh/vertex_order.hpp>
 #include <npt/nets/network_list.hpp>
+#include <npt/nets/network_type.hpp>
 #include <npt/nets/transfer_pair.hpp>
 #include <npt/nn/engine/core.hpp>
 #include <npt/nn/engine/network_call.hpp>
@@ -38,13 +39,6 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
-
-/// One transfer of a batch, on borrowed memory.
-struct TransferJob {
-  MeshView identity, pose;
-  std::span<float> result;           ///< [V, 3], in the identity's order, units and place
-  TransferReport* report = nullptr;  ///< where to say how it was made, if anybody wants to know
-};
 
 template <class Exec>
 class NetworkTransfer {

@@ -30,7 +30,7 @@ NPT_INLINE std::shared_ptr<const BodyDomain> open_domain(const SafetensorsFile& 
 
 }  // namespace transfer::internal
 
-#ifndef NPT_PREBUILT
+#ifndef NPT_COMPILED
 template <class>
 std::shared_ptr<const BodyDomain> open_body_domain(const SafetensorsFile& file, const BodyOptions& options,
                                                    int threads) {

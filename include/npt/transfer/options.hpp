@@ -2,10 +2,10 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/estimate/confidence.hpp>
+#include <npt/estimate/warning_code.hpp>
 #include <npt/mesh/normalise.hpp>
-#include <npt/nn/engine/packed_program.hpp>
-#include <npt/nn/weights/weights_file.hpp>
+#include <npt/nn/engine/precision.hpp>
+#include <npt/nn/weights/weights.hpp>
 #include <npt/transfer/refinement.hpp>
 
 #include <cstddef>

@@ -12,6 +12,7 @@
 #include <npt/mesh/resample.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/vertex_order.hpp>
+#include <npt/transfer/network_state.hpp>
 #include <npt/transfer/options.hpp>
 
 #include <cstddef>
@@ -21,16 +22,6 @@
 #include <vector>
 
 namespace npt::inline NPT_ABI {
-
-/// The points of one pairing on meshes of one vertex count: the vertices in their own order, the vertices in an order, or
-/// points of the surface.
-struct PosePoints {
-  std::size_t vertices = 0;           ///< V of the pose mesh
-  std::vector<std::uint32_t> order;   ///< [V] or empty
-  std::vector<SurfacePoint> surface;  ///< [count] or empty
-
-  std::size_t count() const noexcept { return surface.empty() ? vertices : surface.size(); }
-};
 
 /// Memory of choose_points, for calls that must not allocate.
 struct ChoiceScratch {

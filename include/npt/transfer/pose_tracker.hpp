@@ -12,7 +12,10 @@
 #include <npt/mesh/triangles.hpp>
 #include <npt/transfer/network_state.hpp>
 #include <npt/transfer/pose.hpp>
+#include <npt/transfer/pose_transfer_class.hpp>
+#ifndef NPT_COMPILED
 #include <npt/transfer/pose_transfer.hpp>
+#endif
 
 #include <algorithm>
 #include <cstddef>

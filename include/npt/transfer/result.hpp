@@ -3,11 +3,13 @@
 
 #include <npt/config.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/mesh_view.hpp>
 #include <npt/transfer/options.hpp>
 #include <npt/transfer/result_measures.hpp>
 #include <npt/transfer/warning.hpp>
 
 #include <optional>
+#include <span>
 #include <string_view>
 
 namespace npt::inline NPT_ABI {
@@ -25,6 +27,13 @@ struct TransferReport {
 
 struct Result : TransferReport {
   Mesh mesh;  ///< the identity in the pose: its faces, order, unit and place
+};
+
+/// One transfer of a batch, on borrowed memory.
+struct TransferJob {
+  MeshView identity, pose;
+  std::span<float> result;           ///< [V, 3], in the identity's order, units and place
+  TransferReport* report = nullptr;  ///< where to say how it was made, if anybody wants to know
 };
 
 }  // namespace npt::inline NPT_ABI

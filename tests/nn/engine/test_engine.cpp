@@ -1,6 +1,11 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/error.hpp>
+#include <npt/nn/engine/core_class.hpp>
+#include <npt/nn/engine/encoded_input.hpp>
+#include <npt/nn/engine/engine_class.hpp>
+#include <npt/nn/engine/model_class.hpp>
+#include <npt/nn/engine/precision.hpp>
 
 #include <algorithm>
 #include <cmath>

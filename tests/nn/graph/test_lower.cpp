@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/nets/pose_transfer_net.hpp>
+#include <npt/nn/graph/inputs.hpp>
 #include <npt/nn/graph/lower.hpp>
 
 namespace graph = npt::graph;

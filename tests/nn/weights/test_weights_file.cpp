@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/error.hpp>
+#include <npt/nn/weights/weights.hpp>
 #include <npt/nn/weights/weights_file.hpp>
 
 #include <filesystem>

@@ -3,14 +3,14 @@
 /// Shapes    as BodyModel; metres, y up, facing +z, rest pose T, origin between the hips, 1.75 m tall
 /// Numerics  made in 10 ms; every call gives the same bits, and so did g++ 12 and clang++ 14 at every level of
 ///           optimisation and instruction set tried
-/// Programs that link the library's prebuilt units (NPT_PREBUILT, config.hpp) only see the declarations.
+/// Programs that link the library's compiled units (NPT_COMPILED, config.hpp) only see the declarations.
 #pragma once
 
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_tables.hpp>
 #include <npt/config.hpp>
 
-#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#if !defined(NPT_COMPILED) || defined(NPT_COMPILING)
 #include <npt/base/vec3.hpp>
 #include <npt/body/mannequin/anatomy.hpp>
 #include <npt/body/mannequin/shape.hpp>
@@ -21,7 +21,7 @@
 
 namespace npt::inline NPT_ABI {
 
-#if !defined(NPT_PREBUILT) || defined(NPT_PREBUILDING)
+#if !defined(NPT_COMPILED) || defined(NPT_COMPILING)
 
 namespace internal {
 
@@ -49,7 +49,7 @@ NPT_INLINE BodyTables mannequin_tables() {
 #endif
 
 /// Makes the mannequin's tables.
-#ifdef NPT_PREBUILT
+#ifdef NPT_COMPILED
 BodyTables make_mannequin_tables();
 #else
 NPT_INLINE BodyTables make_mannequin_tables() { return internal::mannequin_tables(); }

@@ -4,10 +4,11 @@
 #include <npt/base/control.hpp>
 #include <npt/base/executor.hpp>
 #include <npt/config.hpp>
+#include <npt/nn/engine/core_class.hpp>
 #include <npt/nn/engine/packed_program.hpp>
-#include <npt/nn/engine/row_transforms.hpp>
 #include <npt/nn/engine/view.hpp>
 #include <npt/nn/engine/workspace.hpp>
+#include <npt/nn/graph/lowering.hpp>
 #include <npt/nn/kernel/moments.hpp>
 #include <npt/nn/kernel/pointwise.hpp>
 #include <npt/nn/kernel/product.hpp>

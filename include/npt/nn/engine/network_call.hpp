@@ -3,7 +3,7 @@
 
 #include <npt/base/error.hpp>
 #include <npt/config.hpp>
-#include <npt/nn/graph/graph.hpp>
+#include <npt/nn/graph/inputs.hpp>
 
 #include <algorithm>
 #include <array>

@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cstddef>
-#include <span>
 #include <tuple>
 #include <utility>
 
@@ -43,11 +42,5 @@ constexpr auto transforms_of(std::index_sequence<S...>) {
 template <class T, class Net, kernel::Product P = kernel::Product::plain>
 inline constexpr auto row_transforms = internal::transforms_of<T, Net, P>(
     std::make_index_sequence<static_cast<std::size_t>(graph::program_of<Net>.signature_count)>{});
-
-/// The loops that a pass uses: in front of products, and behind them.
-template <class T>
-struct RowTransforms {
-  std::span<const kernel::RowTransform<T>> prologue, epilogue;
-};
 
 }  // namespace npt::inline NPT_ABI::engine

@@ -122,22 +122,6 @@ class Core;
 
 namespace npt::inline NPT_ABI {
 
-/// What a network's encoder made of the encoded input, for many calls that share it. Belongs to the engine that made
-/// it, as long as that lives: the engine may be moved, and every other one refuses the code.
-template <class T = float>
-class EncodedInput {
- public:
-  /// Vertices of the input; 0: nothing encoded yet.
-  int vertices() const { return vertices_; }
-
- private:
-  template <class, class>
-  friend class engine::Core;
-  int vertices_ = 0;
-  std::uint64_t program_ = 0;  ///< PackedProgram::id of the engine that made it
-  engine::CodeStorage<T> storage_;
-};
-
 /// Scratch memory of an engine's call, for hosts that want to say where it lives. An engine keeps its own otherwise.
 template <class T = float>
 class Workspace {

@@ -132,8 +132,8 @@ constexpr auto operator|(Expression<C, E, Ops> x, const L& layer) {
     if constexpr (graph::check_channels<C, L::channels>()) {
     }
   }
-  using Result = Expression<C, E, graph::Merged<Ops, graph::OperationList<graph::Operation<L>>>>;
-  return Result{x.graph, x.graph->add(graph::internal::pointwise_node<C>(*x.graph, x.node, layer))};
+  using Joined = Expression<C, E, graph::Merged<Ops, graph::OperationList<graph::Operation<L>>>>;
+  return Joined{x.graph, x.graph->add(graph::internal::pointwise_node<C>(*x.graph, x.node, layer))};
 }
 
 /// x | tanh, which is the name of a function.

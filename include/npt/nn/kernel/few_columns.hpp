@@ -50,7 +50,7 @@ void add_few_columns(int columns, int rows, const T* weights, const T* values, T
   kernels[static_cast<std::size_t>(columns - 1)](rows, weights, values, tile);
 }
 
-#ifdef NPT_PREBUILT
+#ifdef NPT_COMPILED
 extern template void add_few_columns(int, int, const float*, const float*, float*);
 #endif
 

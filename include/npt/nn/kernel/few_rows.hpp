@@ -64,7 +64,7 @@ void multiply_few_rows(int rows, int columns, const T* weights, const T* values,
   kernels[static_cast<std::size_t>(rows - 1)](columns, weights, values, bias, bias_stride, tile);
 }
 
-#ifdef NPT_PREBUILT
+#ifdef NPT_COMPILED
 extern template void multiply_few_rows(int, int, const float*, const float*, const float*, int, float*);
 #endif
 

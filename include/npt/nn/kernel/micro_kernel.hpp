@@ -91,7 +91,7 @@ MicroKernel<T> micro_kernel_of(int rows) {
   return kernels[static_cast<std::size_t>(rows - 1)];
 }
 
-#ifdef NPT_PREBUILT
+#ifdef NPT_COMPILED
 extern template MicroKernel<float> micro_kernel_of<float, Product::plain>(int);
 extern template MicroKernel<float> micro_kernel_of<float, Product::bf16_pairs>(int);
 extern template MicroKernel<double> micro_kernel_of<double, Product::plain>(int);

@@ -89,7 +89,7 @@ void gather_moments(const T* rows_begin, std::size_t stride, int valid, int rows
   }
 }
 
-#ifdef NPT_PREBUILT
+#ifdef NPT_COMPILED
 extern template void gather_moments(const float*, std::size_t, int, int, float*, float*);
 extern template void gather_moments(const double*, std::size_t, int, int, double*, double*);
 #endif

@@ -26,7 +26,7 @@
 
 namespace npt::inline NPT_ABI::tape {
 
-/// Its long members are not inlined: where they are instantiated elsewhere (NPT_PREBUILT), what they call would be
+/// Its long members are not inlined: where they are instantiated elsewhere (NPT_COMPILED), what they call would be
 /// compiled again.
 template <class T, class Exec>
 class GradientCore {

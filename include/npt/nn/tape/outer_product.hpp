@@ -61,7 +61,7 @@ OuterKernel<T> outer_kernel_of(int rows) {
   return kernels[static_cast<std::size_t>(rows - 1)];
 }
 
-#ifdef NPT_PREBUILT
+#ifdef NPT_COMPILED
 extern template OuterKernel<float> outer_kernel_of<float, 1>(int);
 extern template OuterKernel<float> outer_kernel_of<float, kernel::panel_registers>(int);
 extern template OuterKernel<double> outer_kernel_of<double, 1>(int);

@@ -37,7 +37,7 @@ class Gradients : public tape::GradientCore<T, Exec> {
                                     tape::chain_loops<T, Net>, std::move(executor)) {}
 };
 
-#ifdef NPT_PREBUILT
+#ifdef NPT_COMPILED
 extern template class tape::GradientCore<float, DefaultExecutor>;
 extern template class tape::GradientCore<double, DefaultExecutor>;
 #endif

@@ -388,7 +388,7 @@ class Trainer {
   std::vector<double> partial_;
 };
 
-#ifdef NPT_PREBUILT
+#ifdef NPT_COMPILED
 extern template class Trainer<tape::GradientCore<float, DefaultExecutor>>;
 #endif
 

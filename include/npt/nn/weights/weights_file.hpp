@@ -1,12 +1,4 @@
-/// Weights in safetensors files, under the names of the public state dict.
-///
-/// The variants of the network have tensors of identical names and shapes, so a wrong pairing would load silently and
-/// give wrong meshes. The file's metadata therefore names the variant (order, feature, bottleneck, output_scale), and
-/// loading checks it against the network. A file without these keys needs an explicit choice. Further keys that
-/// programs read: normalisation (sphere, centre or none), domain, unit.
-/// Numerics  float and double keep their bits; half precision is converted exactly
-/// Errors    npt::Error naming the file and every missing, misshapen or unknown tensor at once, or the first number
-///           that is not finite; the model is unchanged then
+/// Weights in safetensors files, whole: the checks and conversions behind weights.hpp.
 #pragma once
 
 #include <npt/base/error.hpp>
@@ -14,6 +6,7 @@
 #include <npt/io/safetensors.hpp>
 #include <npt/io/text.hpp>
 #include <npt/nn/engine/model.hpp>
+#include <npt/nn/weights/weights.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -30,11 +23,9 @@
 
 namespace npt::inline NPT_ABI {
 
-using Metadata = std::map<std::string, std::string>;
-
-/// The metadata that names a network's variant: what its static variant() says, or nothing.
+// Not inlined, as Engine::compiled().
 template <class Net>
-Metadata variant_metadata() {
+NPT_NOINLINE Metadata variant_metadata() {
   if constexpr (requires { Net::variant(); })
     return Net::variant();
   else
@@ -180,25 +171,9 @@ void write_values(const std::filesystem::path& path, const std::vector<NamedPara
 
 }  // namespace internal
 
-/// Fills the model from a file and returns the file's metadata. `assume` gives values for keys that the file lacks;
-/// where it has them, they must agree.
-template <class Net, class T>
-Metadata load(Model<Net, T>& model, const SafetensorsFile& file, const Metadata& assume = {}) {
-  const Metadata variant = variant_metadata<Net>();
-  internal::check_variant(file, variant, assume);
-  internal::check_tensors(file, model.parameters(), variant);
-  Model<Net, T> loaded;
-  internal::read_values(file, model.parameters(), assume, loaded.buffer());
-  model = std::move(loaded);
-  return file.metadata();
-}
-
-/// Fills a buffer that is laid out as Model::buffer(), for callers that know a network only by its variant's metadata
-/// and its list of parameters. Returns the file's metadata; `assume` gives values for keys that the file lacks. The
-/// buffer is unchanged after an error.
 template <class T>
 Metadata load_values(const SafetensorsFile& file, const Metadata& variant,
-                     const std::vector<NamedParameter>& parameters, std::span<T> buffer, const Metadata& assume = {}) {
+                     const std::vector<NamedParameter>& parameters, std::span<T> buffer, const Metadata& assume) {
   internal::check_variant(file, variant, assume);
   internal::check_tensors(file, parameters, variant);
   std::vector<T> loaded(buffer.begin(), buffer.end());
@@ -207,27 +182,11 @@ Metadata load_values(const SafetensorsFile& file, const Metadata& variant,
   return file.metadata();
 }
 
-/// Fills the model from the file at `path`.
-template <class Net, class T>
-Metadata load(Model<Net, T>& model, const std::filesystem::path& path, const Metadata& assume = {}) {
-  return load(model, SafetensorsFile::read(path), assume);
-}
-
-/// Writes the values of a buffer that is laid out as Model::buffer(), with the variant and whatever else `metadata`
-/// says.
 template <class T>
 void save_values(const std::filesystem::path& path, const Metadata& variant,
-                 const std::vector<NamedParameter>& parameters, std::span<const T> buffer, Metadata metadata = {}) {
+                 const std::vector<NamedParameter>& parameters, std::span<const T> buffer, Metadata metadata) {
   for (const auto& [key, value] : variant) metadata[key] = value;
   internal::write_values(path, parameters, buffer, std::move(metadata));
-}
-
-/// Writes the model, with its variant and attributes and whatever else `metadata` says. The file appears only when
-/// complete.
-template <class Net, class T>
-void save(const Model<Net, T>& model, const std::filesystem::path& path, Metadata metadata = {}) {
-  for (const auto& [key, value] : variant_metadata<Net>()) metadata[key] = value;
-  internal::write_values(path, model.parameters(), model.buffer(), std::move(metadata));
 }
 
 }  // namespace npt::inline NPT_ABI

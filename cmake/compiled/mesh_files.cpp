@@ -1,4 +1,4 @@
-#define NPT_PREBUILDING
+#define NPT_COMPILING
 #include <npt/io/gltf.hpp>
 #include <npt/io/gltf_patch.hpp>
 #include <npt/io/mesh_file.hpp>

@@ -1,6 +1,14 @@
+#include <npt/base/default_executor.hpp>
 #include <npt/nn/engine/engine.hpp>
+#if NPT_HAS_TBB
+#include <npt/base/tbb_executor.hpp>
+#endif
 
 namespace npt::inline NPT_ABI {
+
+#if NPT_HAS_TBB
+template class BasicTbbExecutor<>;
+#endif
 
 namespace kernel {
 template MicroKernel<float> micro_kernel_of<float, Product::plain>(int);
@@ -10,6 +18,7 @@ template void multiply_few_rows(int, int, const float*, const float*, const floa
 template void gather_moments(const float*, std::size_t, int, int, float*, float*);
 }  // namespace kernel
 
+template bool engine::supports<float>(Precision);
 template class engine::Core<float, DefaultExecutor>;
 
 }  // namespace npt::inline NPT_ABI

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace npt::prebuilt {
+namespace npt::compiled {
 
 /// Never called: making one of each is what has their members compiled here.
 std::vector<std::unique_ptr<SampleSource>> samplers(const std::vector<WeightedBody>& bodies,
@@ -37,4 +37,4 @@ std::vector<std::unique_ptr<SampleSource>> samplers(const std::vector<WeightedBo
   return all;
 }
 
-}  // namespace npt::prebuilt
+}  // namespace npt::compiled

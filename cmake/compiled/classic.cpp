@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-namespace npt::prebuilt {
+namespace npt::compiled {
 
 /// Never called: naming the ways in has what lies behind them compiled here, for both executors.
 template <class Exec>
@@ -30,4 +30,4 @@ template std::vector<float> classic(const std::shared_ptr<const BodyFitter>&, co
 template std::vector<float> classic(const std::shared_ptr<const BodyFitter>&, const EvaluationSet&,
                                     const DeformationCase&, const SerialExecutor&);
 
-}  // namespace npt::prebuilt
+}  // namespace npt::compiled
