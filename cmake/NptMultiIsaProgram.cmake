@@ -15,6 +15,7 @@ foreach(isa IN LISTS NPT_MULTI_ISA_SETS)
                -DNPT_WITH_TBB=${NPT_WITH_TBB} -DNPT_BUILD_TESTS=OFF -DNPT_INSTALL=OFF "-DCMAKE_CXX_FLAGS=${CMAKE_CXX_FLAGS} -march=x86-64 ${flags}"
     BUILD_COMMAND "${CMAKE_COMMAND}" --build <BINARY_DIR> --target npt_program
     COMMAND "${CMAKE_COMMAND}" -E copy <BINARY_DIR>/bin/npt "${PROJECT_BINARY_DIR}/lib/npt/npt-${isa}"
+    COMMAND "${CMAKE_STRIP}" "${PROJECT_BINARY_DIR}/lib/npt/npt-${isa}"  # cpack strips targets alone
     INSTALL_COMMAND "" BUILD_ALWAYS ON USES_TERMINAL_BUILD ON)
   npt_isa_condition(condition ${isa})
   string(PREPEND npt_sets "{\"${isa}\", ${condition}}, ")
