@@ -7,6 +7,7 @@
 // values, and how a gradient comes back through it; the library compiles both into the loops around the matrix
 // products, so that the layer costs no pass over memory, in use or in training.
 #include <npt/base/random.hpp>
+#include <npt/nn/engine/engine.hpp>
 #include <npt/nn/graph/explain.hpp>
 #include <npt/nn/train/gradient_check.hpp>
 #include <npt/npt.hpp>

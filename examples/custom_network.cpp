@@ -5,6 +5,7 @@
 // Layers are piped; the types know every channel count, so a wrong one is a compile error that shows both numbers.
 // There is nothing to register: explain, engine and weights files walk over what `visit` lists.
 #include <npt/base/random.hpp>
+#include <npt/nets/network_list.hpp>
 #include <npt/nn/graph/explain.hpp>
 #include <npt/npt.hpp>
 

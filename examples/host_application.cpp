@@ -9,6 +9,7 @@
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/io/mesh_file.hpp>
+#include <npt/mesh/normals.hpp>
 #include <npt/npt.hpp>
 
 #include "npt/shipped_weights.hpp"
