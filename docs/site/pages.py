@@ -11,7 +11,6 @@ import os
 import re
 import shutil
 import sys
-from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -20,6 +19,8 @@ from pygments import highlight
 from pygments.formatters import HtmlFormatter
 from pygments.lexers import TextLexer, get_lexer_by_name, get_lexer_for_filename
 from pygments.util import ClassNotFound
+
+from links import Links
 
 # The order of guides: names in docs, or paths; those that aren't there are passed over, the others come last.
 GROUPS = (
@@ -247,21 +248,6 @@ class Site:
             if name not in self.done:
                 self.done.add(name)
                 self.linked(name)
-
-
-class Links(HTMLParser):
-    """Addresses and anchors of a page."""
-
-    def __init__(self):
-        super().__init__()
-        self.found, self.anchors = [], set()
-
-    def handle_starttag(self, tag, attributes):
-        for key, value in attributes:
-            if key in ("id", "name") and value:
-                self.anchors.add(value)
-            if key in ("href", "src") and value:
-                self.found.append((tag, value))
 
 
 def complaints_of(out):

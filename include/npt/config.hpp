@@ -1,7 +1,7 @@
 /// Version, which builds and packages read here, tag and the few macros of npt. All else in the library is macro-free.
 ///
-/// Every entity lives in `npt::NPT_ABI`, an inline namespace named after the major version, the instruction set that the
-/// translation unit is compiled for, and its default executor. Two units of one program built with different -march
+/// Every entity lives in `npt::NPT_ABI`, an inline namespace named after the major version, the instruction set that
+/// the translation unit is compiled for, and its default executor. Two units of one program built with different -march
 /// flags therefore use two sets of symbols, and the linker can't pick AVX-512 code for a machine without it. Two that
 /// disagree about oneTBB don't share an engine: where one asks for the other's function, the link fails.
 #pragma once
@@ -22,9 +22,9 @@
 #define NPT_VERSION_MAJOR 1
 #define NPT_VERSION_MINOR 0
 #define NPT_VERSION_PATCH 0
-#define NPT_VERSION NPT_VERSION_TEXT(NPT_VERSION_MAJOR, NPT_VERSION_MINOR, NPT_VERSION_PATCH)
-#define NPT_VERSION_TEXT(major, minor, patch) NPT_VERSION_QUOTED(major, minor, patch)  // a step each: # takes a name
-#define NPT_VERSION_QUOTED(major, minor, patch) #major "." #minor "." #patch
+#define NPT_VERSION NPT_TEXT(NPT_VERSION_MAJOR) "." NPT_TEXT(NPT_VERSION_MINOR) "." NPT_TEXT(NPT_VERSION_PATCH)
+#define NPT_TEXT(word) NPT_TEXT_OF(word)  // in two steps: # takes a macro's name as it stands
+#define NPT_TEXT_OF(word) #word
 #define NPT_VERSION_TAG(major, rest) NPT_VERSION_JOINED(major, rest)
 #define NPT_VERSION_JOINED(major, rest) v##major##rest
 
@@ -159,8 +159,6 @@
 #error "npt: NPT_COMPILING is for the units of cmake/compiled, which define NPT_COMPILED"
 #endif
 
-#define NPT_TEXT_OF(word) #word
-#define NPT_TEXT(word) NPT_TEXT_OF(word)
 #ifdef NPT_COMPILED_ABI
 static_assert(
     [](const char* a, const char* b) {

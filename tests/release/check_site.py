@@ -1,5 +1,5 @@
-"""The site from a static server, started in its folder: each page that others lead to, each file that a page names, each place in a page
-that a link asks for. usage: check_site.py FOLDER"""
+"""The site from a static server, started in its folder: each page that others lead to, each file that a page names,
+each place in a page that a link asks for. usage: check_site.py FOLDER"""
 
 import functools
 import http.server
@@ -8,21 +8,10 @@ import threading
 import urllib.error
 import urllib.parse
 import urllib.request
-from html.parser import HTMLParser
+from pathlib import Path
 
-
-class Page(HTMLParser):
-    def __init__(self, text):
-        super().__init__()
-        self.links, self.places = [], set()
-        self.feed(text)
-
-    def handle_starttag(self, tag, attributes):
-        for name, value in attributes:
-            if name in ("id", "name") and value:
-                self.places.add(value)
-            elif name in ("href", "src") and value:
-                self.links.append(value)
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs/site"))
+from links import Links  # noqa: E402
 
 
 class Quiet(http.server.SimpleHTTPRequestHandler):
@@ -50,8 +39,9 @@ def main(folder):
             continue
         if kind != "text/html":
             continue
-        page = pages[address] = Page(text.decode("utf-8", "replace"))
-        for link in page.links:
+        page = pages[address] = Links()
+        page.feed(text.decode("utf-8", "replace"))
+        for _, link in page.found:
             full, place = urllib.parse.urldefrag(urllib.parse.urljoin(address, link))
             if not full.startswith(start):
                 foreign += full.startswith("http")
@@ -60,14 +50,15 @@ def main(folder):
             if place:
                 asked.append((full, urllib.parse.unquote(place), address))
     for full, place, source in asked:  # the generated API makes some places by a script
-        if full in pages and place not in pages[full].places and "/api/" not in full:
+        if full in pages and place not in pages[full].anchors and "/api/" not in full:
             complaints.append(f"{source}: found no place #{place} in {full}")
     server.shutdown()
     if len(pages) < 20:
         complaints.append(f"{folder}: found {len(pages)} pages, expected 20 at least")
     for complaint in complaints[:20]:
         print(complaint.replace(start, ""), file=sys.stderr)
-    print(f"{len(pages)} pages and {len(opened) - len(pages)} other files from a server, {len(complaints)} broken links; {foreign} links lead elsewhere")
+    print(f"{len(pages)} pages and {len(opened) - len(pages)} other files from a server, "
+          f"{len(complaints)} broken links; {foreign} links lead elsewhere")
     return 1 if complaints else 0
 
 
