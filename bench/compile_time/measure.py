@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What npt costs a compiler, from headers only and with npt::compiled: the umbrella header, a unit with one network, and the
-program of the README's "In your application", at -O2. Needs only Python 3.
+"""What npt costs a compiler, from headers only and with npt::compiled: the umbrella header, a unit with one network,
+and the program of the README's "In your application", at -O2. Needs only Python 3.
 
 usage: measure.py [--include FOLDER] [--compiler NAME]... [--repeats N] [--json]
   --include   the folder with npt/npt.hpp (default: this repository's)
@@ -84,7 +84,8 @@ def main():
         return
     print(f"{'compiler':12} {'unit':12} {'mode':9} {'time':>8} {'code':>9}")
     for r in results:
-        print(f"{r['compiler']:12} {r['unit']:12} {r['mode']:9} {r['seconds']:>6.2f} s {r['code_bytes'] / 1024:>6.0f} KB")
+        print(f"{r['compiler']:12} {r['unit']:12} {r['mode']:9} {r['seconds']:>6.2f} s "
+              f"{r['code_bytes'] / 1024:>6.0f} KB")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 /// npt: neural pose transfer. The umbrella: weights, meshes, body estimation and networks, and the transfer between
 /// meshes. Mesh files (<npt/io/mesh_file.hpp>), moving scenes (<npt/transfer/animation.hpp>), xtensor
-/// (<npt/adapt/xtensor.hpp>) and refinement (<npt/transfer/detail_refiner.hpp>) are included apart, since not every host
-/// wants their dependencies. Units that link npt::compiled include networks (<npt/nets/network_list.hpp>), transfers for
-/// executors of their own (<npt/transfer/pose_transfer.hpp>) and <npt/nn/graph/explain.hpp> where they need them.
+/// (<npt/adapt/xtensor.hpp>) and refinement (<npt/transfer/detail_refiner.hpp>) are included apart: not every host
+/// wants their dependencies. Units that link npt::compiled include <npt/nets/network_list.hpp> for networks,
+/// <npt/transfer/pose_transfer.hpp> for transfers on executors of their own, and <npt/nn/graph/explain.hpp>.
 #pragma once
 
 #include <npt/base/error.hpp>

@@ -1,5 +1,5 @@
-/// What every consumer project builds: a small network with random weights, run twice, its result checked. npt::compiled
-/// doesn't hold it, and needs the second header for it.
+/// What every consumer project builds: a small network with random weights, run twice, its result checked. Where
+/// npt::compiled is linked, which doesn't hold that network, it takes <npt/nets/network_list.hpp>.
 #include <npt/nets/network_list.hpp>
 #include <npt/npt.hpp>
 

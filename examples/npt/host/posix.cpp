@@ -43,21 +43,26 @@ std::string ended_by(int status) {
   return "exit status " + std::to_string(WEXITSTATUS(status));
 }
 
-/// Limits of the process that this is. Sanitizers reserve more memory than there is.
+// Sanitizers reserve more memory than there is.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool sanitized = true;
+#elif defined(__has_feature)
+constexpr bool sanitized = __has_feature(address_sanitizer) || __has_feature(thread_sanitizer);
+#else
+constexpr bool sanitized = false;
+#endif
+
+/// Limits of the process that this is; of memory where the system says how much it uses.
 void keep_to(const ApartLimits& limits) {
   if (limits.seconds > 0) {
     const rlimit time{.rlim_cur = limits.seconds, .rlim_max = limits.seconds};
     setrlimit(RLIMIT_CPU, &time);
   }
-#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-  if (std::ifstream pages("/proc/self/statm"); limits.gigabytes > 0) {
-    rlim_t used = 0;
-    pages >> used;
-    used = used * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + static_cast<rlim_t>(limits.gigabytes * 1e9);
-    const rlimit memory{.rlim_cur = used, .rlim_max = used};
-    setrlimit(RLIMIT_AS, &memory);
-  }
-#endif
+  rlim_t pages = 0;
+  if (sanitized || !(limits.gigabytes > 0) || !(std::ifstream("/proc/self/statm") >> pages)) return;
+  const rlim_t most = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + static_cast<rlim_t>(limits.gigabytes * 1e9);
+  const rlimit memory{.rlim_cur = most, .rlim_max = most};
+  setrlimit(RLIMIT_AS, &memory);
 }
 
 std::optional<std::string> first_line(const std::string& path) {

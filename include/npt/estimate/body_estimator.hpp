@@ -43,8 +43,8 @@
 namespace npt::inline NPT_ABI {
 
 struct BodyEstimatorOptions {
-  /// Of a surface that the network reads. With 1000 or 750 a first result takes a tenth less time, and 3 of 240 people
-  /// lose a limb: in wide poses (two seeds) the mean rises from 0.7 to 2.6e-4, and from 0.8 to 5.3e-4.
+  /// Of a surface that the network reads: a third of a first result's time. With 1000 or 750 3 of 300 people lose a
+  /// limb: in wide poses (two seeds) the mean rises from 0.7 to 2.6e-4, and from 0.8 to 5.3e-4.
   std::size_t read_points = 1500;
   ViewOptions views;
   /// Views that are fitted, at most. Seven instead of three: of 110 natural poses 4 instead of 6 end beyond 3 cm, for a

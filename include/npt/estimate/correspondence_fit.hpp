@@ -56,8 +56,8 @@ using Correspondences = std::vector<PointCorrespondence>;
 
 /// Correspondences of one direction, and how the parts of a body move by the first of them.
 struct BodyView {
-  /// Points that tell whether a view shows a body. With all of them 1 of 180 people in natural poses and 1 of 120 in
-  /// clothes end with their legs exchanged.
+  /// Points that tell whether a view shows a body. With 500 1 of 60 people in natural poses has its legs exchanged (the
+  /// mean rises from 4.7 to 12.0e-4), and 1 of 60 in clothes ends at 55e-4 instead of 16.
   static constexpr std::size_t few = 400;
 
   BodyView(const CorrespondenceTemplate& rest, Correspondences seen)

@@ -28,8 +28,8 @@ struct NetworkIdentity {
   std::vector<std::uint32_t> place;  ///< [V] the network's vertex whose result each vertex takes; empty: its own
 };
 
-/// The points of one pairing on meshes of one vertex count: the vertices in their own order, the vertices in an order, or
-/// points of the surface.
+/// The points of one pairing on meshes of one vertex count: the vertices in their own order or another one, or points
+/// of the surface.
 struct PosePoints {
   std::size_t vertices = 0;           ///< V of the pose mesh
   std::vector<std::uint32_t> order;   ///< [V] or empty
