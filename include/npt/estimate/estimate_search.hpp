@@ -60,6 +60,12 @@ class EstimateSearch {
   /// Whether it is worth its time to look on.
   bool unsure() const { return !found() || best_.residuals.energy() > sure_energy; }
 
+  /// A fit of views; whether it is the best now.
+  bool propose(std::span<const BodyView> views) {
+    BodyEstimate other = fitted(views);
+    return !other.fit.body.axis_angles.empty() && accept(std::move(other));
+  }
+
   /// About the vertical axis, or another one where that shows nothing like a body. False: no view does.
   bool first_views() {
     std::vector<BodyView> views = views_.about_vertical(samples_, Matrix3::identity());
@@ -133,11 +139,6 @@ class EstimateSearch {
     } catch (const Error&) {  // no body has the mesh's size
     }
     return other;
-  }
-
-  bool propose(std::span<const BodyView> views) {
-    BodyEstimate other = fitted(views);
-    return !other.fit.body.axis_angles.empty() && accept(std::move(other));
   }
 
   bool accept(BodyEstimate other) {

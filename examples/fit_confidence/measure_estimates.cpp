@@ -60,6 +60,8 @@
 #include <utility>
 #include <vector>
 
+#include "measured_case.hpp"
+
 namespace {
 
 struct Arguments {
@@ -70,34 +72,8 @@ struct Arguments {
   int threads = 0;
 };
 
-/// A mesh, and where its joints are.
-struct Case {
-  std::string name, family;
-  bool person = true;
-  std::vector<float> xyz{};
-  std::vector<npt::Triangle> triangles{};
-  std::vector<std::optional<npt::Vec3d>> joints{};  // [J] or none
-  double height = 0;                                // in its unit
-};
+using measured::Case, measured::file_and_family, measured::posed_body;
 using CaseMaker = std::function<Case()>;
-
-std::pair<std::string, std::string> file_and_family(const std::string& argument) {
-  const std::size_t sign = argument.rfind('=');
-  if (sign == std::string::npos)
-    throw npt::Error({.file = argument, .found = "a file without a family", .expected = "FILE=FAMILY"});
-  return {argument.substr(0, sign), argument.substr(sign + 1)};
-}
-
-/// Joints that all of a kind have, and rigs put into about the same places.
-std::vector<std::size_t> measured_joints(const npt::BodyPlan& plan) {
-  std::vector<std::size_t> joints;
-  for (const npt::LimbPair& pair : plan.limb_pairs())
-    for (const std::vector<std::size_t>& limb : pair.joints)
-      for (std::size_t k = pair.first; k <= pair.middle() + 1; ++k) joints.push_back(limb[k]);
-  joints.push_back(static_cast<std::size_t>(
-      std::ranges::find(plan.joints, npt::JointKind::neck, &npt::JointPlan::kind) - plan.joints.begin()));
-  return joints;
-}
 
 Case posed_rig(const npt::Rig& rig, const npt::Clip* clip, double time, const npt::HumanoidJoints* joints,
                const npt::BodyPlan& plan) {
@@ -112,24 +88,8 @@ Case posed_rig(const npt::Rig& rig, const npt::Clip* clip, double time, const np
   made.height = grown * npt::bounding_box(bound).longest_side();
   if (joints == nullptr) return made;
   made.joints.resize(plan.joint_count());
-  for (const std::size_t j : measured_joints(plan))
+  for (const std::size_t j : measured::joints_of(plan))
     if (const std::size_t own = (*joints)[j]; own != npt::no_item) made.joints[j] = motions[own](rig.joint_place(own));
-  return made;
-}
-
-/// A body in a pose. Its longest side at rest is its height.
-Case posed_body(const npt::BodyModel& body, const npt::BodyPlan& plan, std::span<const float> shape,
-                std::span<const float> pose) {
-  Case made;
-  made.xyz.resize(3 * body.vertex_count());
-  body.posed(shape, std::vector<float>(pose.size()), made.xyz);
-  made.height = npt::bounding_box(made.xyz).longest_side();
-  body.posed(shape, pose, made.xyz);
-  made.triangles.assign(body.triangles().begin(), body.triangles().end());
-  const std::vector<npt::Vec3d> rest = body.joints(shape);
-  const std::vector<npt::Rigid> motions = body.bone_motions(shape, pose);
-  made.joints.resize(plan.joint_count());
-  for (const std::size_t j : measured_joints(plan)) made.joints[j] = motions[j](rest[j]);
   return made;
 }
 
@@ -238,22 +198,22 @@ std::pair<std::string, std::string> rows_of(const Case& of, const npt::BodyEstim
   const npt::BodyEstimate estimate = estimator.read({of.xyz, of.triangles, of.name});
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   const bool has_body = !estimate.fit.body.axis_angles.empty();
-  double sum = 0, worst = 0, count = 0;
+  double error = 1, worst = 1;
   std::string joints;
   if (of.person && has_body) {
-    const std::vector<npt::Vec3d> fitted = npt::fitted_joints(estimator.body(), estimate.fit.body);
-    for (std::size_t j = 0; j < of.joints.size(); ++j)
-      if (of.joints[j]) {
-        const npt::Vec3d place = fitted[j] * (1 / estimate.metres) + estimate.centre;
-        const double off = length(place - *of.joints[j]) / of.height;
-        sum += off, worst = std::max(worst, off), ++count;
+    const auto errors = measured::joint_errors(of, estimator.body(), estimate);
+    error = measured::mean(errors), worst = 0;
+    for (std::size_t j = 0; j < errors.size(); ++j)
+      if (errors[j]) {
+        worst = std::max(worst, *errors[j]);
         joints += begin + "," + std::to_string(j);
-        add(joints, off), add(joints, estimate.residuals.joint_feature(j)), add(joints, estimate.joint_confidence[j]);
+        add(joints, *errors[j]), add(joints, estimate.residuals.joint_feature(j)),
+            add(joints, estimate.joint_confidence[j]);
         joints += '\n';
       }
   }
   std::string row = begin + (of.person ? ",1" : ",0");
-  add(row, count > 0 ? sum / count : 1), add(row, count > 0 ? worst : 1);
+  add(row, error), add(row, worst);
   for (const double feature : estimate.residuals.features()) add(row, feature);
   add(row, has_body ? 1 : 0), add(row, estimate.confidence), add(row, seconds.count());
   return {row + '\n', joints};
