@@ -99,9 +99,8 @@ class BasicCorrespondenceProblem {
   std::span<const Match> matches() const noexcept { return matches_; }
   std::size_t probe_matches() const noexcept { return std::min(stage_->points, level_.probes().size()); }
 
-  /// Whether the mesh's normals are those of the body, by a vote of all points: 1, -1, or 0 where it is nearly a draw.
-  /// From now on they count so. Where twice as many are asked for, a wrong view of clothes with two walls makes a draw:
-  /// of 12 moments of four such characters, 3 end wrong, with confidence.
+  /// Whether the mesh's normals are those of the body, by a vote of all points: 1, -1, or 0 where it is a draw. From
+  /// now on they count so.
   double vote_on_facing(std::span<const PointCorrespondence> points, const PartMotion& motion) {
     std::size_t same = 0, opposite = 0;
     for (std::size_t k = 0; k < points.size(); ++k) {
@@ -109,9 +108,7 @@ class BasicCorrespondenceProblem {
       same += cosine > 0.3;
       opposite += cosine < -0.3;
     }
-    const auto most = static_cast<double>(std::max(same, opposite));
-    const bool draw = most < 1.2 * static_cast<double>(std::min(same, opposite));
-    facing_ = draw ? 0 : same > opposite ? 1 : -1;
+    facing_ = same > 2 * opposite ? 1 : opposite > 2 * same ? -1 : 0;
     return facing_;
   }
 

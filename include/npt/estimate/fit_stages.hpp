@@ -22,7 +22,7 @@ struct FitStage {
   double prior = 0;         ///< of a squared deviation of the pose
   double shape_prior = 5;   ///< times that: of one of the shape
   std::size_t points = 0;   ///< of both surfaces
-  double facing = 0.2;      ///< least cosine between normals; -2: any will do
+  double facing = 0.2;      ///< least cosine between normals
   StepLimits steps{};       ///< closest points jump: on all vertices E may grow a little in a step
   /// E without priors at which they count as given, and places not at all; above, both grow along with it: the farther
   /// the body stays from the surface, as under clothes, the less the surface alone says.
@@ -59,9 +59,8 @@ struct FitStages {
                                    .points = fine.points,
                                    .steps = {.slack = fine.steps.slack, .enough = -1},
                                    .usual_distance = fine.usual_distance / 2};
-  /// How near the body is in the end, wherever normals point: fits for which they count and others must compare. Where
-  /// they counted, 0.84 instead of 0.88 of 32 moments of monsters came out right, and 0.66 instead of 0.69 confident.
-  static constexpr FitStage measured{.scale = fine.scale, .points = fine.points, .facing = -2};
+  /// How near the body is in the end.
+  static constexpr FitStage measured{.scale = fine.scale, .points = fine.points, .facing = 0};
 };
 
 }  // namespace fit::internal

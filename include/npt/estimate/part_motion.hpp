@@ -31,6 +31,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <vector>
@@ -123,7 +124,7 @@ class BasicPartMotionSolver {
       place(s, p.place);
       s.limb = limb_of(s);
       if (s.limb < rest.limbs().size() && (swapped >> s.limb & 1U) != 0) mirror(s);
-      s.certainty = 1 / std::max(p.spread, 0.01);
+      s.certainty = 0.05 / std::max(p.spread, 0.01);
       total_ += s.certainty;
     }
     unit_ = total_ / 600;
@@ -137,20 +138,18 @@ class BasicPartMotionSolver {
       if (j > 0) hold.joint_weight = 8 * unit_;
       hold.stiffness = (j == 0 || is_small(j) ? 0.1 : 0.02) * unit_;
       for (std::size_t i = 0; i < seen_.size(); ++i) share_[i] = seen_[i].skin[j];
-      parts_[j] = solve(hold);
+      parts_[j] = solve(hold, {0.3, 0.15, 0.1, 0.1});
     }
     return result();
   }
 
  private:
-  /// Scale of the kernel by which wild places count less, in metres of the body: twice the errors of places.
-  static constexpr double wild = 0.1;
-
   struct Seen {
     Vec3d point, rest;  ///< of the mesh, and on the resting body
     CorrespondenceTemplate::Skin skin{};
     double certainty = 1;
     std::size_t limb = 0;  ///< number of the pair; their count: none
+    bool mirrored = false;
   };
 
   void place(Seen& s, Vec3d at) const {
@@ -162,6 +161,7 @@ class BasicPartMotionSolver {
     s.rest = rest_.locate({-s.rest.x, s.rest.y, s.rest.z}).rest;
     const CorrespondenceTemplate::Skin skin = s.skin;
     for (std::size_t j = 0; j < skin.size(); ++j) s.skin[plan_.joints[j].mirrored] = skin[j];
+    s.mirrored = !s.mirrored;
   }
   std::size_t limb_of(const Seen& s) const {
     for (std::size_t l = 0; l < rest_.limbs().size(); ++l) {
@@ -209,12 +209,11 @@ class BasicPartMotionSolver {
   };
 
   /// Weighted Procrustes: of all points by their share_ in the part, and first by their distance from the part's joint,
-  /// which no rotation changes; then with weights iterated, from a kernel three times as wide as
-  /// in the end.
-  Similarity solve(const Hold& hold) const {
+  /// which no rotation changes; then with weights iterated from `scales`.
+  Similarity solve(const Hold& hold, std::initializer_list<double> scales) const {
     std::vector<Weighted> points;
     for (std::size_t i = 0; i < seen_.size(); ++i)
-      if (share_[i] > 0) points.push_back({&seen_[i], share_[i] * seen_[i].certainty});
+      if (share_[i] >= 0.02) points.push_back({&seen_[i], share_[i] * seen_[i].certainty});
     for (Weighted& p : points) {
       p.robust = p.weight;
       if (!(hold.joint_weight > 0)) continue;
@@ -223,10 +222,10 @@ class BasicPartMotionSolver {
       p.robust *= robust_weight(off * off, 0.15);
     }
     Similarity part = procrustes(hold, hold.from, points);
-    for (const int times : {3, 2, 1, 1}) {
+    for (const double scale : scales) {
       for (Weighted& p : points) {
         const Vec3d d = (part(p.seen->rest) - p.seen->point) / part.scale;
-        p.robust = p.weight * robust_weight(dot(d, d), times * wild);
+        p.robust = p.weight * robust_weight(dot(d, d), scale);
       }
       part = procrustes(hold, part, points);
     }
@@ -262,7 +261,7 @@ class BasicPartMotionSolver {
     // The noise is in the places: the regression of places on points has the slope 1 / size.
     double crossed = 0;
     for (std::size_t c = 0; c < 3; ++c) crossed += dot(columns[c], rotation[c]);
-    if (crossed > 0) part.scale = std::clamp(p_squares / crossed, 0.5 * hold.from.scale, 2 * hold.from.scale);
+    if (crossed > 0) part.scale = std::clamp(p_squares / crossed, 0.6 * hold.from.scale, 1.6 * hold.from.scale);
     part.shift = p_centre - part.rotation * q_centre * part.scale;
     return part;
   }
@@ -286,7 +285,7 @@ class BasicPartMotionSolver {
     Hold hold;
     hold.from.scale = q_squares > 0 && p_squares > 0 ? std::sqrt(p_squares / q_squares) : 1;
     hold.from.shift = p_mean - q_mean * hold.from.scale;
-    trunk_ = solve(hold);
+    trunk_ = solve(hold, {0.3, 0.2, 0.12, 0.1, 0.1});
     parts_.assign(plan_.joint_count(), trunk_);
   }
 
@@ -311,7 +310,9 @@ class BasicPartMotionSolver {
     }
     double all = 0;
     for (const Seen& s : seen_) {
-      all += s.certainty * cut_off(skinned(s.skin, [&](std::size_t j) { return parts_[j](s.rest); }) - s.point);
+      const double off = cut_off(skinned(s.skin, [&](std::size_t j) { return parts_[j](s.rest); }) - s.point);
+      // A place that had to be mirrored was seen wrong.
+      all += s.certainty * (s.mirrored ? std::max(off, 0.1) : off);
       m.places.push_back(s.rest);
       m.certainty.push_back(s.certainty);
     }
@@ -319,8 +320,8 @@ class BasicPartMotionSolver {
     return m;
   }
 
-  /// A distance in metres of the body, at most that of a wild place.
-  double cut_off(Vec3d offset) const { return std::min(length(offset) / trunk_.scale, 3 * wild); }
+  /// A distance in metres of the body, at most 0.3.
+  double cut_off(Vec3d offset) const { return std::min(length(offset) / trunk_.scale, 0.3); }
 
   const CorrespondenceTemplate& rest_;
   const BodyPlan& plan_;
