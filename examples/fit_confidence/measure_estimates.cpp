@@ -20,12 +20,10 @@
 #include <npt/base/as_span.hpp>
 #include <npt/base/default_executor.hpp>
 #include <npt/base/random.hpp>
-#include <npt/base/rotation.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_plan.hpp>
-#include <npt/body/fitted_body.hpp>
 #include <npt/body/kind_file.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/people_kind.hpp>
@@ -50,12 +48,8 @@
 #include <exception>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <mutex>
-#include <numbers>
-#include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -100,20 +94,11 @@ void add_planned_rig(const std::string& argument, const npt::BodyKind& kind, con
   const std::string name = std::filesystem::path(file).stem().string();
   const auto made = std::make_shared<const npt::PlannedBody>(
       npt::rigged_quadruped(npt::make_rig(formats::read_scene(file), file), *kind.body, kind.plan, {.frame_rate = 15}));
-  npt::Random random(arguments.seed);
-  for (std::size_t f = 0; f <= arguments.frames; ++f) {
-    if (f > 0 && made->clips.empty()) return;
-    std::vector<float> pose(3 * kind.joint_count());
-    std::string clip;
-    if (f > 0) {
-      const std::size_t c = random.below(static_cast<std::uint32_t>(made->clips.size()));
-      const std::size_t frame = random.below(static_cast<std::uint32_t>(made->clips[c].size()));
-      pose = made->clips[c][frame];
-      clip = " " + made->clip_names[c] + " " + std::to_string(frame);
-    }
-    const npt::Vec3d turn{0, random.uniform(-std::numbers::pi, std::numbers::pi), 0};
-    npt::set_joint_rotation(npt::as_span(pose), 0, npt::rotation_matrix(turn) * npt::joint_rotation(pose, 0));
-    cases.emplace_back([=, &kind, family = family] {
+  const auto moments = measured::moments_of(made->clips, kind.joint_count(), arguments.frames, arguments.seed);
+  for (const measured::Moment& moment : moments) {
+    const bool rests = &moment == &moments.front();
+    const std::string clip = rests ? "" : " " + made->clip_names[moment.clip] + " " + std::to_string(moment.frame);
+    cases.emplace_back([=, &kind, family = family, pose = moment.pose] {
       Case posed = posed_body(*made->body, kind.plan, {}, pose);
       posed.name = name + clip;
       posed.family = family;

@@ -13,12 +13,9 @@
 #include <progress.hpp>
 #include <training/rigged_body.hpp>
 
-#include <npt/base/as_span.hpp>
 #include <npt/base/default_executor.hpp>
-#include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
-#include <npt/body/fitted_body.hpp>
 #include <npt/body/people_kind.hpp>
 #include <npt/body/people_plan.hpp>
 #include <npt/estimate/body_estimator.hpp>
@@ -43,11 +40,8 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <numbers>
-#include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "measured_case.hpp"
@@ -108,20 +102,12 @@ void add_rig(const std::string& argument, const Arguments& arguments, std::vecto
     std::fprintf(stderr, "npt_measure_search: note: left out: %s\n", error.what());
     return;
   }
-  npt::Random random(arguments.seed);
-  for (std::size_t f = 0; f <= arguments.frames; ++f) {
-    if (f > 0 && rig->clips.empty()) return;
-    std::vector<float> pose(3 * npt::people_plan().joint_count());
-    std::string frame_name;
-    if (f > 0) {
-      const std::size_t c = random.below(static_cast<std::uint32_t>(rig->clips.size()));
-      const std::size_t frame = random.below(static_cast<std::uint32_t>(rig->clips[c].size()));
-      pose.assign(rig->clips[c][frame].begin(), rig->clips[c][frame].end());
-      frame_name = " " + std::to_string(c) + " " + std::to_string(frame);
-    }
-    const npt::Vec3d turn{0, random.uniform(-std::numbers::pi, std::numbers::pi), 0};
-    npt::set_joint_rotation(npt::as_span(pose), 0, npt::rotation_matrix(turn) * npt::joint_rotation(pose, 0));
-    cases.push_back({name + frame_name, family, rig, std::move(pose)});
+  const auto moments =
+      measured::moments_of(rig->clips, npt::people_plan().joint_count(), arguments.frames, arguments.seed);
+  for (const measured::Moment& moment : moments) {
+    const bool rests = &moment == &moments.front();
+    const std::string at = rests ? "" : " " + std::to_string(moment.clip) + " " + std::to_string(moment.frame);
+    cases.push_back({name + at, family, rig, moment.pose});
   }
 }
 

@@ -3,17 +3,22 @@
 
 #include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
+#include <npt/base/random.hpp>
 #include <npt/base/rigid.hpp>
+#include <npt/base/rotation.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_plan.hpp>
 #include <npt/body/fitted_body.hpp>
+#include <npt/body/kinematics.hpp>
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/points.hpp>
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -64,6 +69,32 @@ inline Case posed_body(const npt::BodyModel& body, const npt::BodyPlan& plan, st
   made.joints.resize(plan.joint_count());
   for (const std::size_t j : joints_of(plan)) made.joints[j] = motions[j](rest[j]);
   return made;
+}
+
+/// The rest or a frame of a clip, turned anywhere about the vertical axis.
+struct Moment {
+  std::vector<float> pose;          // axis angles [J, 3]
+  std::size_t clip = 0, frame = 0;  // not of the first one, which is the rest
+};
+
+/// The rest and so many frames of clips, which hold axis angles [J, 3] each; the rest alone where there are no clips.
+template <class Clips>
+std::vector<Moment> moments_of(const Clips& clips, std::size_t joint_count, std::size_t frames, std::uint64_t seed) {
+  std::vector<Moment> moments;
+  npt::Random random(seed);
+  for (std::size_t f = 0; f <= frames; ++f) {
+    if (f > 0 && clips.empty()) break;
+    Moment& made = moments.emplace_back();
+    made.pose.resize(3 * joint_count);
+    if (f > 0) {
+      made.clip = random.below(static_cast<std::uint32_t>(clips.size()));
+      made.frame = random.below(static_cast<std::uint32_t>(clips[made.clip].size()));
+      std::ranges::copy(clips[made.clip][made.frame], made.pose.begin());
+    }
+    const npt::Vec3d turn{0, random.uniform(-std::numbers::pi, std::numbers::pi), 0};
+    npt::set_joint_rotation(npt::as_span(made.pose), 0, npt::rotation_matrix(turn) * npt::joint_rotation(made.pose, 0));
+  }
+  return moments;
 }
 
 /// [J] Distances of an estimate's joints, by the figure's height; none where the truth isn't known.
