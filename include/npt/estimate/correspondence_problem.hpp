@@ -99,8 +99,9 @@ class BasicCorrespondenceProblem {
   std::span<const Match> matches() const noexcept { return matches_; }
   std::size_t probe_matches() const noexcept { return std::min(stage_->points, level_.probes().size()); }
 
-  /// Whether the mesh's normals are those of the body, by a vote of all points: 1, -1, or 0 where it is a draw. From
-  /// now on they count so.
+  /// Whether the mesh's normals are those of the body, by a vote of all points: 1, -1, or 0 where it is nearly a draw.
+  /// From now on they count so. A fit of 0 is measured by less distance than others, and wins wrongly: with 2 instead
+  /// of 1.2, wrong views of clothes with two walls had it, and of 12 moments of four such characters 3 more were wrong.
   double vote_on_facing(std::span<const PointCorrespondence> points, const PartMotion& motion) {
     std::size_t same = 0, opposite = 0;
     for (std::size_t k = 0; k < points.size(); ++k) {
@@ -108,7 +109,9 @@ class BasicCorrespondenceProblem {
       same += cosine > 0.3;
       opposite += cosine < -0.3;
     }
-    facing_ = same > 2 * opposite ? 1 : opposite > 2 * same ? -1 : 0;
+    const bool clear =
+        static_cast<double>(std::max(same, opposite)) > 1.2 * static_cast<double>(std::min(same, opposite));
+    facing_ = !clear ? 0 : same > opposite ? 1 : -1;
     return facing_;
   }
 
