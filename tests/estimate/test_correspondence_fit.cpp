@@ -65,7 +65,11 @@ TEST_CASE("of several readings the right one is taken") {
     p.place = readings[2][random.below(static_cast<std::uint32_t>(readings[2].size()))].place;
   std::vector<npt::BodyView> views;
   for (npt::Correspondences& seen : readings) views.emplace_back(fitter().correspondence_template(), std::move(seen));
-  const npt::CorrespondenceFit fit = fitter().fit(c.surface, views);
+  const std::vector<npt::CorrespondenceFit> fits = fitter().fits(c.surface, views);
+  CHECK(fits.size() <= 3);
+  for (std::size_t i = 0; i < fits.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) CHECK(fits[i].body.axis_angles != fits[k].body.axis_angles);
+  const npt::CorrespondenceFit fit = npt::CorrespondenceFitter::nearest_of(fits);
   CHECK(simulated::error(npt::mannequin(), fit.body, c.posed.points) < 0.015);
 }
 
@@ -119,7 +123,7 @@ TEST_CASE("threads share a fitter and get the same bits") {
 
 TEST_CASE("no reading, no body and another unit are errors") {
   const ReadBody c = read_body(12);
-  CHECK_THROWS_AS(fitter().fit(c.surface, std::span<const npt::BodyView>()), npt::Error);
+  CHECK_THROWS_AS(fitter().fits(c.surface, std::span<const npt::BodyView>()), npt::Error);
   CHECK_THROWS_AS(fitter().fit(c.surface, npt::Correspondences()), npt::Error);
   CHECK_THROWS_AS(npt::CorrespondenceFitter(nullptr), npt::Error);
   // Centimetres.

@@ -86,11 +86,13 @@ TEST_CASE("legs in the wrong place are found again") {
         for (const std::size_t j : joints)
           for (std::size_t e = 3 * j; e < 3 * j + 3; ++e) wrong.body.axis_angles[e] = 2 * other[e];
       wrong.relative_distance = std::numeric_limits<double>::infinity();
-      wrong = animal_fitter().nearest(posed.surface, wrong, std::vector{wrong.body});
+      wrong = animal_fitter().nearest_of(animal_fitter().fits(posed.surface, wrong, std::vector{wrong.body}));
       if (wrong.relative_distance < 2 * right.relative_distance) continue;  // the fit found back alone
       ++mislaid;
       const std::vector<npt::BodyFit> starts = search(posed.surface, wrong.body, pair, 1, {}, 4);
-      found += four_legged::error(animal_fitter().nearest(posed.surface, wrong, starts).body, posed) < 0.03;
+      const npt::CorrespondenceFit fit =
+          animal_fitter().nearest_of(animal_fitter().fits(posed.surface, wrong, starts));
+      found += four_legged::error(fit.body, posed) < 0.03;
     }
   CHECK(mislaid >= 3);
   CHECK(3 * found >= 2 * mislaid);
