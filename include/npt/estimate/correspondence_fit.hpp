@@ -227,10 +227,10 @@ class BasicCorrespondenceFitter {
     });
   }
 
-  /// The first candidate of each pose, the first poses. Poses are the same whose joints lie in about the same places.
+  /// The first candidate of each pose, at most so many. In another pose a joint lies elsewhere.
   template <class JointsOf>
   static std::vector<Candidate> one_a_pose(std::vector<Candidate> candidates, std::size_t most, JointsOf&& joints_of) {
-    constexpr double apart = 0.05;
+    constexpr double apart = 0.05;  // metres
     std::vector<Candidate> kept;
     std::vector<std::vector<Vec3d>> poses;
     for (Candidate& c : candidates) {
