@@ -90,8 +90,7 @@ TEST_CASE("legs in the wrong place are found again") {
       if (wrong.relative_distance < 2 * right.relative_distance) continue;  // the fit found back alone
       ++mislaid;
       const std::vector<npt::BodyFit> starts = search(posed.surface, wrong.body, pair, 1, {}, 4);
-      const npt::CorrespondenceFit fit =
-          animal_fitter().nearest_of(animal_fitter().fits(posed.surface, wrong, starts));
+      const npt::CorrespondenceFit fit = animal_fitter().nearest_of(animal_fitter().fits(posed.surface, wrong, starts));
       found += four_legged::error(fit.body, posed) < 0.03;
     }
   CHECK(mislaid >= 3);

@@ -81,8 +81,7 @@ struct CorrespondenceFit {
   double mesh_explained = 0;  ///< share of the surface that has the body within 3 cm (times its size)
   double facing = 1;          ///< 1: the mesh's triangles turn outwards, -1: inwards, 0: can't be said
   double pose_deviation = 0;  ///< how improbable the pose is: the mean of squared deviations of natural poses
-  /// As relative_distance, of each part alone.
-  std::vector<double> part_distances;
+  std::vector<double> part_distances;  ///< as relative_distance, of each part alone
 
   /// The shape's sum of squared deviations: people up to 60, bodies with random proportions 270, a frog with a head of
   /// a third of his height 850; a tree 2800, a lamp 1900, a table, to which a body can be flattened, 700 to 1300.
@@ -165,7 +164,6 @@ class BasicCorrespondenceFitter {
     return finished(surface, std::move(candidates), executor);
   }
 
-  /// Of fits, of which there is at least one.
   static CorrespondenceFit nearest_of(std::vector<CorrespondenceFit> fits) {
     return std::move(*std::ranges::min_element(fits, {}, &CorrespondenceFit::relative_distance));
   }
@@ -181,8 +179,7 @@ class BasicCorrespondenceFitter {
 
   /// Vertices of the body that is fitted first, and vertices that the finish measures at.
   static constexpr std::size_t coarse_vertices = 1200, full_probes = 1500;
-  /// Poses that are finished, at most. With one, the nearest of the coarse ones, people of another model in clothes end
-  /// at 27 mm instead of 21.
+  /// Poses that are finished, at most. With one, people of another model in clothes end at 27 mm instead of 21.
   static constexpr std::size_t most_fits = 3;
 
   struct Candidate {
@@ -263,8 +260,7 @@ class BasicCorrespondenceFitter {
     while (candidates.size() > 1 && candidates.back().value > 1.3 * candidates.front().value) candidates.pop_back();
   }
 
-  /// The nearest candidate of each pose. Coarse distances don't tell poses apart: of one in clothes they are 1.45 to
-  /// 1.49 for distances of 7.0 to 7.4 mm.
+  /// The nearest candidate of each pose: coarse distances don't tell poses apart (1.45 to 1.49 for 7.0 to 7.4 mm).
   template <class Exec>
   std::vector<CorrespondenceFit> finished(const FitSurface& surface, std::vector<Candidate> candidates,
                                           const Exec& executor) const {

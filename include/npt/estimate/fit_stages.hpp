@@ -30,8 +30,7 @@ struct FitStage {
 };
 
 /// In the order in which a fit takes them: the kernel narrows, and the nearer the surface is, the less priors and
-/// places count. With a kernel that narrows by a third each time and priors that fall to a seventh, people of another
-/// model in clothes end at 28 mm instead of 22: one of the six at 69.
+/// places count.
 struct FitStages {
   /// To the places alone.
   static constexpr FitStage places{.scale = 0.15, .place_weight = 1, .prior = 0.1};
