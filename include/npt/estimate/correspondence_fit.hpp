@@ -78,9 +78,9 @@ struct CorrespondenceFit {
   /// Root of the mean squared distance between the surfaces, both ways, cut off at 5 cm, divided by the size of the
   /// surface (the root of its area over the body's).
   double relative_distance = 0;
-  double mesh_explained = 0;  ///< share of the surface that has the body within 3 cm (times its size)
-  double facing = 1;          ///< 1: the mesh's triangles turn outwards, -1: inwards, 0: can't be said
-  double pose_deviation = 0;  ///< how improbable the pose is: the mean of squared deviations of natural poses
+  double mesh_explained = 0;           ///< share of the surface that has the body within 3 cm (times its size)
+  double facing = 1;                   ///< 1: the mesh's triangles turn outwards, -1: inwards, 0: can't be said
+  double pose_deviation = 0;           ///< how improbable the pose is: the mean of squared deviations of natural poses
   std::vector<double> part_distances;  ///< as relative_distance, of each part alone
 
   /// The shape's sum of squared deviations: people up to 60, bodies with random proportions 270, a frog with a head of
