@@ -166,10 +166,10 @@ TEST_CASE("so is what an animal becomes, but for its mirror image") {
   check_animals(animal(0.8F, 1), animal(-0.8F, 2), MeshRole::identity, {"mirrored"});
 }
 
-// With AVX2 the mirrored fox by 3.3 %. It has other sample points, and its fit ends elsewhere.
+// With AVX2 both mirrored by 3.3 %, the same pair twice: they have other sample points, and a fit ends elsewhere.
 TEST_CASE("so are those of two species, but for a direction and a mirror image" *
           support::needs_shared("data/glb/Horse.glb")) {
   check_animals(shared_animal("Fox", 0.5), shared_animal("Horse", std::nullopt), MeshRole::pose,
                 {"turned by 90 degrees about z", "mirrored"});
-  check_animals(shared_animal("Horse", std::nullopt), shared_animal("Fox", 0.5), MeshRole::identity);
+  check_animals(shared_animal("Horse", std::nullopt), shared_animal("Fox", 0.5), MeshRole::identity, {"mirrored"});
 }
