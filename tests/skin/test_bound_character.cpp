@@ -42,7 +42,7 @@ double error_of(std::span<const float> a, std::span<const float> b) {
 
 TEST_CASE("a person takes another's natural pose to 3 cm, whatever direction both look in") {
   const people::Bodies& transfer = bodies();
-  const Person a(1), b(2);  // at most 33 of 88 mm remain; of the slower 4 and 5, 39, 47 of 91
+  const Person a(1), b(2);  // 21, 19 of 88 mm remain; of the slower 4 and 5, 39, 47 of 91
   const npt::BoundCharacter character = transfer.bind(a.view());
   const npt::BodyEstimate reading = transfer.read(b.view());
   CHECK(character.estimate.confidence > 0.85);
@@ -96,7 +96,7 @@ TEST_CASE("an open hand closes to the pose's fist, and a fist opens") {
   const people::Bodies& transfer = bodies();
   const npt::BodyModel body = npt::with_finger_joints(npt::mannequin());
   constexpr npt::HandBend fist{.knuckles = 0.7, .middle = {1.4, 1.4, 1.4, 1.4}};
-  const Person a(1), b(2);  // 21, 19 of 88 mm remain; of the slower 4 and 5, 39, 47 of 91
+  const Person a(1), b(2);  // at most 33 of 88 mm remain; of the slower 4 and 5, 39, 47 of 91
   const auto mesh_of = [&](const Person& p, const std::array<float, 72>& pose, const npt::HandBend& right) {
     return npt::to_mesh(body, p.betas, npt::with_fingers(pose, {npt::HandBend{}, right}));
   };
