@@ -43,9 +43,9 @@ build() {
 
 # The measure: the program's transfer by the network, and what compares with it.
 prepare() {
-  [ -e "$folder/native" ] && [ "$folder/native" -nt tests/platforms/transfer.cpp ] && [ "$folder/native.ply" -nt "$native" ] && return
-  build native c++ -march=native
-  c++ "$folder/native.o" -ltinyobjloader -pthread -o "$folder/native"
+  [ -e "$folder/compare" ] && [ "$folder/compare" -nt tests/platforms/compare.cpp ] && [ "$folder/native.ply" -nt "$native" ] && return
+  $launcher c++ -std=c++20 "${warnings[@]}" -O1 -Iinclude -c tests/platforms/compare.cpp -o "$folder/compare.o"
+  c++ "$folder/compare.o" -ltinyobjloader -o "$folder/compare"
   "$native" generate --shape-seed 1 --pose-seed 1 --out "$folder/identity.ply" > /dev/null
   "$native" generate --shape-seed 2 --pose-seed 2 --out "$folder/pose.ply" > /dev/null
   "$native" transfer --method network --identity "$folder/identity.ply" --pose "$folder/pose.ply" --out "$folder/native.ply" > /dev/null
@@ -56,7 +56,7 @@ compared() {
   local name="$1"
   shift
   "$@" "$weights" "$folder/identity.ply" "$folder/pose.ply" "$folder/$name.ply"
-  "$folder/native" compare "$folder/native.ply" "$folder/$name.ply"
+  "$folder/compare" "$folder/native.ply" "$folder/$name.ply"
 }
 
 # suite PRESET TARGETS REASON MODULE...: builds the targets, a text, and runs the tests of modules but these, which are left out for the reason.
@@ -104,11 +104,11 @@ commands() {
   "$npt" generate --shape-seed 2 --pose-seed 2 --out "$out/pose.ply"
   cmp "$out/pose.ply" "$folder/pose.ply" && echo "generate: the same bytes as here"
   "$npt" transfer --method network --identity "$out/identity.ply" --pose "$out/pose.ply" --out "$out/network.ply"
-  "$folder/native" compare "$folder/native.ply" "$out/network.ply"
+  "$folder/compare" "$folder/native.ply" "$out/network.ply"
   "$native" transfer --identity "$folder/identity.ply" --pose "$folder/pose.ply" --out "$folder/native-body.ply" > /dev/null
   "$npt" transfer --identity "$out/identity.ply" --pose "$out/pose.ply" --out "$out/body.ply"
   # Said, not required: the fit's decisions fall otherwise between instruction sets, also on one machine.
-  echo "through bodies: $("$folder/native" compare "$folder/native-body.ply" "$out/body.ply" || true)"
+  echo "through bodies: $("$folder/compare" "$folder/native-body.ply" "$out/body.ply" || true)"
   "$npt" render "$out/identity.ply" "$out/pose.ply" "$out/network.ply" --out "$out/picture.png"
   head -c 5000 "$out/pose.ply" > "$out/broken.ply"
   ! "$npt" transfer --identity "$out/broken.ply" --pose "$out/pose.ply" --out "$out/none.ply" 2> "$out/error.txt" ||
@@ -244,7 +244,7 @@ multi-isa() {
   commands multi-isa build/multi-isa/bin/npt
   cmp "$folder/native.ply" "$folder/multi-isa-program/network.ply"
   echo "by the network the same bits as the program that is compiled for this machine"
-  "$folder/native" compare "$folder/native-body.ply" "$folder/multi-isa-program/body.ply"
+  "$folder/compare" "$folder/native-body.ply" "$folder/multi-isa-program/body.ply"
   build/multi-isa/bin/npt doctor | grep -i "compiled" || true
 }
 

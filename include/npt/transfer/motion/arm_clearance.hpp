@@ -86,7 +86,7 @@ class ArmClearance {
       return {a.shoulder + b.shoulder, a.elbow + b.elbow, a.hand + b.hand};
     }
     friend Turns operator*(const Turns& a, double s) { return {a.shoulder * s, a.elbow * s, a.hand * s}; }
-    bool none() const { return length(shoulder) < 1e-6 && length(elbow) < 1e-6 && length(hand) < 1e-6; }
+    bool none() const { return std::max({length(shoulder), length(elbow), length(hand)}) < negligible; }
   };
 
   /// Where a rig has no hand, the finger that begins at its place.
@@ -256,7 +256,7 @@ class ArmClearance {
       ways[1] += way * 0.5;
     }
     for (std::size_t side = 0; side < 2; ++side)
-      if (arms_[side].limb.whole() && length(ways[side]) > 1e-6)
+      if (arms_[side].limb.whole() && length(ways[side]) > negligible)
         reach(pose_, arms_[side].limb, pose_.position(arms_[side].limb.last) + ways[side]);
   }
 

@@ -280,7 +280,7 @@ class FootLock {
       if (!legs_[side].points.empty()) goals[side] = pose_.position(legs_[side].limb.last) + legs_[side].ways[frame];
     if (hips != no_item && raised_[frame] != 0) pose_.move(hips, {0, raised_[frame], 0});
     for (std::size_t side = 0; side < 2; ++side)
-      if (!legs_[side].points.empty() && length(goals[side] - pose_.position(legs_[side].limb.last)) > 1e-9)
+      if (!legs_[side].points.empty() && length(goals[side] - pose_.position(legs_[side].limb.last)) > negligible)
         reach(pose_, legs_[side].limb, goals[side]);
     frames_.places[frame] = pose_.places();
   }

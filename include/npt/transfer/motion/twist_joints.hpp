@@ -31,7 +31,7 @@ namespace internal {
 inline Quaternion twist_about(Quaternion q, Vec3d axis) {
   const double along = dot(Vec3d{q.x, q.y, q.z}, axis);
   const Quaternion twist{axis.x * along, axis.y * along, axis.z * along, q.w};
-  return dot(twist, twist) < 1e-12 ? Quaternion{} : normalised(twist.w < 0 ? twist * -1.0 : twist);
+  return dot(twist, twist) < negligible * negligible ? Quaternion{} : normalised(twist.w < 0 ? twist * -1.0 : twist);
 }
 
 class TwistJoints {
