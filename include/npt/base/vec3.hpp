@@ -27,8 +27,7 @@ struct Vec3 {
   friend constexpr bool operator==(Vec3, Vec3) = default;
 };
 
-/// Lengths in metres and angles in radians below it are rounding.
-inline constexpr double negligible = 1e-6;
+inline constexpr double negligible = 1e-6;  ///< lengths in metres and angles in radians below it are rounding
 
 using Vec3f = Vec3<float>;
 using Vec3d = Vec3<double>;

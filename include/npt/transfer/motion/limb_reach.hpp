@@ -42,7 +42,7 @@ inline double soft_distance(double wish, double before, double whole) {
   // four bodies: 32 degrees; 39 with 1 %, 55 without. Feet slide the same.
   const double soft = 0.03 * whole, from = whole - soft;
   const double eased = wish <= from ? wish : from + soft * (1 - std::exp(-(wish - from) / soft));
-  return std::clamp(std::max(eased, std::min(wish, before)), 0.0, whole * (1 - negligible));
+  return std::clamp(std::max(eased, std::min(wish, before)), 0.0, whole * (1 - 1e-9));
 }
 
 /// Bends the middle joint so that the ends are so far apart.

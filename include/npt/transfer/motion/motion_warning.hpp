@@ -5,7 +5,6 @@
 #include <npt/body/roles/joint_role.hpp>
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/warning_code.hpp>
 #include <npt/scene/scene.hpp>
 #include <npt/transfer/warning.hpp>
 
@@ -56,7 +55,8 @@ inline void warn_of_skeleton(const JointRoles& own, const JointRoles& other, Mes
       missing.push_back(role);
   }
   // A figure without arms or legs is certain of what it has: the next warning names what it lacks.
-  if (own.confidence * static_cast<double>(all.size()) < least_confidence * there)
+  constexpr double certain = 0.6;
+  if (own.confidence * static_cast<double>(all.size()) < certain * there)
     warnings.push_back({MotionWarningCode::joints_uncertain, which, own.kind(), own.confidence, {}});
   if (!missing.empty())
     warnings.push_back({MotionWarningCode::joints_missing, which, own.kind(), 0, std::move(missing)});

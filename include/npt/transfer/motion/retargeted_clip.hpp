@@ -6,7 +6,6 @@
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/scene/clip.hpp>
-#include <npt/scene/clip_of_motion.hpp>
 #include <npt/scene/motion.hpp>
 #include <npt/scene/scene.hpp>
 #include <npt/transfer/motion/key_thinning.hpp>
@@ -14,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -83,13 +83,14 @@ class RetargetedClip {
       for (const double c : {p.x, p.y, p.z}) shift.values.push_back(static_cast<float>(c));
     }
     if (tolerance_ > 0) {
-      thin_keys(turn, tolerance_ / std::max(reaches_[joint], negligible));
-      thin_keys(shift, tolerance_ / std::max(unit_, negligible));
+      thin_keys(turn, tolerance_ / std::max(reaches_[joint], 1e-9));
+      thin_keys(shift, tolerance_ / std::max(unit_, 1e-9));
     }
     // A joint that stays as it was bound needs a key only where the file stands in another pose.
     const NodePlace& first = frames.front()[joint];
-    if (moving[joint][0] || !is_same_rotation(first.rotation, rest.rotation)) clip.channels.push_back(std::move(turn));
-    if (moving[joint][1] || !is_same_place(first.translation, rest.translation))
+    if (moving[joint][0] || std::abs(dot(first.rotation, rest.rotation)) < 1 - 1e-9)
+      clip.channels.push_back(std::move(turn));
+    if (moving[joint][1] || length(first.translation - rest.translation) > 1e-6 * (1e-6 + length(rest.translation)))
       clip.channels.push_back(std::move(shift));
   }
 
