@@ -8,9 +8,9 @@
 #include <refining/refinement.hpp>
 
 #include <npt/base/error.hpp>
+#include <npt/base/length_unit.hpp>
 #include <npt/transfer/animation.hpp>
 
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -23,13 +23,10 @@ namespace program {
 
 namespace {
 
-constexpr std::array<std::pair<const char*, double>, 5> units{
-    {{"metre", 1}, {"centimetre", 0.01}, {"millimetre", 0.001}, {"inch", 0.0254}, {"foot", 0.3048}}};
-
 /// Metres in a unit that is named, or given as a number.
 double unit_from(const std::string& text) {
-  for (const auto& [name, metres] : units)
-    if (text == name) return metres;
+  for (const npt::LengthUnit& unit : npt::length_units)
+    if (text == unit.one) return unit.metres;
   double metres = 0;
   const auto result = npt::number_from_chars(text.data(), text.data() + text.size(), metres);
   const bool is_number = result.ec == std::errc() && result.ptr == text.data() + text.size();

@@ -27,7 +27,7 @@ struct Vec3 {
   friend constexpr bool operator==(Vec3, Vec3) = default;
 };
 
-inline constexpr double negligible = 1e-6;  ///< lengths in metres and angles in radians below it are rounding
+inline constexpr double negligible = 1e-6;  ///< what is less is rounding, of metres, radians and shares
 
 using Vec3f = Vec3<float>;
 using Vec3d = Vec3<double>;

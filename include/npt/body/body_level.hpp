@@ -58,7 +58,6 @@ class BasicBodyLevel {
 
   const DifferentiableBody& body() const noexcept { return body_; }
   std::span<const Triangle> triangles() const noexcept { return as_span(triangles_); }
-  std::span<const Vec3d> rest_points() const noexcept { return as_span(rest_); }
   /// Of the triangles at rest.
   const TriangleTree& tree() const noexcept { return tree_; }
   std::span<const Probe> probes() const noexcept { return probes_; }

@@ -22,7 +22,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <numbers>
 #include <span>
 #include <string_view>
@@ -39,16 +38,15 @@ class BasicNaturalPoses {
   static constexpr std::size_t components = body::internal::natural_pose_components;
 
   BasicNaturalPoses()
-      : weights_(numbers(body::internal::natural_pose_weights, body::internal::natural_pose_weights_largest)),
-        means_(numbers(body::internal::natural_pose_means, body::internal::natural_pose_means_largest)),
+      : means_(numbers(body::internal::natural_pose_means, body::internal::natural_pose_means_largest)),
         deviations_(numbers(body::internal::natural_pose_deviations, body::internal::natural_pose_deviations_largest)),
         factors_(numbers(body::internal::natural_pose_factors, body::internal::natural_pose_factors_largest)),
         limits_(numbers(body::internal::natural_pose_limits, body::internal::natural_pose_limits_largest)) {
+    const std::vector<double> weights =
+        numbers(body::internal::natural_pose_weights, body::internal::natural_pose_weights_largest);
     double sum = 0;
-    for (const double w : weights_) sum += w;
-    for (double& w : weights_) w /= sum;
-    for (const double w : weights_) choice_.add(w);
-    prepare_densities();
+    for (const double w : weights) sum += w;
+    for (const double w : weights) choice_.add(w / sum);
   }
 
   /// A pose in any direction about the vertical (y). Angles end at the limits of the poses that the prior is made of.
@@ -72,30 +70,6 @@ class BasicNaturalPoses {
     return pose;
   }
 
-  /// -log p of the angles of joints 1 to 23, whatever the root does. theta, gradient: [24, 3]; the gradient is added,
-  /// and nothing to the root's. `weight` multiplies both. Allocates nothing; a call takes a tenth of a millisecond.
-  double negative_log_density(std::span<const double> theta, double weight, std::span<double> gradient) const {
-    NPT_ASSERT(theta.size() == 3 * smpl_joint_count && gradient.size() == theta.size());
-    Features plain{};
-    for (std::size_t i = tilts; i < features; ++i) plain[i] = theta[i + 1];
-    const std::array<Features, 2> seen{plain, mirrored(plain)};
-    std::array<double, 2 * components> terms{};
-    double top = -std::numeric_limits<double>::infinity();
-    for (std::size_t t = 0; t < terms.size(); ++t)
-      top = std::max(top, terms[t] = log_term(t / 2, seen[t % 2], nullptr));
-    double sum = 0;
-    for (const double term : terms) sum += std::exp(term - top);
-    for (std::size_t t = 0; t < terms.size(); ++t) {
-      const double share = std::exp(terms[t] - top) / sum;
-      if (share < 1e-12) continue;
-      Features slope{};
-      log_term(t / 2, seen[t % 2], &slope);
-      if (t % 2 == 1) slope = mirrored(slope);
-      for (std::size_t i = tilts; i < features; ++i) gradient[i + 1] -= weight * share * slope[i];
-    }
-    return -weight * (top + std::log(sum));
-  }
-
   /// Lowest and highest angle that a draw takes, of axis `axis` (0 to 2) of joint 1 to 23.
   std::array<double, 2> limits(SmplJoint joint, std::size_t axis) const {
     NPT_ASSERT(joint != SmplJoint::pelvis && axis < 3);
@@ -104,8 +78,8 @@ class BasicNaturalPoses {
   }
 
  private:
-  static constexpr std::size_t tilts = 2, features = 3 * smpl_joint_count - 1,
-                               spreads = body::internal::natural_pose_spreads, rank = body::internal::natural_pose_rank;
+  static constexpr std::size_t features = 3 * smpl_joint_count - 1, spreads = body::internal::natural_pose_spreads,
+                               rank = body::internal::natural_pose_rank;
   /// [71] tilt about x and z, then axis angles of joints 1 to 23.
   using Features = std::array<double, features>;
 
@@ -140,76 +114,11 @@ class BasicNaturalPoses {
     return axis_angle(turn * tilt);
   }
 
-  /// log(w_k / 2 N) of the joint angles, the tilt left out, and its slope.
-  double log_term(std::size_t k, const Features& f, Features* slope) const {
-    const std::size_t s = spread_of(k);
-    const double *mean = &means_[k * features], *deviation = &deviations_[s * features];
-    std::array<double, rank> inner{};
-    Features z{};
-    double squares = 0;
-    for (std::size_t i = tilts; i < features; ++i) {
-      z[i] = (f[i] - mean[i]) / deviation[i];
-      squares += z[i] * z[i];
-    }
-    for (std::size_t r = 0; r < rank; ++r)
-      for (std::size_t i = tilts; i < features; ++i) inner[r] += factor(s, r)[i] / deviation[i] * z[i];
-    // Woodbury: (diag + F F^T)^-1 by the inverse of a [rank, rank] matrix.
-    std::array<double, rank> solved{};
-    for (std::size_t r = 0; r < rank; ++r) {
-      for (std::size_t q = 0; q < rank; ++q) solved[r] += inverses_[(s * rank + r) * rank + q] * inner[q];
-      squares -= solved[r] * inner[r];
-    }
-    if (slope)
-      for (std::size_t i = tilts; i < features; ++i) {
-        double bent = z[i];
-        for (std::size_t r = 0; r < rank; ++r) bent -= factor(s, r)[i] / deviation[i] * solved[r];
-        (*slope)[i] = -bent / deviation[i];
-      }
-    return std::log(weights_[k] / 2) - squares / 2 - log_scales_[s];
-  }
-
-  /// For each spread the inverse of I + G^T G, G = F / d, and the logarithm of what the Gaussian is divided by.
-  void prepare_densities() {
-    inverses_.resize(spreads * rank * rank);
-    log_scales_.resize(spreads);
-    for (std::size_t s = 0; s < spreads; ++s) {
-      const double* deviation = &deviations_[s * features];
-      std::array<std::array<double, 2 * rank>, rank> rows{};  // the matrix and, behind it, what becomes its inverse
-      double log_scale = 0.5 * (features - tilts) * std::log(2 * std::numbers::pi);
-      for (std::size_t i = tilts; i < features; ++i) log_scale += std::log(deviation[i]);
-      for (std::size_t r = 0; r < rank; ++r) {
-        for (std::size_t q = 0; q < rank; ++q) {
-          double sum = r == q ? 1 : 0;
-          for (std::size_t i = tilts; i < features; ++i)
-            sum += factor(s, r)[i] * factor(s, q)[i] / (deviation[i] * deviation[i]);
-          rows[r][q] = sum;
-        }
-        rows[r][rank + r] = 1;
-      }
-      // Gauss and Jordan without pivoting: the matrix is symmetric and its eigenvalues are at least 1.
-      for (std::size_t p = 0; p < rank; ++p) {
-        const double pivot = rows[p][p];
-        log_scale += std::log(pivot) / 2;
-        for (double& x : rows[p]) x /= pivot;
-        for (std::size_t r = 0; r < rank; ++r) {
-          if (r == p) continue;
-          const double times = rows[r][p];
-          for (std::size_t q = 0; q < 2 * rank; ++q) rows[r][q] -= times * rows[p][q];
-        }
-      }
-      for (std::size_t r = 0; r < rank; ++r) std::copy_n(&rows[r][rank], rank, &inverses_[(s * rank + r) * rank]);
-      log_scales_[s] = log_scale;
-    }
-  }
-
   WeightedChoice choice_;           ///< of a component
-  std::vector<double> weights_;     ///< [K]
   std::vector<double> means_;       ///< [K, 71]
   std::vector<double> deviations_;  ///< [spreads, 71]
   std::vector<double> factors_;     ///< [spreads, rank, 71]
   std::vector<double> limits_;      ///< [2, 71]
-  std::vector<double> inverses_;    ///< [spreads, rank, rank]
-  std::vector<double> log_scales_;  ///< [spreads]
 };
 
 /// The prior that ships with npt, read from its digits at the first call and then shared.

@@ -125,7 +125,7 @@ class BasicAngleCorrection {
     for (std::size_t j = 0; j < bend.size(); ++j)
       if (!kind_.hands || (j != kind_.hands->joints[0].hand && j != kind_.hands->joints[1].hand))
         largest = std::max(largest, length(bend[j]));
-    return strange * (1 - rising(largest, 0.35, 0.5));
+    return strange * (1 - rising(largest, most, 2 * most));
   }
 
   /// A pose's angles for an identity: the same, or from its own rest.
@@ -148,7 +148,7 @@ class BasicAngleCorrection {
   }
 
   std::vector<Vec3d> people_at_rest() const {
-    constexpr int rounds = 5;  // each takes a tenth of what is left
+    constexpr int rounds = 4;  // each takes a tenth of what is left
     std::vector<Vec3d> rest(parents_.size());
     std::vector<double> x(columns_);
     for (int round = 0; !b_.empty() && round < rounds; ++round) {

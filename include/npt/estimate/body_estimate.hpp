@@ -93,10 +93,10 @@ struct BasicBodyEstimate {
     using enum WarningCode;
     std::vector<WarningCode> codes;
     const Vec3d axis = up();
-    if (axis.y < -0.7)
+    if (axis.y < -0.5)
       codes.push_back(upside_down);
     else if (axis.y < 0.5)
-      codes.push_back(std::abs(axis.z) > 0.85 ? lying_or_z_up : lying);
+      codes.push_back(std::abs(axis.z) > std::abs(axis.x) ? lying_or_z_up : lying);
     // Where more of these than not are wrong.
     bool arms = false, legs = false;
     for (const LimbPair& pair : plan.limb_pairs()) (pair.first > 0 ? arms : legs) |= least_joint_confidence(pair) < 0.5;

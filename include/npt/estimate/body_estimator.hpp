@@ -138,13 +138,14 @@ class BasicBodyEstimator {
     const CorrespondenceViews<Exec> views(reader_, fitter_->correspondence_template(), options_.views);
     EstimateSearch<Exec> search(views, *fitter_, limbs_, executor(), mesh, samples, std::move(nothing));
     if (!search.first_views()) return search.best();
-    control.step(0.4);
+    const auto step = [&] { control.step(0.5); };  // most of the rest is left out where the first views are sure
+    step();
     if (search.unsure()) search.front_view();
-    control.step(0.6);
+    step();
     if (!search.found() || reader_.confidence()(search.best().residuals) < high_confidence) search.other_axes();
-    control.step(0.8);
+    step();
     search.repair_swaps();
-    control.step(0.9);
+    step();
     BodyEstimate best = search.best();
     if (!search.found()) return best;
     best.confidence = reader_.confidence()(best.residuals);

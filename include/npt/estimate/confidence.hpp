@@ -55,8 +55,9 @@ struct LogisticModel {
 
 struct ConfidenceModel {
   /// Those of the shipped network, for weights that say nothing.
-  LogisticModel<EstimateResiduals::feature_count> estimate{{-5.8909, -2.0288, -4.7917, -2.8403, -13.5163}};
-  LogisticModel<2> joint{{-1.6140, 0.1969, -2.3935}};
+  LogisticModel<EstimateResiduals::feature_count> estimate{
+      {-5.8909, -2.0288, -4.7917, -2.8403, -13.5163}};  // learned by examples/fit_confidence
+  LogisticModel<2> joint{{-1.6140, 0.1969, -2.3935}};   // learned by examples/fit_confidence
 
   static ConfidenceModel of(const SafetensorsFile& file) {
     ConfidenceModel model;

@@ -22,6 +22,7 @@
 #include <npt/estimate/confidence.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/fit_surface.hpp>
+#include <npt/estimate/robust_distance.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/nets/correspondence_net.hpp>
 #include <npt/nets/network_list.hpp>
@@ -50,8 +51,11 @@ NPT_INLINE SafetensorsFile correspondence_part(const SafetensorsFile& file) {
   return part.tensors().empty() ? file : part;
 }
 
+/// Directions about the vertical axis in which a mesh is read.
+inline constexpr int usual_turns = 8;
+
 struct CorrespondenceEstimatorOptions {
-  int turns = 8;                          ///< directions about the vertical axis in which a mesh is read
+  int turns = usual_turns;
   Matrix3 upright = Matrix3::identity();  ///< turns the mesh first: for meshes whose vertical axis isn't y
 };
 
@@ -83,7 +87,7 @@ class BasicCorrespondenceEstimator {
     for (const std::vector<Vec3f>& own : places) {
       Correspondences& reading = readings.emplace_back();
       for (std::size_t i = 0; i < samples.size(); ++i) {
-        const double spread = places.size() > 1 ? readings.front()[i].spread : usual_spread;
+        const double spread = places.size() > 1 ? readings.front()[i].spread : usual_error;
         reading.push_back({samples[i].point, samples[i].normal, own[i].as<double>(), spread});
       }
     }
@@ -95,9 +99,6 @@ class BasicCorrespondenceEstimator {
   const ConfidenceModel& confidence() const noexcept { return confidence_; }
 
  private:
-  /// Metres; of places in bodies that no training had.
-  static constexpr double usual_spread = 0.05;
-
   /// [turns][n] in metres.
   std::vector<std::vector<Vec3f>> places_of(std::span<const FitSurface::Sample> samples,
                                             const CorrespondenceEstimatorOptions& options) const {
@@ -152,7 +153,7 @@ class BasicCorrespondenceEstimator {
       }
       distances.clear();
       for (const auto& other : places) distances.push_back(length(places[best][i] - other[i]));
-      const double spread = std::max(0.01, static_cast<double>(median(std::span(distances))));
+      const double spread = std::max(usual_error / 5, static_cast<double>(median(std::span(distances))));
       reading.push_back({samples[i].point, samples[i].normal, places[best][i].as<double>(), spread});
     }
     return reading;

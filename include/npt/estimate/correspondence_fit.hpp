@@ -101,7 +101,7 @@ class BasicCorrespondenceFitter {
         model_(kind_->body),
         candidates_(std::max<std::size_t>(1, candidates)),
         coarse_(*model_, coarse_vertices),
-        full_(BodyLevel::full(*model_, full_probes)),
+        full_(BodyLevel::full(*model_, Stages::fine.points)),
         template_(*model_, coarse_, kind_->plan),
         prior_(PosePrior::natural(*kind_)),
         main_part_(model_->tables().weights.heaviest_columns()) {}
@@ -121,7 +121,7 @@ class BasicCorrespondenceFitter {
     return nearest_of(fits(surface, std::span(&view, 1)));
   }
 
-  /// By several views of one surface: up to `most_fits` that end in different poses.
+  /// By several views of one surface: all that end in different poses.
   template <class Exec = SerialExecutor>
   std::vector<CorrespondenceFit> fits(const FitSurface& surface, std::span<const BodyView> views,
                                       const Exec& executor = Exec()) const {
@@ -177,10 +177,8 @@ class BasicCorrespondenceFitter {
   using Stages = fit::internal::FitStages;
   using Problem = fit::internal::CorrespondenceProblem;
 
-  /// Vertices of the body that is fitted first, and vertices that the finish measures at.
-  static constexpr std::size_t coarse_vertices = 1200, full_probes = 1500;
-  /// Poses that are finished, at most. With one, people of another model in clothes end at 27 mm instead of 21.
-  static constexpr std::size_t most_fits = 3;
+  /// Vertices of the body that is fitted first.
+  static constexpr std::size_t coarse_vertices = 1200;
 
   struct Candidate {
     const BodyView* view = nullptr;  ///< none: its places don't count
@@ -197,8 +195,7 @@ class BasicCorrespondenceFitter {
                       [&](int i, int) { f(candidates[static_cast<std::size_t>(i)]); });
   }
 
-  /// Half and one and a half times the body's size fit as well as its own.
-  static bool has_body_size(const PartMotion& motion) { return motion.size > 0.25 && motion.size < 3; }
+  static bool has_body_size(const PartMotion& motion) { return motion.size > 1.0 / 3 && motion.size < 3; }
 
   /// Views, and the best ones with limbs swapped: the least residuals first; of equal ones, the earlier.
   std::vector<Candidate> ranked(std::span<const BodyView> views) const {
@@ -227,14 +224,13 @@ class BasicCorrespondenceFitter {
   /// The first candidate of each pose, at most so many. In another pose a joint lies elsewhere.
   template <class JointsOf>
   static std::vector<Candidate> one_a_pose(std::vector<Candidate> candidates, std::size_t most, JointsOf&& joints_of) {
-    constexpr double apart = 0.05;  // metres
     std::vector<Candidate> kept;
     std::vector<std::vector<Vec3d>> poses;
     for (Candidate& c : candidates) {
       if (kept.size() == most) break;
       std::vector<Vec3d> joints = joints_of(c);
       const auto same = [&joints](const std::vector<Vec3d>& other) {
-        return std::ranges::equal(joints, other, [](Vec3d a, Vec3d b) { return length(a - b) <= apart; });
+        return std::ranges::equal(joints, other, [](Vec3d a, Vec3d b) { return length(a - b) <= usual_error; });
       };
       if (std::ranges::any_of(poses, same)) continue;
       poses.push_back(std::move(joints));
@@ -265,7 +261,8 @@ class BasicCorrespondenceFitter {
   std::vector<CorrespondenceFit> finished(const FitSurface& surface, std::vector<Candidate> candidates,
                                           const Exec& executor) const {
     keep_near(candidates);
-    std::vector<Candidate> kept = one_a_pose(std::move(candidates), most_fits, [this](const Candidate& c) {
+    const std::size_t count = candidates.size();
+    std::vector<Candidate> kept = one_a_pose(std::move(candidates), count, [this](const Candidate& c) {
       return fitted_joints(*model_, fit_of(as_span(c.x), model_->joint_count()));
     });
     std::vector<CorrespondenceFit> fits(kept.size());
@@ -293,6 +290,7 @@ class BasicCorrespondenceFitter {
   void measure(const Problem& problem, double size, CorrespondenceFit& result) const {
     result.relative_distance = result.body.distance / size;
     const std::size_t probes = problem.probe_matches();
+    constexpr double nearest = Stages::finest.scale;
     double near = 0, all = 0;
     std::vector<double> sums(model_->joint_count()), weights(sums.size());
     for (std::size_t i = 0; i < problem.matches().size(); ++i) {
@@ -304,7 +302,7 @@ class BasicCorrespondenceFitter {
       }
       if (i < probes) continue;
       all += m.weight;
-      if (m.squared >= 0 && m.squared < 0.03 * 0.03 * size * size) near += m.weight;
+      if (m.squared >= 0 && m.squared < nearest * nearest * size * size) near += m.weight;
     }
     result.mesh_explained = all > 0 ? near / all : 0;
     result.part_distances.resize(sums.size());

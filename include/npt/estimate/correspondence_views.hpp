@@ -13,6 +13,7 @@
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/part_motion.hpp>
+#include <npt/estimate/robust_distance.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -24,8 +25,8 @@
 namespace npt::inline NPT_ABI {
 
 struct ViewOptions {
-  int count = 8;     ///< about the vertical axis; half of them where one of these shows a body well
-  bool all = false;  ///< all of them in any case
+  int count = usual_turns;  ///< about the vertical axis; half of them where one of these shows a body well
+  bool all = false;         ///< all of them in any case
 };
 
 template <class Exec>
@@ -42,7 +43,7 @@ class CorrespondenceViews {
   std::vector<BodyView> about_vertical(Samples samples, const Matrix3& upright) const {
     const int half = (options_.count + 1) / 2;
     std::vector<BodyView> views = views_of(samples, half, upright);
-    if (!options_.all && least_residual(as_span(views)) < good_residual) return views;
+    if (!options_.all && least_residual(as_span(views)) < usual_error) return views;  // half of them are enough
     const Matrix3 between = rotation_matrix({0, std::numbers::pi / half, 0});
     for (BodyView& view : views_of(samples, half, between * upright)) views.push_back(std::move(view));
     return views;
@@ -83,9 +84,6 @@ class CorrespondenceViews {
       views.emplace_back(rest_, std::move(seen));
     return views;
   }
-
-  /// Metres; below it half of the views are enough.
-  static constexpr double good_residual = 0.05;
 
   const BasicCorrespondenceEstimator<Exec>& estimator_;
   const CorrespondenceTemplate& rest_;

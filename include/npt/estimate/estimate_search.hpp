@@ -54,7 +54,8 @@ class EstimateSearch {
   const BodyEstimate& best() const noexcept { return best_; }
   bool found() const { return !best_.fit.body.axis_angles.empty(); }
 
-  /// Whether it is worth its time to look on.
+  /// Whether it is worth its time to look on. By the confidence instead, animals that are surely some would not be read
+  /// from the front, but the same ones turned by 90 degrees would: a fox's results then are 2.8 % of its length apart.
   bool unsure() const { return !found() || best_.residuals.energy() > sure_energy; }
 
   /// A fit of views; whether it is the best now.

@@ -60,16 +60,15 @@ class BasicFingerSearch {
 
   /// The bend with the least E, looked for from a few closed hands and from `start`; shrunk where it gains little.
   HandBend best(const HandBend& start) {
-    constexpr std::size_t fewest_samples = 20;  // of 5000 a person's hand has 80 and more
+    constexpr std::size_t fewest_samples = 4 * finger_count;  // of 5000 a person's hand has 80 and more
     if (samples_.size() < fewest_samples) return {};
     const double before = value({});
     least_value_ = before;
     consider(start);
-    for (const double knuckles : {0.0, 0.75})
-      for (const double middle : {0.75, 1.5})
+    for (const double knuckles : {0.0, fist / 2})
+      for (const double middle : {fist / 2, fist})
         consider({.knuckles = knuckles, .middle = {middle, middle, middle, middle}});
-    if (least_value_ > (1 - worth_a_look) * before) return {};
-    for (double step = 0.4; step > 0.04; step /= 2)
+    for (double step = first_step; step > first_step / 10; step /= 2)
       for (bool nearer = true; nearer;) {
         nearer = false;
         for (std::size_t way = 0; way < finger_count + 2; ++way)
@@ -82,20 +81,20 @@ class BasicFingerSearch {
   }
 
  private:
-  static constexpr double none = 1e9;
-  static constexpr double scale = 0.02;  ///< s above, in metres
-  /// Shares of E: a bend that takes less counts not at all, one that takes more counts as found; a start that takes
-  /// hardly any isn't searched from.
-  static constexpr double no_gain = 0.10, sure_gain = 0.18, worth_a_look = 0.03;
+  static constexpr double none = 1;                      ///< square metres: no hand is so large
+  static constexpr double fist = 1.5, first_step = 0.4;  ///< radians of a joint
+  static constexpr double scale = 0.02;                  ///< s above, in metres
+  /// Shares of E: a bend that takes less counts not at all, one that takes more counts as found.
+  static constexpr double no_gain = 0.1, sure_gain = 2 * no_gain;
   /// Square metres by which E may be worse for a finger that is bent by one radian more than the others: a finger has
   /// few samples.
   static constexpr double together = 0.02e-4;
 
   /// The knuckles bent farther, all fingers, or one.
   static HandBend bent(HandBend bend, std::size_t way, double by) {
-    if (way == 0) bend.knuckles = std::clamp(bend.knuckles + by, -0.6, 1.4);
+    if (way == 0) bend.knuckles = std::clamp(bend.knuckles + by, -fist / 2, fist);
     for (std::size_t f = 0; f < finger_count; ++f)
-      if (way == 1 || way == f + 2) bend.middle[f] = std::clamp(bend.middle[f] + by, 0.0, 1.9);
+      if (way == 1 || way == f + 2) bend.middle[f] = std::clamp(bend.middle[f] + by, 0.0, 2.0);
     return bend;
   }
 
@@ -111,7 +110,7 @@ class BasicFingerSearch {
   void choose_samples(const FitSurface& surface) {
     const HandJoints& joints = kind_.hands->joints[side_];
     const std::vector<Vec3d> at = fitted_joints(*kind_.body, fit_);
-    const double reach = 1.8 * length(at[joints.hand] - at[joints.wrist]);
+    const double reach = 2 * length(at[joints.hand] - at[joints.wrist]);
     const std::vector<Vec3d> hand = posed({}, hand_.vertices), others = posed({}, hand_.others);
     const auto nearest_of = [](const std::vector<Vec3d>& points, Vec3d p) {
       double least = none;

@@ -28,9 +28,12 @@
 
 namespace npt::inline NPT_ABI {
 
+/// The least cosine between normals that face alike.
+inline constexpr double least_facing = 0.2;
+
 /// Whether a mesh's normal faces as a body's does, both unit. facing: 1: the mesh's triangles turn outwards; -1:
 /// inwards; 0: that is not known
-NPT_INLINE bool faces_alike(Vec3d body, Vec3d mesh, double facing, double least_cosine = 0.2) {
+NPT_INLINE bool faces_alike(Vec3d body, Vec3d mesh, double facing, double least_cosine = least_facing) {
   const double cosine = dot(body, mesh);
   return (facing == 0 ? std::abs(cosine) : facing * cosine) > least_cosine;
 }

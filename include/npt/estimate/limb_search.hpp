@@ -58,8 +58,8 @@ class BasicLimbSearch {
     for (const std::uint32_t v : random_permutation(static_cast<std::uint32_t>(part.size()), random)) {
       const Vec3d normal = normalised(normals[v]);
       for (Limb& l : limbs_)
-        if (l.has(part[v]) && l.points.size() < points_of_limb) l.points.push_back({v, part[v], normal});
-      if (others_.size() < points_of_body) others_.push_back({v, part[v], normal});
+        if (l.has(part[v]) && l.points.size() < of_limb) l.points.push_back({v, part[v], normal});
+      if (others_.size() < of_whole) others_.push_back({v, part[v], normal});
     }
   }
 
@@ -87,10 +87,8 @@ class BasicLimbSearch {
   }
 
  private:
-  static constexpr std::size_t points_of_limb = 40, screened_points = 8, screened = 300, points_of_body = 900,
-                               kept_of_limb = 60, mesh_points = 600;
-  /// Metres, of the robust kernel.
-  static constexpr double scale = 0.05;
+  /// Points of a limb, and poses of it that are combined with the other's; points of the body, and of the mesh.
+  static constexpr std::size_t of_limb = 40, of_whole = 900;
 
   struct Point {
     std::uint32_t vertex = 0;
@@ -115,8 +113,8 @@ class BasicLimbSearch {
     double distance = 0;
     std::vector<float> reach;  ///< squared distance of each point that the rest leaves alone
 
-    bool near(const Hypothesis& other, double metres) const {
-      return length(middle - other.middle) < metres && length(end - other.end) < metres;
+    bool near(const Hypothesis& other) const {
+      return length(middle - other.middle) < usual_error && length(end - other.end) < usual_error;
     }
     void cover(std::span<const Vec3d> left_alone) {
       reach.assign(left_alone.size(), std::numeric_limits<float>::infinity());
@@ -146,8 +144,8 @@ class BasicLimbSearch {
     for (std::size_t i = 0; i < others_.size(); ++i)
       if (!limbs_[sides[0]].has(others_[i].part) && !limbs_[sides[1]].has(others_[i].part))
         body.push_back(motions[others_[i].part](rest[i]));
-    for (const FitSurface::Sample& s : surface.samples().first(std::min(mesh_points, surface.samples().size())))
-      if (std::ranges::none_of(body, [&](Vec3d p) { return dot(p - s.point, p - s.point) < 0.06 * 0.06; }))
+    for (const FitSurface::Sample& s : surface.samples().first(std::min(of_whole, surface.samples().size())))
+      if (std::ranges::none_of(body, [&](Vec3d p) { return length(p - s.point) < usual_error; }))
         result.push_back(s.point);
     return result;
   }
@@ -165,8 +163,8 @@ class BasicLimbSearch {
           attached_(motions[static_cast<std::size_t>(kind.plan.joints[limb.joints[0]].parent)]),
           facing_(facing) {}
 
-    /// all: of the whole body; points: how many to measure at.
-    Hypothesis operator()(std::span<const float> all, std::size_t points) const {
+    /// all: of the whole body.
+    Hypothesis operator()(std::span<const float> all) const {
       Hypothesis h;
       std::vector<Rigid> motions{attached_};
       for (const std::size_t j : limb_.joints) {
@@ -175,14 +173,13 @@ class BasicLimbSearch {
       }
       h.middle = motions[limb_.middle + 1](joints_[limb_.joints[limb_.middle]]);
       h.end = motions[limb_.middle + 2](joints_[limb_.joints[limb_.middle + 1]]);
-      points = std::min(points, limb_.points.size());
       std::uint32_t hint = no_index;
-      for (std::size_t i = 0; i < points; ++i) {
+      for (std::size_t i = 0; i < limb_.points.size(); ++i) {
         const Rigid& motion = motions[limb_.step_of(limb_.points[i].part) + 1];
         h.points.push_back(motion(rest_[i]));
         h.distance += distance(h.points.back(), motion.rotation * limb_.points[i].normal, hint);
       }
-      h.distance /= static_cast<double>(points);
+      h.distance /= static_cast<double>(limb_.points.size());
       return h;
     }
 
@@ -190,9 +187,9 @@ class BasicLimbSearch {
     double distance(Vec3d point, Vec3d normal, std::uint32_t& hint) const {
       const ClosestPoint c = tree_.closest(
           point, [&](std::uint32_t k) { return faces_alike(normal, surface_.samples()[k].normal, facing_); }, hint,
-          9 * scale * scale);
+          9 * usual_error * usual_error);
       hint = c.triangle;
-      return c.triangle == no_index ? scale * scale : robust_squared(c.squared_distance, scale);
+      return c.triangle == no_index ? usual_error * usual_error : robust_squared(c.squared_distance, usual_error);
     }
 
     const FitSurface& surface_;
@@ -206,19 +203,13 @@ class BasicLimbSearch {
   /// Poses of one limb: the fit's, those that were seen, and natural ones. The best ones that differ.
   std::vector<Hypothesis> hypotheses(const Judge& judge, const BodyFit& fit,
                                      std::span<const std::vector<float>> seen) const {
-    std::vector<std::pair<double, const std::vector<float>*>> natural;
-    for (const std::vector<float>& a : kind_->poses) natural.emplace_back(judge(a, screened_points).distance, &a);
-    stable_sort_by(natural, [](const auto& a) { return a.first; });
-    natural.resize(std::min(screened, natural.size()));
-    std::vector<Hypothesis> all;
-    for (const auto& [distance, angles] : natural) all.push_back(judge(*angles, points_of_limb));
-    all.push_back(judge(fit.axis_angles, points_of_limb));
-    for (const std::vector<float>& angles : seen) all.push_back(judge(angles, points_of_limb));
+    std::vector<Hypothesis> all{judge(fit.axis_angles)};
+    for (const std::vector<float>& angles : seen) all.push_back(judge(angles));
+    for (const std::vector<float>& angles : kind_->poses) all.push_back(judge(angles));
     stable_sort_by(all, &Hypothesis::distance);
     std::vector<Hypothesis> kept;
     for (Hypothesis& h : all)
-      if (kept.size() < kept_of_limb &&
-          std::ranges::none_of(kept, [&](const Hypothesis& other) { return h.near(other, 0.05); }))
+      if (kept.size() < of_limb && std::ranges::none_of(kept, [&](const Hypothesis& other) { return h.near(other); }))
         kept.push_back(std::move(h));
     return kept;
   }
@@ -236,7 +227,7 @@ class BasicLimbSearch {
         // A share of the surface counts like the same share of the limbs.
         double value = 0;
         for (std::size_t u = 0; u < left_alone; ++u)
-          value += robust_squared(static_cast<double>(std::min(l.reach[u], r.reach[u])), scale);
+          value += robust_squared(static_cast<double>(std::min(l.reach[u], r.reach[u])), usual_error);
         if (left_alone > 0) value /= static_cast<double>(left_alone);
         pairs.push_back({{&l, &r}, value + (l.distance + r.distance) / 2});
       }
@@ -245,7 +236,7 @@ class BasicLimbSearch {
     for (const Pair& p : pairs) {
       if (kept.size() == count) break;
       if (std::ranges::any_of(kept, [&](const Pair& other) {
-            return p.limbs[0]->near(*other.limbs[0], 0.1) && p.limbs[1]->near(*other.limbs[1], 0.1);
+            return p.limbs[0]->near(*other.limbs[0]) && p.limbs[1]->near(*other.limbs[1]);
           }))
         continue;
       kept.push_back(p);

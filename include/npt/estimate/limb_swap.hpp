@@ -19,8 +19,10 @@
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
+#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/part_motion.hpp>
 #include <npt/estimate/place_patches.hpp>
+#include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/area_sampler.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
@@ -36,9 +38,9 @@
 
 namespace npt::inline NPT_ABI {
 
-/// Whether parts of a fitted body that aren't grown together come within `near` of each other. Without that limbs can't
-/// have been taken for each other.
-NPT_INLINE bool limbs_touch(const BodyModel& model, const BodyFit& fit, double near = 0.06) {
+/// Whether parts of a fitted body that aren't grown together come near each other. Without that limbs can't have been
+/// taken for each other.
+NPT_INLINE bool limbs_touch(const BodyModel& model, const BodyFit& fit) {
   // About a thousand vertices, of a person 4 cm apart.
   const std::size_t stride = std::max<std::size_t>(1, (model.vertex_count() + 500) / 1000);
   const std::vector<std::uint32_t> parts = model.tables().weights.heaviest_columns();
@@ -46,7 +48,7 @@ NPT_INLINE bool limbs_touch(const BodyModel& model, const BodyFit& fit, double n
   for (std::size_t a = 0; a < points.size(); a += stride)
     for (std::size_t b = 0; b < a; b += stride) {
       const Vec3d d = points[a] - points[b];
-      if (dot(d, d) < near * near && bones_between(as_span(model.tables().parents), parts[a], parts[b]) >= 4)
+      if (length(d) < usual_error && bones_between(as_span(model.tables().parents), parts[a], parts[b]) >= 4)
         return true;
     }
   return false;
@@ -70,8 +72,8 @@ class BasicLimbSwap {
   double torn() const { return patches_.torn(); }
 
   /// Points of the surface, drawn by area, with mended places; without those that no mending brings together with what
-  /// is around them, and without small pieces: which of two feet a shoe is on, no edge tells. Nothing where no patch
-  /// belongs to the other side, or hardly a point is left.
+  /// is around them, and without small pieces: which of two feet a shoe is on, no edge tells. Nothing where no point
+  /// belongs to the other side, or too few are left.
   std::optional<Correspondences> mended() const {
     const std::vector<State> states = judged();
     if (std::find(states.begin(), states.end(), State::mirrored) == states.end()) return std::nullopt;
@@ -80,19 +82,20 @@ class BasicLimbSwap {
         triangles_, [this](std::uint32_t v) { return points_[v]; }, areas);
     Random random(20261125);
     Correspondences reading;
-    for (std::size_t i = 0; i < drawn; ++i) {
-      const Triangle& t = triangles_[areas(random, i, drawn)];
+    bool any_mirrored = false;
+    for (std::size_t i = 0; i < FitSurface::default_count; ++i) {
+      const Triangle& t = triangles_[areas(random, i, FitSurface::default_count)];
       const State state = states[patches_.patch(t[0])];
-      if (state == State::doubted || patches_.piece_share(t[0]) < small_piece ||
+      if (state == State::doubted || patches_.piece_share(t[0]) < small_share ||
           patches_.patch(t[0]) != patches_.patch(t[1]) || patches_.patch(t[0]) != patches_.patch(t[2]))
         continue;
       PointCorrespondence& p = reading.emplace_back();
       p.point = (points_[t[0]] + points_[t[1]] + points_[t[2]]) / 3;
       p.normal = normalised(vector_of(t));
       p.place = (places_[t[0]].rest + places_[t[1]].rest + places_[t[2]].rest) / 3;
-      if (state == State::mirrored) p.place.x = -p.place.x;
+      if (state == State::mirrored) p.place.x = -p.place.x, any_mirrored = true;
     }
-    if (reading.size() < fewest) return std::nullopt;
+    if (!any_mirrored || reading.size() < BodyView::few) return std::nullopt;
     // The first ones are to lie all over the surface.
     Correspondences mixed;
     for (const std::uint32_t i : random_permutation(static_cast<std::uint32_t>(reading.size()), random))
@@ -102,8 +105,6 @@ class BasicLimbSwap {
 
  private:
   enum class State { doubted, believed, mirrored };
-  static constexpr std::size_t drawn = 1500, fewest = 300;
-  static constexpr double small_piece = 0.05;  ///< share of the area: a hand or a shoe has 0.02 to 0.04
 
   static std::vector<BodyPlace> looked_up(const BodyLookUp& body, std::span<const Vec3d> points,
                                           std::span<const Triangle> triangles) {

@@ -31,7 +31,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <initializer_list>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,10 +39,10 @@ namespace npt::inline NPT_ABI {
 
 /// A point of a mesh's surface, and where on the resting body it was seen to belong.
 struct PointCorrespondence {
-  Vec3d point;           ///< of the mesh
-  Vec3d normal;          ///< of the mesh, unit, as its triangles turn; (0, 0, 0): unknown
-  Vec3d place;           ///< on the body's mean shape in its rest pose, or near it
-  double spread = 0.05;  ///< b of the Laplace distribution of the place's error, in metres
+  Vec3d point;                  ///< of the mesh
+  Vec3d normal;                 ///< of the mesh, unit, as its triangles turn; (0, 0, 0): unknown
+  Vec3d place;                  ///< on the body's mean shape in its rest pose, or near it
+  double spread = usual_error;  ///< b of the Laplace distribution of the place's error, in metres
 };
 
 NPT_INLINE_CLASS(class, CorrespondenceTemplate);
@@ -124,7 +123,7 @@ class BasicPartMotionSolver {
       place(s, p.place);
       s.limb = limb_of(s);
       if (s.limb < rest.limbs().size() && (swapped >> s.limb & 1U) != 0) mirror(s);
-      s.certainty = 0.05 / std::max(p.spread, 0.01);
+      s.certainty = usual_error / std::max(p.spread, usual_error / 5);
       total_ += s.certainty;
     }
     unit_ = total_ / 600;
@@ -138,7 +137,7 @@ class BasicPartMotionSolver {
       if (j > 0) hold.joint_weight = 8 * unit_;
       hold.stiffness = (j == 0 || is_small(j) ? 0.1 : 0.02) * unit_;
       for (std::size_t i = 0; i < seen_.size(); ++i) share_[i] = seen_[i].skin[j];
-      parts_[j] = solve(hold, {0.3, 0.15, 0.1, 0.1});
+      parts_[j] = solve(hold);
     }
     return result();
   }
@@ -149,7 +148,6 @@ class BasicPartMotionSolver {
     CorrespondenceTemplate::Skin skin{};
     double certainty = 1;
     std::size_t limb = 0;  ///< number of the pair; their count: none
-    bool mirrored = false;
   };
 
   void place(Seen& s, Vec3d at) const {
@@ -161,7 +159,6 @@ class BasicPartMotionSolver {
     s.rest = rest_.locate({-s.rest.x, s.rest.y, s.rest.z}).rest;
     const CorrespondenceTemplate::Skin skin = s.skin;
     for (std::size_t j = 0; j < skin.size(); ++j) s.skin[plan_.joints[j].mirrored] = skin[j];
-    s.mirrored = !s.mirrored;
   }
   std::size_t limb_of(const Seen& s) const {
     for (std::size_t l = 0; l < rest_.limbs().size(); ++l) {
@@ -184,7 +181,7 @@ class BasicPartMotionSolver {
       const auto beyond = [&](std::size_t joint) {
         return length(s.point - trunk_(rest_.joints()[joint])) / trunk_.scale - radius;
       };
-      if (beyond(own) > 0.12 && beyond(plan_.joints[own].mirrored) < 0.05) mirror(s);
+      if (beyond(own) > 2 * usual_error && beyond(plan_.joints[own].mirrored) < usual_error) mirror(s);
     }
   }
   /// Parts that are too small or too round to be asked alone.
@@ -209,23 +206,23 @@ class BasicPartMotionSolver {
   };
 
   /// Weighted Procrustes: of all points by their share_ in the part, and first by their distance from the part's joint,
-  /// which no rotation changes; then with weights iterated from `scales`.
-  Similarity solve(const Hold& hold, std::initializer_list<double> scales) const {
+  /// which no rotation changes; then with iterated weights, far at first.
+  Similarity solve(const Hold& hold) const {
     std::vector<Weighted> points;
     for (std::size_t i = 0; i < seen_.size(); ++i)
-      if (share_[i] >= 0.02) points.push_back({&seen_[i], share_[i] * seen_[i].certainty});
+      if (share_[i] > 0) points.push_back({&seen_[i], share_[i] * seen_[i].certainty});
     for (Weighted& p : points) {
       p.robust = p.weight;
       if (!(hold.joint_weight > 0)) continue;
       const double reach = length(p.seen->point - hold.from(hold.joint)) / hold.from.scale;
       const double off = reach - length(p.seen->rest - hold.joint);
-      p.robust *= robust_weight(off * off, 0.15);
+      p.robust *= robust_weight(off * off, 2 * usual_error);
     }
     Similarity part = procrustes(hold, hold.from, points);
-    for (const double scale : scales) {
+    for (const int times : {4, 2, 1, 1, 1}) {
       for (Weighted& p : points) {
         const Vec3d d = (part(p.seen->rest) - p.seen->point) / part.scale;
-        p.robust = p.weight * robust_weight(dot(d, d), scale);
+        p.robust = p.weight * robust_weight(dot(d, d), 2 * times * usual_error);
       }
       part = procrustes(hold, part, points);
     }
@@ -261,7 +258,7 @@ class BasicPartMotionSolver {
     // The noise is in the places: the regression of places on points has the slope 1 / size.
     double crossed = 0;
     for (std::size_t c = 0; c < 3; ++c) crossed += dot(columns[c], rotation[c]);
-    if (crossed > 0) part.scale = std::clamp(p_squares / crossed, 0.6 * hold.from.scale, 1.6 * hold.from.scale);
+    if (crossed > 0) part.scale = std::clamp(p_squares / crossed, 0.5 * hold.from.scale, 2 * hold.from.scale);
     part.shift = p_centre - part.rotation * q_centre * part.scale;
     return part;
   }
@@ -285,7 +282,7 @@ class BasicPartMotionSolver {
     Hold hold;
     hold.from.scale = q_squares > 0 && p_squares > 0 ? std::sqrt(p_squares / q_squares) : 1;
     hold.from.shift = p_mean - q_mean * hold.from.scale;
-    trunk_ = solve(hold, {0.3, 0.2, 0.12, 0.1, 0.1});
+    trunk_ = solve(hold);
     parts_.assign(plan_.joint_count(), trunk_);
   }
 
@@ -311,8 +308,7 @@ class BasicPartMotionSolver {
     double all = 0;
     for (const Seen& s : seen_) {
       const double off = cut_off(skinned(s.skin, [&](std::size_t j) { return parts_[j](s.rest); }) - s.point);
-      // A place that had to be mirrored was seen wrong.
-      all += s.certainty * (s.mirrored ? std::max(off, 0.1) : off);
+      all += s.certainty * off;
       m.places.push_back(s.rest);
       m.certainty.push_back(s.certainty);
     }
@@ -321,7 +317,7 @@ class BasicPartMotionSolver {
   }
 
   /// A distance in metres of the body, at most 0.3.
-  double cut_off(Vec3d offset) const { return std::min(length(offset) / trunk_.scale, 0.3); }
+  double cut_off(Vec3d offset) const { return std::min(length(offset) / trunk_.scale, 6 * usual_error); }
 
   const CorrespondenceTemplate& rest_;
   const BodyPlan& plan_;

@@ -10,6 +10,7 @@
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
+#include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
@@ -22,13 +23,16 @@
 
 namespace npt::inline NPT_ABI {
 
+/// Share of a mesh's area below which a piece or a patch is small: a hand or a shoe has 0.02 to 0.04.
+inline constexpr double small_share = 0.04;
+
 /// Whether a surface may lead from one place to the other over so many metres. From a left limb to a right one only
 /// where they are grown together: between thighs or collars, and not as far as legs stand apart at rest.
 /// parents: the plan's
 NPT_INLINE bool continuous_places(const BodyPlan& plan, std::span<const int> parents, const BodyPlace& a,
                                   const BodyPlace& b, double distance) {
   const bool across = plan.side(a.part) * plan.side(b.part) < 0;
-  return length(a.rest - b.rest) <= (across ? 0.03 + 2 * distance : 0.1 + 3 * distance) &&
+  return length(a.rest - b.rest) <= (across ? usual_error + 2 * distance : 2 * usual_error + 3 * distance) &&
          bones_between(parents, a.part, b.part) <= (across ? 2 : 3);
 }
 

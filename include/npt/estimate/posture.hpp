@@ -123,7 +123,10 @@ class BasicPosture {
   static constexpr std::size_t moving = 2;
   /// Of a rig's rest in another mesh of it. Wider where it stands: what it shows is its rest, errors of the estimate
   /// with it, and the skin is bound in these angles.
-  static constexpr double known_variance(std::size_t scale) { return scale < moving ? 0.1 * 0.1 : 0.03 * 0.03; }
+  static constexpr double known_variance(std::size_t scale) {
+    const double deviation = scale < moving ? 0.1 : 0.03;
+    return deviation * deviation;
+  }
 
   struct Guess {
     double log_odds = 0;

@@ -10,6 +10,10 @@ namespace npt::inline NPT_ABI {
 /// Energies of fits are square centimetres of meshes in metres.
 inline constexpr double per_square_metre = 1e4;
 
+/// How far a place is usually off that a network reads or a fit ends in, in metres: of bodies that no training had.
+/// What is nearer is taken to be in one place.
+inline constexpr double usual_error = 0.05;
+
 /// squared: d^2; scale: s, in the same unit as d
 constexpr double robust_squared(double squared, double scale) {
   return squared * scale * scale / (squared + scale * scale);

@@ -91,7 +91,7 @@ class BasicSurfaceTrack {
     bool whole_step() const noexcept { return whole_step_; }
     void take_step() { std::swap(now_, trial_); }
     const NormalEquations& linearise() {
-      scale_ = std::max(least_scale, 2 * off());
+      scale_ = std::max(usual_error, 2 * off());
       const DifferentiableBody& body = track_->body_;
       body.derivatives(now_.x, now_.state, derivatives_);
       equations_.clear();
@@ -113,7 +113,7 @@ class BasicSurfaceTrack {
     }
 
    private:
-    static constexpr double least_scale = 0.05, anchored = 2e-3;
+    static constexpr double anchored = 2e-3;
 
     /// Parameters, and where they put the tied points.
     struct Place {
@@ -143,7 +143,7 @@ class BasicSurfaceTrack {
     const BasicSurfaceTrack* track_;
     const FitSurface* surface_;
     std::vector<double> anchor_;  ///< what the surface doesn't say stays where it begins
-    double scale_ = least_scale;
+    double scale_ = usual_error;
     Place now_, trial_;
     bool whole_step_ = true;
     DifferentiableBody::Derivatives derivatives_;

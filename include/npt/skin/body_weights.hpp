@@ -95,12 +95,10 @@ class BasicBodyWeights {
 
  private:
   static constexpr float least_kept = 1e-3F;
-  /// Shares of the area: half a hand's; that below which a patch that belongs elsewhere isn't believed.
-  static constexpr double tip = 0.01, patch_share = 0.04;
   /// Distance from the body, in metres, from which on a vertex is attached to the mesh and not on the nearest limb, and
   /// that down to which what is connected to it does. Clothes keep up to 0.1; tails, wings and blades end 0.2 to 0.4
   /// away.
-  static constexpr double far = 0.1, off = 0.04;
+  static constexpr double far = 0.1, off = far / 2;
   static constexpr std::size_t lanes = 8;
 
   /// Adds a row to another, in blocks that a compiler takes to registers at -O2.
@@ -146,7 +144,7 @@ class BasicBodyWeights {
       for (const std::uint32_t v : e) {
         const std::uint32_t patch = patches.patch(v);
         const bool worn = patches.most_of_piece(v) && distance[patch] < off / 2 * count[patch];
-        if (patches.share(v) < patch_share && !worn) doubted[patch] = true;
+        if (patches.share(v) < small_share && !worn) doubted[patch] = true;
       }
     for (std::uint32_t p = 0; p < points_.size(); ++p)
       if (doubted[patches.patch(p)]) certain_[p] = false;
@@ -169,8 +167,8 @@ class BasicBodyWeights {
     for (const Edge& e : edges_) {
       const std::uint32_t a = region[e[0]], b = region[e[1]];
       if (a == b) continue;
-      if (away[a] && share[b] < tip) island[b] = true;
-      if (away[b] && share[a] < tip) island[a] = true;
+      if (away[a] && share[b] < tiny_share) island[b] = true;
+      if (away[b] && share[a] < tiny_share) island[a] = true;
     }
     for (std::uint32_t p = 0; p < count; ++p)
       if (away[region[p]] || island[region[p]]) certain_[p] = false;

@@ -56,7 +56,7 @@ class BasicHandSkin {
     std::vector<std::uint32_t> wrist;
     for (std::uint32_t p = 0; p < mesh_.points.size(); ++p) {
       const std::span<const std::uint32_t> ring = mesh_.around->of(p);
-      if (of_hand(p) > 0.3 && !forearm(p) && std::any_of(ring.begin(), ring.end(), forearm)) wrist.push_back(p);
+      if (of_hand(p) > 0.5 && !forearm(p) && std::any_of(ring.begin(), ring.end(), forearm)) wrist.push_back(p);
     }
     const std::vector<double> from_wrist = paths(wrist, [&](std::size_t p) { return !forearm(p); }).distance;
     find_tips(from_wrist);
@@ -69,14 +69,15 @@ class BasicHandSkin {
     for (const double d : from_wrist)
       if (d < far) reach_ = std::max(reach_, d);
     for (std::size_t p = 0; p < place_.size(); ++p)
-      if (from_wrist[p] < far && from_tips[p] < far) place_[p] = from_wrist[p] / (from_wrist[p] + from_tips[p] + 1e-12);
+      if (from_wrist[p] < far && from_tips[p] < far)
+        place_[p] = from_wrist[p] / std::max(from_wrist[p] + from_tips[p], negligible);
     for (const std::uint32_t p : thumb_) place_[p] = 0;
   }
 
-  /// Whether there are four fingers beside a thumb here as there are on the body. What reaches half as far again is no
+  /// Whether there are four fingers beside a thumb here as there are on the body. What reaches twice as far is no
   /// hand but something that has grown together with it.
   bool like(const BasicHandSkin& body) const {
-    return tips_.size() == finger_count && body.tips_.size() == finger_count && reach_ < 1.5 * body.reach_;
+    return tips_.size() == finger_count && body.tips_.size() == finger_count && reach_ < 2 * body.reach_;
   }
 
   /// Weights as in `body`'s hand.

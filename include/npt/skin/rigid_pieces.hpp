@@ -15,6 +15,7 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/place_patches.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
@@ -32,6 +33,10 @@
 namespace npt::inline NPT_ABI {
 
 namespace skeleton::internal {
+
+/// Share of a mesh's area below which a small piece is tiny. A pouch, which lies on a hip and faces it, has less; a hand
+/// that is a piece of its own, and may lie on a hip, has more.
+inline constexpr double tiny_share = 0.01;
 
 NPT_INLINE_CLASS(class, RigidPieces);
 template <class>
@@ -52,10 +57,10 @@ class BasicRigidPieces {
     std::vector<std::uint32_t> number(points.size(), no_index);
     for (std::uint32_t p = 0; p < points.size(); ++p) {
       const std::uint32_t root = piece_[p];
-      if (!(share[root] > 0) || (fast[root] && share[root] > small)) continue;
+      if (!(share[root] > 0) || (fast[root] && share[root] > small_share)) continue;
       if (number[root] == no_index) {
         number[root] = static_cast<std::uint32_t>(pieces_.size());
-        pieces_.push_back({.loose = !fast[root], .tiny = share[root] < tiny});
+        pieces_.push_back({.loose = !fast[root], .tiny = share[root] < tiny_share});
       }
       moved_[p] = true;
       pieces_[number[root]].points.push_back(p);
@@ -81,9 +86,6 @@ class BasicRigidPieces {
   }
 
  private:
-  // Shares of the mesh's area. A hand has 0.02 to 0.03: one that is a piece of its own may lie on a hip, and faces it.
-  // A pouch, which lies on a hip and faces it as well, has less; a shoe faces where the foot in it does.
-  static constexpr double tiny = 0.01, small = 0.04;
   static constexpr double reach = 0.03;  ///< of a small piece
   /// Contacts at this distance count a quarter of those at none: parts that hold each other interpenetrate.
   /// Loose pieces touch others that are moved at twice that: with 3 cm a trident's prongs follow the thigh beside them.

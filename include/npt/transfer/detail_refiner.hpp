@@ -44,6 +44,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <numbers>
 #include <span>
 #include <string>
 #include <utility>
@@ -129,7 +130,7 @@ class DetailRefiner {
   };
 
   /// 27 mm on a person: shirts lie as far from the body. As stiff as the edge between two equilateral triangles.
-  static constexpr double link_reach = 0.02, link_weight = 0.577;
+  static constexpr double link_reach = 0.02, link_weight = std::numbers::inv_sqrt3;
 
   static void check(std::span<const float> mesh, std::span<const Triangle> triangles, const DetailOptions& options,
                     const std::string& name) {
@@ -180,7 +181,7 @@ class DetailRefiner {
   void factor(const CotangentWeights& weights, double radius) {
     const double length2 = radius * radius * weights.total_area;
     // A point without area follows its neighbours; alone it stays where it is put.
-    const double least = 1e-6 * weights.total_area / static_cast<double>(rest_.size());
+    const double least = negligible * weights.total_area / static_cast<double>(rest_.size());
     pull_.resize(rest_.size());
     for (std::size_t p = 0; p < rest_.size(); ++p) pull_[p] = std::max(weights.areas[p], least) / length2;
     std::vector<SymmetricEntry> entries;

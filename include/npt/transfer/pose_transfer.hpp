@@ -142,7 +142,7 @@ template <class Exec>
 void BasicPoseTransfer<Exec>::prepare(const MeshView& pose, std::size_t identity_vertices, Pose& prepared,
                                       const Control& control) const {
   const MeshView mesh = checked(pose, "pose");
-  const double share = has_body() ? 0.7 : 0;  // of estimating a body, beside encoding it
+  const double share = has_body() ? 1 - encoding_share : 0;
   finish_pose(mesh, estimate(mesh, control.part(0, share)), identity_vertices, prepared, control.part(share, 1));
 }
 
@@ -629,8 +629,8 @@ void BasicPoseTransfer<Exec>::by_network(const Character& character, const Pose&
   const auto lease = pool_.lease();
   const MeshView mesh{pose.xyz_, pose.triangles_, pose.own_.name};
   network.choose(mesh, character.vertex_count(), lease->choice);
-  network.encode(mesh, lease->choice, lease->late, control.part(0, 0.3));
-  network.decode(character.network_, lease->late, result, control.part(0.3, 1));
+  network.encode(mesh, lease->choice, lease->late, control.part(0, encoding_share));
+  network.decode(character.network_, lease->late, result, control.part(encoding_share, 1));
 }
 
 template <class Exec>

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <npt/base/error.hpp>
+#include <npt/base/length_unit.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
@@ -26,8 +27,8 @@ inline double extent_of(std::span<const float> xyz) { return std::max(0.0, bound
 /// Errors    npt::Error where none does
 NPT_INLINE double unit_of(const MeshView& person) {
   const double extent = extent_of(person.xyz);
-  for (const double unit : {1.0, 0.01, 0.001})
-    if (extent * unit >= least_extent && extent * unit <= largest_extent) return unit;
+  for (const LengthUnit& unit : std::span(length_units).first(metric_unit_count))
+    if (extent * unit.metres >= least_extent && extent * unit.metres <= largest_extent) return unit.metres;
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.4g", extent);
   throw Error({.file = std::string(person.name),

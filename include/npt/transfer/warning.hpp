@@ -3,6 +3,7 @@
 #pragma once
 
 #include <npt/base/error.hpp>
+#include <npt/base/length_unit.hpp>
 #include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/warning_code.hpp>
@@ -62,16 +63,6 @@ class BasicWarnings {
 
 /// "66 %"
 NPT_INLINE std::string percent_text(double fraction) { return std::to_string(std::lround(100 * fraction)) + " %"; }
-
-/// Metres in a unit, in words: "centimetres".
-NPT_INLINE std::string unit_name(double metres) {
-  if (metres == 1) return "metres";
-  if (metres == 0.01) return "centimetres";
-  if (metres == 0.001) return "millimetres";
-  if (metres == 0.0254) return "inches";
-  if (metres == 0.3048) return "feet";
-  return "units of " + std::to_string(metres) + " metres";
-}
 
 /// What a warning says, without its remedy. identity, pose: what the meshes are called
 NPT_INLINE std::string text_of(const Warning& warning, std::string_view identity, std::string_view pose) {

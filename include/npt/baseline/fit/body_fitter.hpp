@@ -66,7 +66,6 @@ class BodyFitter {
         prior_(model_->joint_count() == smpl_joint_count ? PosePrior(*model_, people_plan()) : PosePrior(*model_)) {}
 
   const BodyModel& model() const noexcept { return *model_; }
-  std::shared_ptr<const BodyModel> shared_model() const noexcept { return model_; }
 
   /// `name` stands in errors. start: a fit to begin with, such as a reader's; the search follows only where it isn't
   /// good.

@@ -22,6 +22,14 @@ namespace npt::inline NPT_ABI {
 /// Axes of a body, of length 1 and at right angles.
 struct BodyAxes {
   Vec3d left{1, 0, 0}, up{0, 1, 0}, forward{0, 0, 1};
+
+  /// Whether a body stands, be it bent.
+  bool stands() const { return up.y > 0.7; }
+  /// The same direction with y up.
+  BodyAxes upright() const {
+    const Vec3d level = normalised(Vec3d{left.x, 0, left.z});
+    return {level, {0, 1, 0}, cross(level, {0, 1, 0})};
+  }
 };
 
 namespace internal {

@@ -59,17 +59,15 @@ class ArmClearance {
 
   void apply() {
     if (options_.touch && (hands_known() || !(shapes_.source.empty() || shapes_.target.empty())))
-      pass(touch_seconds, [this](std::size_t f) { touch(f); });
+      pass([this](std::size_t f) { touch(f); });
     if (shapes_.target.empty() || !(options_.clearance > 0)) return;
     // Smoothing takes some of a correction away from its peak; what is left is found again. Arms are inside by 0.16 mm
     // in the mean after one pass, 0.085 after two and 0.082 after three (16 clips, 124 pairs with characters).
-    for (const double seconds : {0.15, 0.1, 0.05})
-      if (!pass(seconds, [this](std::size_t f) { clear(f); })) return;
+    for (int round = 0; round < 2; ++round)
+      if (!pass([this](std::size_t f) { clear(f); })) return;
   }
 
  private:
-  static constexpr double touch_seconds = 0.1;
-
   struct Point {
     std::size_t joint;
     Vec3d inside;    ///< in the joint's coordinates
@@ -119,7 +117,7 @@ class ArmClearance {
   /// Runs `solve` on each frame, and takes the turns of shoulders, elbows and hands that it made, smoothed. False where
   /// it made none.
   template <class Solve>
-  bool pass(double seconds, const Solve& solve) {
+  bool pass(const Solve& solve) {
     std::array<std::vector<Turns>, 2> turns;
     bool any = false;
     for (std::size_t f = 0; f < frames_.count(); ++f) {
@@ -131,7 +129,7 @@ class ArmClearance {
       }
     }
     if (!any) return false;
-    for (std::vector<Turns>& own : turns) own = smoothed(own, frames_, seconds);
+    for (std::vector<Turns>& own : turns) own = smoothed(own, frames_, smoothing_seconds);
     for (std::size_t f = 0; f < frames_.count(); ++f)
       for (std::size_t side = 0; side < 2; ++side) {
         const LimbJoints& limb = arms_[side].limb;
@@ -193,13 +191,13 @@ class ArmClearance {
   /// and keeps its hand. Bones, since to move the skin's point would only roll thick arms.
   bool push(const Arm& arm, bool upper, double theirs) {
     const Deepest own = deepest(arm.points, trunk_, pose_.worlds(), upper);
-    const double depth = std::min((own.depth - theirs) * options_.clearance, 0.3 * to_.leg());
-    if (!(depth > 1e-4 * to_.leg())) return false;
+    const double depth = std::min((own.depth - theirs) * options_.clearance, 0.5 * to_.leg());
+    if (!(depth > negligible * to_.leg())) return false;
     const Vec3d shoulder = pose_.position(arm.limb.first), elbow = pose_.position(arm.limb.middle);
     const Vec3d begin = upper ? shoulder : elbow, end = upper ? elbow : pose_.position(arm.limb.last);
     const Vec3d lever = begin + (end - begin) * closest_on_segment(own.place, begin, end) - shoulder;
     const Vec3d axis = cross(lever, own.out);
-    if (!(length(axis) > 0.1 * length(lever))) return true;
+    if (!(length(axis) > negligible * length(lever))) return true;
     Matrix3 inertia{};  // of the skin about the shoulder; a thousandth more: points on a bone have none about it
     for (const Point& point : arm.points) {
       const Vec3d p = pose_.world(point.joint)(point.inside) - shoulder;
@@ -225,7 +223,7 @@ class ArmClearance {
     const std::size_t finger = who.roles.joint(digit_part(2, 0), side),
                       elbow = who.roles.joint(LimbPart::lower_arm, side);
     const Vec3d along = finger != no_item  ? worlds[finger].shift - worlds[joint].shift
-                        : elbow != no_item ? (worlds[joint].shift - worlds[elbow].shift) * 0.35
+                        : elbow != no_item ? (worlds[joint].shift - worlds[elbow].shift) * 0.5
                                            : Vec3d{};
     return {worlds[joint].shift + along, 0.05 * who.leg()};
   }

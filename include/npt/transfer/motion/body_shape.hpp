@@ -81,10 +81,7 @@ class BodyShapeMaker {
       role_.push_back(held[v] ? JointRole::none : nearest[mesh_.main_joint(v)]);
     std::vector<Vec3d> positions;
     for (const Affine& world : bound_) positions.push_back(world.shift);
-    BodyAxes axes = body_axes(roles.joints, positions);
-    axes.up = {0, 1, 0};
-    axes.left = normalised(Vec3d{axes.left.x, 0, axes.left.z});
-    axes.forward = cross(axes.left, axes.up);
+    const BodyAxes axes = body_axes(roles.joints, positions).upright();
     shape_.frame = Matrix3::from_columns(axes.left, axes.up, axes.forward);
   }
 
@@ -123,7 +120,7 @@ class BodyShapeMaker {
     high = std::min(high, trunk_high);
     if (!(high > low)) return;
     for (std::size_t i = 0; i < ring_count; ++i) {
-      const double share = (static_cast<double>(i) + 0.1) / (ring_count - 0.8);
+      const double share = (static_cast<double>(i) + 0.5) / ring_count;
       BodyRing ring = cut(low + (high - low) * share);
       if (ring.radii[0] > 0) shape_.rings.push_back(ring);
     }
@@ -277,7 +274,7 @@ class BodyShapeMaker {
       if (!is_of_limb(role) || side_of(role) != side) continue;
       const LimbPart part = part_of(role);
       const bool tip =
-          hand == no_item && part == LimbPart::lower_arm && length(mesh_.positions[v] - place(elbow)) > 0.66 * far;
+          hand == no_item && part == LimbPart::lower_arm && length(mesh_.positions[v] - place(elbow)) > 2 * far / 3;
       if (part == LimbPart::hand || part >= LimbPart::thumb_1 || tip) points.push_back(mesh_.positions[v]);
     }
     if (points.empty()) return;
@@ -293,7 +290,7 @@ class BodyShapeMaker {
     shape_.hands[side] = {hand == no_item ? elbow : hand, (low + high) * 0.5, 0.5 * breadth};
   }
 
-  /// The median distance from the bone, of skin between a third and nine tenths of it.
+  /// The median distance from the bone, of skin of its lower two thirds.
   double thigh(std::size_t side) const {
     const std::size_t hip = roles_.joint(LimbPart::upper_leg, side), knee = roles_.joint(LimbPart::lower_leg, side);
     if (hip == no_item || knee == no_item) return 0;
@@ -301,7 +298,7 @@ class BodyShapeMaker {
     for (std::size_t v = 0; v < role_.size(); ++v) {
       if (role_[v] != limb_role(LimbPart::upper_leg, side)) continue;
       const double along = closest_on_segment(mesh_.positions[v], place(hip), place(knee));
-      if (along > 1.0 / 3 && along < 0.9)
+      if (along > 1.0 / 3 && along < 1)
         distances.push_back(length(mesh_.positions[v] - (place(hip) + (place(knee) - place(hip)) * along)));
     }
     if (distances.empty()) return 0;

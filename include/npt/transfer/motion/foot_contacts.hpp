@@ -30,11 +30,12 @@ struct Contact {
 /// and last frames; without them feet of wide bodies slide 1.4 to 2.5 times as fast as the source's instead of 1 to 1.4.
 /// These frames are at least a thirtieth of a second away, or else keys of fast capture would be judged by their noise.
 inline std::vector<double> joint_speeds(const RetargetFrames& frames, std::size_t joint, double leg) {
+  constexpr double least_time = 0.032;
   std::vector<double> speeds(frames.count());
   for (std::size_t f = 0; f < speeds.size(); ++f) {
     std::size_t before = f, behind = f;
-    while (before > 0 && frames.time(f) - frames.time(before) < 0.032) --before;
-    while (behind + 1 < speeds.size() && frames.time(behind) - frames.time(f) < 0.032) ++behind;
+    while (before > 0 && frames.time(f) - frames.time(before) < least_time) --before;
+    while (behind + 1 < speeds.size() && frames.time(behind) - frames.time(f) < least_time) ++behind;
     double slower = std::numeric_limits<double>::infinity();
     for (const std::size_t other : {before, behind})
       if (const double time = std::abs(frames.time(other) - frames.time(f)); time > 0)
@@ -52,7 +53,7 @@ inline std::vector<Contact> foot_contacts(const RetargetFrames& frames, std::siz
   // In lengths of the leg: 0.25 a second are 20 cm/s of a person. In five captured clips on four bodies feet slide
   // 4.0 cm/s (the source's 2.6); with half of the speeds 4.9, with twice of them 3.5, but the sharpest kink of a knee
   // is 41 degrees instead of 32 then. Heights aren't tuned.
-  constexpr double slow = 0.25, no_longer_slow = 0.5, low = 0.06, no_longer_low = 0.1;
+  constexpr double slow = 0.25, low = 0.05;
   std::vector<Contact> contacts;
   const std::vector<double> speeds = joint_speeds(frames, joint, leg);
   std::vector<double> heights;
@@ -67,8 +68,7 @@ inline std::vector<Contact> foot_contacts(const RetargetFrames& frames, std::siz
     const double height = heights[f] - floor;
     const bool before = stands;
     const bool drawn = limb.whole() && limb_reached(frames.sources[f], limb) > 1.01 * limb_length(bound, limb);
-    stands =
-        !drawn && (stands ? speeds[f] < no_longer_slow && height < no_longer_low : speeds[f] < slow && height < low);
+    stands = !drawn && (stands ? speeds[f] < 2 * slow && height < 2 * low : speeds[f] < slow && height < low);
     if (stands && !before) contacts.push_back({f, f, false});
     if (stands) contacts.back().last = f;
   }

@@ -62,11 +62,7 @@ class FootLock {
   }
 
  private:
-  // 4 frames. In five captured clips on four bodies 2 frames make the sharpest kink of a knee 52 degrees instead of 32,
-  // and feet slide 4.3 cm/s instead of 4.0; 8 frames bend straight knees by 8.7 degrees instead of 8.0.
-  static constexpr double blend_seconds = 0.13;
-
-  static constexpr double hips_seconds = 0.15;
+  static constexpr double most_shift = 0.1;  ///< of hips, in lengths of the leg
 
   static LimbJoints leg_of(const RetargetSide& who, std::size_t side) {
     return {who.roles.joint(LimbPart::upper_leg, side),
@@ -111,7 +107,7 @@ class FootLock {
     const double ground = from_.worlds[joint].shift.y + from_.ground;
     std::vector<double> heights;
     for (const std::vector<Affine>& worlds : frames_.sources)
-      if (std::abs(worlds[joint].shift.y - ground) < 0.25 * from_.leg()) heights.push_back(worlds[joint].shift.y);
+      if (std::abs(worlds[joint].shift.y - ground) < from_.leg() / 4) heights.push_back(worlds[joint].shift.y);
     if (from_.ground == 0 || heights.empty()) return ground;
     const auto twentieth = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 20);
     std::nth_element(heights.begin(), twentieth, heights.end());
@@ -180,7 +176,7 @@ class FootLock {
   void blend(Point& point) const {
     const std::vector<Contact> contacts = point.contacts;
     const auto at = [&](std::size_t f, std::size_t end) {
-      return smooth_step(1 - std::abs(frames_.time(f) - frames_.time(end)) / blend_seconds);
+      return smooth_step(1 - std::abs(frames_.time(f) - frames_.time(end)) / smoothing_seconds);
     };
     for (std::size_t f = 0; f < frames_.count(); ++f) {
       if (point.weights[f] == 1) continue;
@@ -240,16 +236,17 @@ class FootLock {
       const Span own = span(leg, f);
       const double other = standing(legs_[&leg == &legs_[0] ? 1 : 0], f), weight = standing(leg, f);
       if (weight > 0 && own.above > 0.3 * whole && own.aside < stretch)
-        shifts[f] += std::clamp(own.rise(stretch), -0.1 * whole, 0.05 * whole) * weight / std::max(1.0, weight + other);
+        shifts[f] += std::clamp(own.rise(stretch), -most_shift * whole, most_shift * whole) * weight /
+                     std::max(1.0, weight + other);
     });
-    raised_ = smoothed(shifts, frames_, hips_seconds);
+    raised_ = smoothed(shifts, frames_, smoothing_seconds);
     for_legs([&](std::size_t f, const Leg& leg, double whole, double stretch) {
       const Span own = span(leg, f);
-      const double most = std::max(0.995 * whole, stretch);
+      const double most = std::max((1 - soft_share) * whole, stretch);
       if (own.aside < most && own.above * own.above + own.aside * own.aside > most * most && own.above > 0)
-        sinks[f] = std::max(sinks[f], standing(leg, f) * std::min(0.1 * whole, -own.rise(most)));
+        sinks[f] = std::max(sinks[f], standing(leg, f) * std::min(most_shift * whole, -own.rise(most)));
     });
-    sinks = smoothed(widened(sinks), frames_, hips_seconds);
+    sinks = smoothed(widened(sinks), frames_, smoothing_seconds);
     for (std::size_t f = 0; f < sinks.size(); ++f) raised_[f] -= sinks[f];
   }
   template <class Use>
@@ -265,7 +262,7 @@ class FootLock {
   std::vector<double> widened(const std::vector<double>& values) const {
     std::vector<double> most = values;
     for (std::size_t f = 0; f < values.size(); ++f)
-      for (std::size_t k = f; k < values.size() && frames_.time(k) - frames_.time(f) < 0.1; ++k) {
+      for (std::size_t k = f; k < values.size() && frames_.time(k) - frames_.time(f) < smoothing_seconds; ++k) {
         most[f] = std::max(most[f], values[k]);
         most[k] = std::max(most[k], values[f]);
       }

@@ -59,11 +59,7 @@ struct RetargetSide {
       for (const Affine& world : bound_worlds(from)) bound.push_back(world.shift);
       axes = body_axes(roles.joints, bound);
     }
-    if (axes.up.y > 0.7) {  // who stands, stands upright, or else the way of a walk would lean as the spine does
-      axes.up = {0, 1, 0};
-      axes.left = normalised(Vec3d{axes.left.x, 0, axes.left.z});
-      axes.forward = cross(axes.left, axes.up);
-    }
+    if (axes.stands()) axes = axes.upright();  // or else the way of a walk would lean as the spine does
     frame = Matrix3::from_columns(axes.left, axes.up, axes.forward);
     const std::size_t left = roles.joint(LimbPart::upper_leg, 0), right = roles.joint(LimbPart::upper_leg, 1);
     const std::size_t hips = roles.joint(JointRole::hips);
@@ -80,7 +76,7 @@ struct RetargetSide {
   /// of the clip, if that is off by more than a quarter of a leg. Its lowest place isn't the ground: one who climbs out
   /// of a grave would hover 73 cm above it.
   void find_ground() {
-    const double at_rest = lowest_of_legs(roles, worlds), off = 0.25 * leg();
+    const double at_rest = lowest_of_legs(roles, worlds), off = leg() / 4;
     if (!(std::abs(at_rest) > off) || !std::isfinite(at_rest) || motion.clip.channels.empty()) return;
     std::array<double, 31> heights{};
     const double end = motion.clip.length();

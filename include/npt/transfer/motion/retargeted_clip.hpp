@@ -83,14 +83,15 @@ class RetargetedClip {
       for (const double c : {p.x, p.y, p.z}) shift.values.push_back(static_cast<float>(c));
     }
     if (tolerance_ > 0) {
-      thin_keys(turn, tolerance_ / std::max(reaches_[joint], 1e-9));
-      thin_keys(shift, tolerance_ / std::max(unit_, 1e-9));
+      thin_keys(turn, tolerance_ / std::max(reaches_[joint], negligible));
+      thin_keys(shift, tolerance_ / std::max(unit_, negligible));
     }
     // A joint that stays as it was bound needs a key only where the file stands in another pose.
     const NodePlace& first = frames.front()[joint];
     if (moving[joint][0] || std::abs(dot(first.rotation, rest.rotation)) < 1 - 1e-9)
       clip.channels.push_back(std::move(turn));
-    if (moving[joint][1] || length(first.translation - rest.translation) > 1e-6 * (1e-6 + length(rest.translation)))
+    if (moving[joint][1] ||
+        length(first.translation - rest.translation) > negligible * (negligible + length(rest.translation)))
       clip.channels.push_back(std::move(shift));
   }
 

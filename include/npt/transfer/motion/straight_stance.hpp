@@ -41,11 +41,11 @@ class StraightStance {
     std::vector<Vec3d> positions;
     for (const Affine& world : rest_) positions.push_back(world.shift);
     const BodyAxes axes = body_axes(roles.joints, positions);
-    stands_ = axes.up.y > 0.7;
-    axes_.left = normalised(Vec3d{axes.left.x, 0, axes.left.z});
+    stands_ = axes.stands();
+    axes_ = axes.upright();
     const bool along_x = std::abs(axes_.left.x) > std::abs(axes_.left.z);
     const double along = along_x ? axes_.left.x : axes_.left.z, sign = along < 0 ? -1 : 1;
-    if (std::abs(along) > cos_30 && std::abs(along) < cos_4)
+    if (std::abs(along) > cos_30 && std::abs(along) < cos_6)
       axes_.left = along_x ? Vec3d{sign, 0, 0} : Vec3d{0, 0, sign};
     axes_.forward = cross(axes_.left, axes_.up);
   }
@@ -66,7 +66,7 @@ class StraightStance {
     }
     for (std::size_t side = 0; side < 2; ++side) {
       const Vec3d thigh = bone(upper_leg, side);
-      crouched = crouched || -dot(thigh, axes_.up) < cos_35 || dot(thigh, bone(lower_leg, side)) < cos_30;
+      crouched = crouched || -dot(thigh, axes_.up) < cos_30 || dot(thigh, bone(lower_leg, side)) < cos_30;
     }
     return crouched;
   }
@@ -83,7 +83,7 @@ class StraightStance {
   }
 
  private:
-  static constexpr double cos_4 = 0.9976, cos_6 = 0.9945, cos_20 = 0.9397, cos_30 = 0.8660, cos_35 = 0.8192;
+  static constexpr double cos_6 = 0.9945, cos_30 = 0.8660;
 
   Vec3d at(std::size_t joint) const { return rest_[joint].shift; }
   Vec3d line(std::size_t from, std::size_t to) const {
@@ -160,7 +160,7 @@ class StraightStance {
     const Vec3d own = bone(part, side);
     const Vec3d first = bone(arm ? upper_arm : upper_leg, side), second = bone(arm ? lower_arm : lower_leg, side);
     const Vec3d hinge = cross(first, second);
-    if (part == hand || dot(first, second) > cos_20 || length(hinge) == 0) {
+    if (part == hand || dot(first, second) > cos_30 || length(hinge) == 0) {
       point(joint, own, to);
     } else {
       const Vec3d axis = arm ? cross(out, axes_.forward) : axes_.left, unit = normalised(hinge);
@@ -207,7 +207,7 @@ class StraightStance {
     const Vec3d out = axes_.left * (side_of(role) == 0 ? 1.0 : -1.0);
     const Vec3d own = line(joint, roles_.joint(static_cast<JointRole>(index_of(role) + 1)));
     const Vec3d now = turns_[joint](own), flat = normalised(now - axes_.up * dot(now, axes_.up));
-    point(joint, own, dot(flat, out) > 0.5 && dot(now, out) > 0.2 ? flat : out);
+    point(joint, own, dot(flat, out) > 0.5 && dot(now, out) > 0.5 ? flat : out);
   }
 
   /// How far a foot is from one on the floor, whose toes lie some 35 degrees below the ankle, or, without toes, whose

@@ -65,15 +65,14 @@ inline void clear_thighs(const JointRetargeter& retargeter, const BodyShape& sha
         const Vec3d bone = pose.position(knees[side]) - pose.position(hips[side]);
         const Vec3d out = pose.position(hips[side]) - pose.position(hips[1 - side]);
         const Vec3d apart = dot(way, out) * (side == 0 ? -1 : 1) > 0 ? way * (side == 0 ? -1.0 : 1.0) : out;
-        turn = normalised(cross(bone, apart)) * std::min(0.5 * lacks / length(bone) * 1.5, 0.3);
+        turn = normalised(cross(bone, apart)) * std::min(lacks / length(bone), 0.5);
         any = true;
       }
       turns[side].push_back(turn);
     }
   }
   if (!any) return;
-  constexpr double seconds = 0.1;
-  for (std::vector<Vec3d>& own : turns) own = smoothed(own, frames, seconds);
+  for (std::vector<Vec3d>& own : turns) own = smoothed(own, frames, smoothing_seconds);
   for (std::size_t f = 0; f < frames.count(); ++f) {
     pose.set(frames.places[f]);
     for (std::size_t side = 0; side < 2; ++side)

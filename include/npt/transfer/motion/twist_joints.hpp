@@ -90,12 +90,14 @@ class TwistJoints {
     if (bone == no_item || end == no_item || target_.motion.joints[bone].parent == no_item) return;
     const Vec3d start = target_.worlds[bone].shift, way = target_.worlds[end].shift - start;
     if (!(length(way) > 0)) return;
+    constexpr double beside = 0.1;  // of the bone's length
     for (std::size_t j = 0; j < target_.motion.joints.size(); ++j) {
       if (j == bone || target_.roles.role_of(j) != JointRole::none || !is_under(j, bone)) continue;
       const Vec3d off = target_.worlds[j].shift - start;
       const double along = dot(off, way) / dot(way, way), aside = length(off - way * along) / length(way);
       const bool between = is_under(end, j);
-      if (aside > 0.1 || along < -0.05 || along > 1.05 || !(between || is_named(target_.motion.joints[j].name)))
+      if (aside > beside || along < -beside || along > 1 + beside ||
+          !(between || is_named(target_.motion.joints[j].name)))
         continue;
       std::size_t next = end;
       while (between && target_.motion.joints[next].parent != j) next = target_.motion.joints[next].parent;
