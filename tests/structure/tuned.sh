@@ -2,8 +2,8 @@
 # Counts the tuned numbers of body estimation, skinning and transfer: floating-point constants other than 0, 0.5, 1, 2,
 # 3 and 4, and numbers of samples and iterations above 4. Prints each header's count, the greatest first, and the sum.
 # Numbers that a script of the project fits, as the line says ("learned by examples/..."), don't count.
-# docs/notes/tuned-numbers.md must list as many of each header, with their reasons. With a number as its argument it fails
-# where the sum is greater: a new tuned number has to replace another one.
+# docs/notes/tuned-numbers.md must list as many of each header, with their reasons. With a number as its argument it
+# fails where the sum is greater: a new tuned number has to replace another one.
 set -eu
 cd "$(dirname "$0")/../../include/npt"
 find estimate skin transfer -name '*.hpp' | LC_ALL=C sort | while read -r header; do

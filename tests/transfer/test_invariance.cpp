@@ -174,8 +174,8 @@ TEST_CASE("so is what an animal becomes, but for its mirror image") {
   check_animals(animal(0.8F, 1), animal(-0.8F, 2), MeshRole::identity, {"mirrored"});
 }
 
-// With AVX2 both mirrored by 3.3 %, the same pair twice: they have other sample points, and a fit ends elsewhere. The fox
-// that is turned about z is off by 2.7 %; in the version before it was by less than 1.75.
+// With AVX2 both mirrored by 3.3 %, the same pair twice: they have other sample points, and a fit ends elsewhere. The
+// fox that is turned about z is off by 2.7 %; in the version before it was by less than 1.75.
 TEST_CASE("so are those of two species, but for a mirror image" * support::needs_shared("data/glb/Horse.glb")) {
   check_animals(shared_animal("Fox", 0.5), shared_animal("Horse", std::nullopt), MeshRole::pose, {"mirrored"},
                 {"turned by 90 degrees about z"});

@@ -67,4 +67,4 @@ TEST_CASE("a list of warnings keeps what is added, up to its capacity") {
   CHECK(some.empty());
 }
 
-TEST_CASE("fractions as percent, units by their names") { CHECK(npt::percent_text(0.664) == "66 %"); }
+TEST_CASE("fractions as percent") { CHECK(npt::percent_text(0.664) == "66 %"); }

@@ -23,7 +23,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
-#include <span>
 #include <string_view>
 #include <vector>
 
@@ -34,8 +33,6 @@ class BasicNaturalPoses {
  public:
   /// [24, 3] axis angles in radians, SMPL's order of joints, the root's direction first.
   using Pose = std::array<float, 3 * smpl_joint_count>;
-
-  static constexpr std::size_t components = body::internal::natural_pose_components;
 
   BasicNaturalPoses()
       : means_(numbers(body::internal::natural_pose_means, body::internal::natural_pose_means_largest)),

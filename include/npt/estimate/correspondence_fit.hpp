@@ -75,7 +75,7 @@ struct BodyView {
 /// A body that was fitted to a surface, and what tells how reliable it is.
 struct CorrespondenceFit {
   BodyFit body;
-  /// Root of the mean squared distance between the surfaces, both ways, cut off at 5 cm, divided by the size of the
+  /// Root of the mean squared distance between the surfaces, both ways, cut off at 6 cm, divided by the size of the
   /// surface (the root of its area over the body's).
   double relative_distance = 0;
   double mesh_explained = 0;           ///< share of the surface that has the body within 3 cm (times its size)

@@ -99,8 +99,8 @@ class BasicCorrespondenceProblem {
   std::span<const Match> matches() const noexcept { return matches_; }
   std::size_t probe_matches() const noexcept { return std::min(stage_->points, level_.probes().size()); }
 
-  /// Whether the mesh's normals are those of the body, by a vote of all points: 1, -1, or 0 for a draw. From now on they
-  /// count so. Where normals don't count distances are less, and wrong views of clothes with two walls win by that.
+  /// Whether the mesh's normals are those of the body, by a vote of all points: 1, -1, or 0 for a draw. From now on
+  /// they count so. Where normals don't count distances are less, and wrong views of clothes with two walls win by that.
   double vote_on_facing(std::span<const PointCorrespondence> points, const PartMotion& motion) {
     std::size_t same = 0, opposite = 0;
     for (std::size_t k = 0; k < points.size(); ++k) {

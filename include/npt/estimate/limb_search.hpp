@@ -145,7 +145,8 @@ class BasicLimbSearch {
       if (!limbs_[sides[0]].has(others_[i].part) && !limbs_[sides[1]].has(others_[i].part))
         body.push_back(motions[others_[i].part](rest[i]));
     for (const FitSurface::Sample& s : surface.samples().first(std::min(of_whole, surface.samples().size())))
-      if (std::ranges::none_of(body, [&](Vec3d p) { return length(p - s.point) < usual_error; }))
+      if (std::ranges::none_of(body,
+                               [&](Vec3d p) { return dot(p - s.point, p - s.point) < usual_error * usual_error; }))
         result.push_back(s.point);
     return result;
   }

@@ -48,7 +48,8 @@ NPT_INLINE bool limbs_touch(const BodyModel& model, const BodyFit& fit) {
   for (std::size_t a = 0; a < points.size(); a += stride)
     for (std::size_t b = 0; b < a; b += stride) {
       const Vec3d d = points[a] - points[b];
-      if (length(d) < usual_error && bones_between(as_span(model.tables().parents), parts[a], parts[b]) >= 4)
+      if (dot(d, d) < usual_error * usual_error &&
+          bones_between(as_span(model.tables().parents), parts[a], parts[b]) >= 4)
         return true;
     }
   return false;

@@ -34,8 +34,8 @@ namespace npt::inline NPT_ABI {
 
 namespace skeleton::internal {
 
-/// Share of a mesh's area below which a small piece is tiny. A pouch, which lies on a hip and faces it, has less; a hand
-/// that is a piece of its own, and may lie on a hip, has more.
+/// Share of a mesh's area below which a small piece is tiny. A pouch, which lies on a hip and faces it, has less; a
+/// hand that is a piece of its own, and may lie on a hip, has more.
 inline constexpr double tiny_share = 0.01;
 
 NPT_INLINE_CLASS(class, RigidPieces);

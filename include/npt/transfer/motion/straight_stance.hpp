@@ -207,7 +207,7 @@ class StraightStance {
     const Vec3d out = axes_.left * (side_of(role) == 0 ? 1.0 : -1.0);
     const Vec3d own = line(joint, roles_.joint(static_cast<JointRole>(index_of(role) + 1)));
     const Vec3d now = turns_[joint](own), flat = normalised(now - axes_.up * dot(now, axes_.up));
-    point(joint, own, dot(flat, out) > 0.5 && dot(now, out) > 0.5 ? flat : out);
+    point(joint, own, dot(now, out) > 0.5 ? flat : out);
   }
 
   /// How far a foot is from one on the floor, whose toes lie some 35 degrees below the ankle, or, without toes, whose
