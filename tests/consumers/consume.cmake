@@ -23,20 +23,15 @@ endif()
 set(configure "${CMAKE_COMMAND}" -G "${GENERATOR}" -DCMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}"
               -DCMAKE_BUILD_TYPE=${build_type} -DCMAKE_CXX_FLAGS_RELEASE=-O0 -DCMAKE_CXX_FLAGS_DEBUG=-O0)
 
-# pkg_config and components run behind find_package, on what that installed.
+# pkg_config and components run behind find_package, on what that installed, and compiled_installed behind compiled.
 set(prefix "${build}/prefix")
 if(NAME STREQUAL "components")
   set(prefix "${WORK}/find_package/prefix")
+elseif(NAME STREQUAL "compiled_installed")
+  set(prefix "${WORK}/compiled/prefix")
 endif()
 if(NAME MATCHES "^(find_package|no_tbb)$")
   run(${configure} -S "${SOURCE}" -B "${build}/npt" -DNPT_BUILD_PROGRAMS=OFF -DNPT_BUILD_TESTS=OFF)
-  run("${CMAKE_COMMAND}" --install "${build}/npt" --prefix "${build}/prefix")
-endif()
-
-if(NAME STREQUAL "compiled_installed")
-  run(${configure} -S "${SOURCE}" -B "${build}/npt" -DNPT_BUILD_PROGRAMS=OFF -DNPT_BUILD_TESTS=OFF -DNPT_NATIVE=OFF
-      -DNPT_INSTALL_COMPILED=ON)
-  run("${CMAKE_COMMAND}" --build "${build}/npt")
   run("${CMAKE_COMMAND}" --install "${build}/npt" --prefix "${build}/prefix")
 endif()
 
@@ -54,6 +49,9 @@ else()
 endif()
 run("${build}/consumer")
 message("${output}")
+if(NAME STREQUAL "compiled")
+  run("${CMAKE_COMMAND}" --install "${build}" --prefix "${prefix}")
+endif()
 if(NAME STREQUAL "compiled_installed")
   execute_process(COMMAND "${CMAKE_COMMAND}" --build "${build}" --target other_flags
                   RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)

@@ -4,6 +4,7 @@
 #include <npt/solve/damped_steps.hpp>
 #include <npt/solve/normal_equations.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -31,8 +32,10 @@ struct Valley {
   void take_step() { at = tried; }
   const npt::NormalEquations& linearise() {
     equations.clear();
-    equations.add(std::array{-20 * at[0], 10.0}, 1, 10 * (at[1] - at[0] * at[0]));
-    equations.add(std::array{-1.0, 0.0}, 1, 1 - at[0]);
+    npt::NormalEquations::Group rows = npt::NormalEquations::group(std::array{0U, 1U}, 2);
+    std::ranges::copy(std::array{-20 * at[0], 10.0}, rows.row(1, 10 * (at[1] - at[0] * at[0])).begin());
+    std::ranges::copy(std::array{-1.0, 0.0}, rows.row(1, 1 - at[0]).begin());
+    equations.add(rows);
     return equations;
   }
 };

@@ -101,12 +101,12 @@ TEST_CASE("there are at most 14 modules, each a folder of include/npt") {
       std::set<std::string>{"a", "c"});
 }
 
-TEST_CASE("the headers, without tables of data, have fewer than 49,500 lines") {
+TEST_CASE("the headers, without tables of data, have fewer than 49,700 lines") {
   std::size_t lines = 0, tables = 0;
   for (const SourceFile& header : headers_of_library()) {
     const bool table = header.path == "body/natural_pose_data.hpp" || header.path == "body/mannequin/surface_data.hpp";
     (table ? tables : lines) += structure::lines_of(header.text).size();
   }
   CHECK(tables > 0);
-  CHECK(lines < 49500);
+  CHECK(lines < 49700);
 }

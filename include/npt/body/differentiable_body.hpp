@@ -1,11 +1,11 @@
 /// A body's vertices as a function of its parameters, and its derivatives: what pulls at vertices does to the
-/// parameters. A pull is a force: joints feel its sum and moment, from the tips towards the root. One pull at a point
-/// gives a row of the Jacobian, those of a function's slopes by the vertices give its gradient.
+/// parameters. A pull is a force: joints feel its sum and moment, from the tips towards the root. Those of a
+/// function's slopes by the vertices give its gradient; of the Jacobian's rows see point_equations.hpp.
 ///   parameters   x = [translation 3, axis angles 3 J, betas S], in one row: BodyModel's, and a translation of all
 ///                vertices
 /// Shapes    vertices, gradients: [n] for the n vertices that were named at construction
 /// Numerics  double; the forward pass agrees with BodyModel::posed() to float's rounding, gradients with finite
-///           differences. Rows of the Jacobian leave out the corrections for bent joints, which move less than 1 cm
+///           differences
 /// Source    Loper et al., "SMPL", 2015; Sola et al., "A micro Lie theory for state estimation in robotics", 2018,
 ///           section IV (rotations)
 #pragma once
@@ -68,8 +68,8 @@ class BasicDifferentiableBody {
   struct Derivatives {
     std::vector<Matrix3> turns;  ///< [J] from a moment about a posed joint to the derivative by its axis angle
     std::vector<Vec3d> places;   ///< [J] posed joints, without the translation
-    std::vector<Vec3d> slides;   ///< [J, S] how a bone shifts with the betas
-    std::vector<Vec3d> forces;   ///< [J] at each bone; of row() and backward()
+    std::vector<double> slides;  ///< [J, 3, S] how a bone shifts with the betas
+    std::vector<Vec3d> forces;   ///< [J] at each bone; of backward()
     std::vector<Vec3d> moments;  ///< [J] of these, about the origin
   };
 
@@ -88,6 +88,12 @@ class BasicDifferentiableBody {
     gather(tables.shapedirs, shapes_, shapedirs_);
     gather(tables.posedirs, corrections_, posedirs_);
     weights_ = tables.weights.gathered(as_span(vertices_));
+    for (std::size_t i = 0; i < vertices_.size(); ++i) {
+      std::uint64_t& movers = movers_.emplace_back();
+      for (const std::uint32_t column : weights_.columns_of(i))
+        for (int j = static_cast<int>(column); j >= 0; j = parents_[static_cast<std::size_t>(j)])
+          movers |= j < last_bit ? std::uint64_t{1} << j : ~std::uint64_t{0};
+    }
   }
 
   std::size_t vertex_count() const noexcept { return vertices_.size(); }
@@ -163,10 +169,10 @@ class BasicDifferentiableBody {
                    [&](std::size_t j) { return state.motions[j].rotation * rest; });
   }
 
-  /// Prepares rows at x. `state` is forward's for this x.
+  /// Prepares derivatives at x. `state` is forward's for this x.
   void derivatives(std::span<const double> x, const State& state, Derivatives& d) const {
     const std::size_t joints = joint_count();
-    d.turns.resize(joints), d.places.resize(joints), d.slides.resize(joints * shapes_);
+    d.turns.resize(joints), d.places.resize(joints), d.slides.resize(joints * 3 * shapes_);
     std::vector<Vec3d> moved(joints * shapes_);  // how posed joints move with the betas
     for (std::size_t j = 0; j < joints; ++j) {
       const Matrix3& rotation = state.motions[j].rotation;
@@ -180,19 +186,32 @@ class BasicDifferentiableBody {
           const auto parent = static_cast<std::size_t>(parents_[j]);
           move = moved[parent * shapes_ + b] + state.motions[parent].rotation * (own - joint_direction(parent, b));
         }
-        d.slides[j * shapes_ + b] = move - rotation * own;
+        const Vec3d slide = move - rotation * own;
+        double* to = &d.slides[j * 3 * shapes_ + b];
+        to[0] = slide.x, to[shapes_] = slide.y, to[2 * shapes_] = slide.z;
       }
     }
   }
 
-  /// One row of the Jacobian: the derivatives of direction . p by all parameters, p the sum of the vertices `corners`
-  /// times `weights`, which sum to 1.
-  void row(const State& state, Derivatives& d, const std::array<std::uint32_t, 3>& corners,
-           const std::array<double, 3>& weights, Vec3d direction, std::span<double> row) const {
-    begin_pull(d, row);
-    for (std::size_t c = 0; c < 3; ++c)
-      if (weights[c] != 0) pull(state, corners[c], direction * weights[c], d, row);
-    end_pull(d, row);
+  /// The joints that move vertex i: those it is attached to and all above them, as a set for moves().
+  std::uint64_t movers(std::size_t i) const { return movers_[i]; }
+  static bool moves(std::uint64_t movers, std::size_t joint) {
+    return (movers >> std::min<std::size_t>(joint, last_bit) & 1) != 0;
+  }
+
+  /// f(joint, weight) for each joint that vertex i is attached to.
+  template <class F>
+  void for_each_bone(std::size_t i, F&& f) const {
+    for (std::size_t s = weights_.start[i]; s < weights_.start[i + 1]; ++s)
+      f(std::size_t{weights_.column[s]}, static_cast<double>(weights_.value[s]));
+  }
+
+  /// Adds to [S] how much each beta moves vertex i along a direction of the rest pose, and a bone along one.
+  void add_shape_slopes(std::size_t i, Vec3d at_rest, std::span<double> by_beta) const {
+    add_product(at_rest, shapedirs_.data() + 3 * i * shapes_, by_beta);
+  }
+  void add_slide_slopes(const Derivatives& d, std::size_t joint, Vec3d force, std::span<double> by_beta) const {
+    add_product(force, d.slides.data() + 3 * joint * shapes_, by_beta);
   }
 
  private:
@@ -214,6 +233,18 @@ class BasicDifferentiableBody {
   static Vec3d axis_angle(std::span<const double> x, std::size_t j) {
     return {x[3 + 3 * j], x[4 + 3 * j], x[5 + 3 * j]};
   }
+
+  /// Adds v^T m, m [3, S].
+  template <class T>
+  static void add_product(Vec3d v, const T* m, std::span<double> to) {
+    const std::size_t n = to.size();
+    for (std::size_t b = 0; b < n; ++b)
+      to[b] += v.x * static_cast<double>(m[b]) + v.y * static_cast<double>(m[n + b]) +
+               v.z * static_cast<double>(m[2 * n + b]);
+  }
+
+  /// Of movers(). What is attached to a joint from here on counts as moved by all joints.
+  static constexpr int last_bit = 63;
 
   /// How joint j of the rest pose moves with beta number b.
   Vec3d joint_direction(std::size_t j, std::size_t b) const {
@@ -262,11 +293,7 @@ class BasicDifferentiableBody {
       d.moments[j] += cross(state.motions[j](state.shaped[i]), share);
       at_rest += fit::internal::transposed_times(state.motions[j].rotation, share);
     }
-    const float* shape = shapedirs_.data() + 3 * i * shapes_;
-    double* by_beta = gradient.data() + 3 + 3 * joint_count();
-    for (std::size_t b = 0; b < shapes_; ++b)
-      by_beta[b] += at_rest.x * static_cast<double>(shape[b]) + at_rest.y * static_cast<double>(shape[shapes_ + b]) +
-                    at_rest.z * static_cast<double>(shape[2 * shapes_ + b]);
+    add_shape_slopes(i, at_rest, gradient.subspan(3 + 3 * joint_count()));
     return at_rest;
   }
 
@@ -274,8 +301,7 @@ class BasicDifferentiableBody {
   void end_pull(Derivatives& d, std::span<double> gradient) const {
     const std::span<double> by_beta = gradient.subspan(3 + 3 * joint_count());
     for (std::size_t j = 0; j < joint_count(); ++j)
-      if (d.forces[j] != Vec3d{})
-        for (std::size_t b = 0; b < shapes_; ++b) by_beta[b] += dot(d.forces[j], d.slides[j * shapes_ + b]);
+      if (d.forces[j] != Vec3d{}) add_slide_slopes(d, j, d.forces[j], by_beta);
     for (std::size_t j = joint_count(); j-- > 0;) {
       const Vec3d turn = d.turns[j] * (d.moments[j] - cross(d.places[j], d.forces[j]));
       gradient[3 + 3 * j] = turn.x, gradient[4 + 3 * j] = turn.y, gradient[5 + 3 * j] = turn.z;
@@ -290,10 +316,11 @@ class BasicDifferentiableBody {
   std::vector<std::uint32_t> vertices_;
   std::size_t shapes_ = 0, corrections_ = 0;
   std::vector<int> parents_;
-  std::vector<float> template_;   ///< [n, 3]
-  std::vector<float> shapedirs_;  ///< [n, 3, S]
-  std::vector<float> posedirs_;   ///< [n, 3, 9 (J - 1)] or empty
-  SparseMatrix weights_;          ///< [n, J]
+  std::vector<float> template_;        ///< [n, 3]
+  std::vector<float> shapedirs_;       ///< [n, 3, S]
+  std::vector<float> posedirs_;        ///< [n, 3, 9 (J - 1)] or empty
+  SparseMatrix weights_;               ///< [n, J]
+  std::vector<std::uint64_t> movers_;  ///< [n]
   RestJoints rest_joints_;
 };
 

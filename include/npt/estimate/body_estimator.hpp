@@ -137,17 +137,17 @@ class BasicBodyEstimator {
     const auto samples = all.first(std::min(options_.read_points, all.size()));
     const CorrespondenceViews<Exec> views(reader_, fitter_->correspondence_template(), options_.views);
     EstimateSearch<Exec> search(views, *fitter_, limbs_, executor(), mesh, samples, std::move(nothing));
-    if (!search.first_views()) return search.best();
-    const auto step = [&] { control.step(0.5); };  // most of the rest is left out where the first views are sure
-    step();
-    if (search.unsure()) search.front_view();
-    step();
-    if (!search.found() || reader_.confidence()(search.best().residuals) < high_confidence) search.other_axes();
-    step();
+    search.first_views();
+    const auto sure = [&] {
+      return search.found() && reader_.confidence()(search.best().residuals) >= high_confidence;
+    };
+    control.step(0.5);
+    if (!sure()) search.front_view();
+    control.step(3 / 4.0);
+    if (!sure()) search.other_axes();
+    if (!search.found()) return search.best();
     search.repair_swaps();
-    step();
     BodyEstimate best = search.best();
-    if (!search.found()) return best;
     best.confidence = reader_.confidence()(best.residuals);
     best.joint_confidence = reader_.confidence().of_joints(best.residuals);
     best.hands = fingers_(*best.surface, best.fit);

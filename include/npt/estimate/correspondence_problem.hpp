@@ -10,6 +10,7 @@
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_level.hpp>
 #include <npt/body/differentiable_body.hpp>
+#include <npt/body/point_equations.hpp>
 #include <npt/body/pose_prior.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/fit_stages.hpp>
@@ -60,7 +61,6 @@ class BasicCorrespondenceProblem {
         x_(std::move(x)),
         points_of_body_(level.body().vertex_count()),
         equations_(level.body().parameter_count()),
-        row_(equations_.size()),
         mesh_hint_(level.probes().size(), no_index),
         body_hint_(surface.samples().size(), no_index) {}
 
@@ -127,22 +127,17 @@ class BasicCorrespondenceProblem {
     value_ = trial_value_;
   }
   const NormalEquations& linearise() {
-    const DifferentiableBody& body = level_.body();
-    body.derivatives(as_span(x_), state_, derivatives_);
-    equations_.clear();
+    PointEquations points(level_.body(), as_span(x_), state_);
     for (const Match& m : matches_) {
       if (m.squared < 0) continue;
-      const double weight = m.weight * robust_weight(m.squared, m.scale);
-      const auto add = [&](Vec3d direction, double residual) {
-        body.row(state_, derivatives_, m.at.corners, m.at.weights, direction, row_);
-        equations_.add(as_span(row_), weight, residual);
-      };
-      const double off = std::sqrt(m.squared);
+      const double weight = m.weight * robust_weight(m.squared, m.scale), off = std::sqrt(m.squared);
       if (m.is_place)
-        add({1, 0, 0}, m.offset.x), add({0, 1, 0}, m.offset.y), add({0, 0, 1}, m.offset.z);
+        points.add(m.at.corners, m.at.weights, m.offset, weight);
       else if (off > 0)
-        add(m.offset / off, off);
+        points.add(m.at.corners, m.at.weights, m.offset / off, weight, off);
     }
+    equations_.clear();
+    points.sum_into(equations_);
     const double prior = prior_share_ * stage_->prior;
     prior_.linearise(angles_of(as_span(x_)), prior, 3, equations_);
     for (std::size_t i = first_beta(); i < x_.size(); ++i) {
@@ -276,9 +271,7 @@ class BasicCorrespondenceProblem {
   std::vector<Vec3d> points_of_body_;
   std::vector<Match> matches_, trial_matches_;
   DifferentiableBody::State state_, trial_state_;
-  DifferentiableBody::Derivatives derivatives_;
   NormalEquations equations_;
-  std::vector<double> row_;
   std::vector<std::uint32_t> mesh_hint_, body_hint_;
 };
 

@@ -16,6 +16,7 @@
 #include <npt/estimate/robust_distance.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <numbers>
 #include <span>
@@ -56,15 +57,19 @@ class CorrespondenceViews {
 
   /// For each other axis that may point up, the view of few points that a body explains best.
   std::vector<BodyView> other_axes(Samples samples) const {
-    constexpr double right = std::numbers::pi / 2;
     constexpr int turns = 4;
     std::vector<BodyView> best;
-    for (const Vec3d turn :
-         {Vec3d{2 * right, 0, 0}, Vec3d{right, 0, 0}, Vec3d{-right, 0, 0}, Vec3d{0, 0, right}, Vec3d{0, 0, -right}}) {
+    for (const Vec3d turn : std::span(axes).subspan(1)) {
       std::vector<BodyView> views = views_of(few(samples), turns, rotation_matrix(turn));
       best.push_back(std::move(*std::ranges::min_element(views, {}, residual_of)));
     }
     return best;
+  }
+
+  /// Turns the axis upwards that is nearest to a direction.
+  static Matrix3 upright(Vec3d up) {
+    return rotation_matrix(
+        *std::ranges::max_element(axes, {}, [up](Vec3d turn) { return (rotation_matrix(turn) * up).y; }));
   }
 
   /// PartMotion::residual of the best view.
@@ -76,6 +81,15 @@ class CorrespondenceViews {
   static Samples few(Samples samples) { return samples.first(std::min(samples.size(), BodyView::few)); }
 
  private:
+  static constexpr double right_angle = std::numbers::pi / 2;
+  /// Turns that bring each of the six axes up, as axis angles; y first.
+  static constexpr std::array<Vec3d, 6> axes{{{0, 0, 0},
+                                              {2 * right_angle, 0, 0},
+                                              {right_angle, 0, 0},
+                                              {-right_angle, 0, 0},
+                                              {0, 0, right_angle},
+                                              {0, 0, -right_angle}}};
+
   static double residual_of(const BodyView& view) { return view.motion.residual; }
 
   std::vector<BodyView> views_of(Samples samples, int turns, const Matrix3& upright) const {

@@ -28,6 +28,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -54,23 +55,15 @@ class EstimateSearch {
   const BodyEstimate& best() const noexcept { return best_; }
   bool found() const { return !best_.fit.body.axis_angles.empty(); }
 
-  /// Whether it is worth its time to look on. By the confidence instead, animals that are surely some would not be read
-  /// from the front, but the same ones turned by 90 degrees would: a fox's results then are 2.8 % of its length apart.
-  bool unsure() const { return !found() || best_.residuals.energy() > sure_energy; }
-
   /// A fit of views; whether it is the best now.
   bool propose(std::span<const BodyView> views) { return accept(fitted(views)); }
 
-  /// About the vertical axis, or another one where that shows nothing like a body. False: no view does.
-  bool first_views() {
-    std::vector<BodyView> views = views_.about_vertical(samples_, Matrix3::identity());
-    if (views_.least_residual(as_span(views)) > hopeless_residual) {
-      views = views_.other_axes(samples_);
-      if (views_.least_residual(as_span(views)) > hopeless_residual) return false;
-    }
-    propose(as_span(views));
-    search_limbs(as_span(views));
-    return true;
+  /// About the vertical axis, where that shows anything like a body.
+  void first_views() {
+    const std::vector<BodyView> views = views_.about_vertical(samples_, Matrix3::identity());
+    if (views_.least_residual(as_span(views)) > hopeless_residual) return;
+    look(as_span(views));
+    own_axis();
   }
 
   /// Upright and facing +z, as the best estimate says.
@@ -81,12 +74,13 @@ class EstimateSearch {
   }
 
   /// Another axis up: for meshes that lie, stand on their hands, or whose vertical axis isn't y. Each is fitted for
-  /// itself: residuals of views don't tell which is right. Of somebody who kneels and bows the wrong one has 0.124, the
-  /// right one 0.148.
+  /// itself, by few points: residuals of views don't tell which is right. Of somebody who kneels and bows the wrong one
+  /// has 0.124, the right one 0.148.
   void other_axes() {
     bool better = false;
-    for (const BodyView& view : views_.other_axes(samples_)) better |= propose(std::span(&view, 1));
-    if (better) front_view();
+    for (const BodyView& view : views_.other_axes(samples_))
+      if (found() || view.motion.residual <= hopeless_residual) better |= propose(std::span(&view, 1));
+    if (better) own_axis();
   }
 
   /// Limbs that touch or cross and were taken for each other, by correspondences that were repaired along the surface.
@@ -110,6 +104,22 @@ class EstimateSearch {
   }
 
  private:
+  void look(std::span<const BodyView> views) {
+    least_residual_ = views_.least_residual(views);
+    propose(views);
+    search_limbs(views);
+  }
+
+  /// About the axis that the best estimate stands along, where that isn't the vertical one and shows more of a body: a
+  /// fox on its nose, which is surely one from there, too, else ends 2.8 % of its length beside the same one on its feet.
+  void own_axis() {
+    if (!found()) return;
+    const Matrix3 upright = views_.upright(best_.joint_rotation(0) * Vec3d{0, 1, 0});
+    if (upright == Matrix3::identity()) return;
+    const std::vector<BodyView> views = views_.about_vertical(samples_, upright);
+    if (views_.least_residual(as_span(views)) < least_residual_) look(as_span(views));
+  }
+
   const BodyPlan& plan() const noexcept { return fitter_.kind().plan; }
   BodyView view_of(Correspondences seen) const { return {fitter_.correspondence_template(), std::move(seen)}; }
   BodyLookUp look_up(const CorrespondenceFit& fit) const {
@@ -119,8 +129,6 @@ class EstimateSearch {
   /// Beyond it views are no person's, in metres: people have 0.02 to 0.12 and some 0.17 before limbs are swapped, a
   /// tetrahedron or a cube 0.2 and more; without it a tetrahedron takes 3 s.
   static constexpr double hopeless_residual = 0.19;
-  /// Of 41 first fits of dressed people the greatest energy was -16.2, of 32 of chibi characters the median -15.1.
-  static constexpr double sure_energy = -16;
 
   std::vector<CorrespondenceFit> fitted(std::span<const BodyView> views) const {
     try {
@@ -216,6 +224,7 @@ class EstimateSearch {
   const MeshView& mesh_;
   std::span<const FitSurface::Sample> samples_;
   BodyEstimate nothing_, best_;
+  double least_residual_ = std::numeric_limits<double>::infinity();  ///< of the views that were looked at last
 };
 
 }  // namespace npt::inline NPT_ABI

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <npt/base/affine.hpp>
+#include <npt/base/as_span.hpp>
 #include <npt/base/rigid.hpp>
 #include <npt/base/sort.hpp>
 #include <npt/base/vec3.hpp>
@@ -19,6 +20,7 @@
 #include <npt/body/body_tables.hpp>
 #include <npt/body/differentiable_body.hpp>
 #include <npt/body/fitted_body.hpp>
+#include <npt/body/point_equations.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
 #include <npt/estimate/fit_surface.hpp>
@@ -70,7 +72,7 @@ class BasicSurfaceTrack {
   class Solver {
    public:
     Solver(const BasicSurfaceTrack& track, const FitSurface& surface, const std::vector<double>& x)
-        : track_(&track), surface_(&surface), anchor_(x), now_(placed(x)), equations_(x.size()), row_(x.size()) {}
+        : track_(&track), surface_(&surface), anchor_(x), now_(placed(x)), equations_(x.size()) {}
 
     const std::vector<double>& x() const noexcept { return now_.x; }
 
@@ -92,19 +94,14 @@ class BasicSurfaceTrack {
     void take_step() { std::swap(now_, trial_); }
     const NormalEquations& linearise() {
       scale_ = std::max(usual_error, 2 * off());
-      const DifferentiableBody& body = track_->body_;
-      body.derivatives(now_.x, now_.state, derivatives_);
-      equations_.clear();
+      PointEquations points(track_->body_, as_span(now_.x), now_.state);
       for (std::uint32_t k = 0; k < now_.points.size(); ++k) {
         const Vec3d d = off_of(now_, k);
-        const double weight =
-            per_square_metre * robust_weight(dot(d, d), scale_) / static_cast<double>(now_.points.size());
-        const auto add = [&](Vec3d direction, double residual) {
-          body.row(now_.state, derivatives_, {k, k, k}, {1, 0, 0}, direction, row_);
-          equations_.add(as_span(row_), weight, residual);
-        };
-        add({1, 0, 0}, d.x), add({0, 1, 0}, d.y), add({0, 0, 1}, d.z);
+        points.add({k, k, k}, {1, 0, 0}, d,
+                   per_square_metre * robust_weight(dot(d, d), scale_) / static_cast<double>(now_.points.size()));
       }
+      equations_.clear();
+      points.sum_into(equations_);
       for (std::size_t i = 3; i < now_.x.size(); ++i) {
         equations_.add_to_matrix(i, i, anchored);
         equations_.add_to_right(i, anchored * (now_.x[i] - anchor_[i]));
@@ -146,9 +143,7 @@ class BasicSurfaceTrack {
     double scale_ = usual_error;
     Place now_, trial_;
     bool whole_step_ = true;
-    DifferentiableBody::Derivatives derivatives_;
     NormalEquations equations_;
-    std::vector<double> row_;
   };
 
   /// A body whose vertices are the surface's points as they lie on the resting body, and the joints.

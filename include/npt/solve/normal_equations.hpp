@@ -1,7 +1,7 @@
 /// The normal equations of a linear least squares problem, summed row by row.
 ///   minimise sum over rows of weight (row . x + residual)^2   ->   (A + damping) x = -b
 ///   A = sum of weight row row^T,  b = sum of weight residual row
-/// Rows may be mostly zeros: a row with m of n entries costs m n / 2 multiplications, in whole registers.
+/// Rows that are zero but for the same few unknowns are added as one group, in registers.
 /// Numerics  double, summed in the order of the calls
 /// Errors    npt::Error of solve() for a matrix that isn't positive definite
 /// Source    Nocedal and Wright, "Numerical Optimization", 2006, chapter 10
@@ -9,11 +9,13 @@
 
 #include <npt/base/as_span.hpp>
 #include <npt/config.hpp>
+#include <npt/nn/simd/batch.hpp>
 #include <npt/solve/dense_cholesky.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
@@ -22,12 +24,7 @@ namespace npt::inline NPT_ABI {
 
 class NormalEquations {
  public:
-  explicit NormalEquations(std::size_t unknowns)
-      : size_(unknowns),
-        stride_((unknowns + lanes - 1) / lanes * lanes),
-        matrix_(size_ * stride_, 0.0),
-        right_(stride_, 0.0),
-        row_(stride_, 0.0) {}
+  explicit NormalEquations(std::size_t unknowns) : size_(unknowns), matrix_(size_ * size_, 0.0), right_(size_, 0.0) {}
 
   std::size_t size() const noexcept { return size_; }
 
@@ -36,37 +33,56 @@ class NormalEquations {
     std::fill(right_.begin(), right_.end(), 0.0);
   }
 
-  /// row: [n]
-  void add(std::span<const double> row, double weight, double residual) {
-    NPT_ASSERT(row.size() == size_);
-    std::copy(row.begin(), row.end(), row_.begin());
-    for (std::size_t i = 0; i < size_; ++i) {
-      if (row[i] == 0) continue;
-      const double factor = weight * row[i];
-      right_[i] += factor * residual;
-      double* to = &matrix_[i * stride_];
-      for (std::size_t k = 0; k <= i; k += lanes) add_block(&row_[k], factor, to + k);
+  /// Rows with entries for some unknowns only.
+  class Group {
+   public:
+    /// A row to be filled, [m] for the m unknowns, until the next call.
+    std::span<double> row(double weight, double residual) {
+      weights_.push_back(weight), residuals_.push_back(residual);
+      rows_.resize(rows_.size() + stride_);
+      return std::span(rows_).last(stride_).first(unknowns_.size());
     }
+
+   private:
+    friend class NormalEquations;
+    std::vector<std::uint32_t> unknowns_;
+    std::size_t stride_ = 0;
+    std::vector<double> rows_, weights_, residuals_;  ///< [rows, stride], [rows], [rows]
+  };
+  /// Requires  unknowns in ascending order
+  static Group group(std::span<const std::uint32_t> unknowns, std::size_t rows) {
+    Group group;
+    group.unknowns_.assign(unknowns.begin(), unknowns.end());
+    group.stride_ = (unknowns.size() + width - 1) / width * width;
+    group.rows_.reserve(rows * group.stride_);
+    return group;
+  }
+
+  void add(const Group& group) {
+    const std::size_t count = group.unknowns_.size();
+    for (std::size_t r = 0; r < group.weights_.size(); ++r) {
+      const double factor = group.weights_[r] * group.residuals_[r];
+      for (std::size_t i = 0; i < count; ++i) right_[group.unknowns_[i]] += factor * group.rows_[r * group.stride_ + i];
+    }
+    for (std::size_t i = 0; i < count; i += height)
+      for (std::size_t k = 0; k < i + height; k += width) add_block(group, i, k);
   }
 
   /// Adds to A[i, k], and to A[k, i]. Requires k <= i
   void add_to_matrix(std::size_t i, std::size_t k, double value) {
     NPT_ASSERT(k <= i && i < size_);
-    matrix_[i * stride_ + k] += value;
+    matrix_[i * size_ + k] += value;
   }
   /// Adds to b[i].
   void add_to_right(std::size_t i, double value) { right_[i] += value; }
 
-  double diagonal(std::size_t i) const { return matrix_[i * stride_ + i]; }
+  double diagonal(std::size_t i) const { return matrix_[i * size_ + i]; }
   double right(std::size_t i) const { return right_[i]; }
 
   /// The solution with the diagonal multiplied by 1 + damping, and `floor` added to it.
   std::vector<double> solve(double damping, double floor) const {
-    std::vector<double> matrix(size_ * size_);
-    for (std::size_t i = 0; i < size_; ++i) {
-      std::copy_n(&matrix_[i * stride_], i + 1, &matrix[i * size_]);
-      matrix[i * size_ + i] += damping * diagonal(i) + floor;
-    }
+    std::vector<double> matrix = matrix_;
+    for (std::size_t i = 0; i < size_; ++i) matrix[i * size_ + i] += damping * diagonal(i) + floor;
     const DenseCholesky factor(size_, std::move(matrix));
     std::vector<double> x(size_);
     for (std::size_t i = 0; i < size_; ++i) x[i] = -right_[i];
@@ -76,18 +92,36 @@ class NormalEquations {
   }
 
  private:
-  static constexpr std::size_t lanes = 8;
+  /// Of a block of the matrix, whose sums stay in registers for all rows of a group.
+  static constexpr std::size_t height = 4, width = 8;
+  using Register = simd::Batch<double>;
+  static constexpr std::size_t lanes = Register::size, registers = width / lanes;
 
-  /// In a block of its own, so that a compiler sees at -O2 that it may use registers: 3 times as fast.
-  static void add_block(const double* row, double factor, double* to) {
-    std::array<double, lanes> sum;
-    for (std::size_t lane = 0; lane < lanes; ++lane) sum[lane] = to[lane] + factor * row[lane];
-    for (std::size_t lane = 0; lane < lanes; ++lane) to[lane] = sum[lane];
+  /// Adds entries [i, i + height) x [k, k + width) of a group's sum.
+  void add_block(const Group& group, std::size_t i, std::size_t k) {
+    std::array<std::array<Register, registers>, height> sums;
+    for (auto& line : sums) line.fill(Register(0.0));
+    const double* row = group.rows_.data();
+    for (const double weight : group.weights_) {
+      std::array<Register, registers> right;
+      for (std::size_t b = 0; b < registers; ++b) right[b] = simd::load_unaligned(row + k + b * lanes);
+      for (std::size_t a = 0; a < height; ++a) {
+        const Register factor(weight * row[i + a]);
+        for (std::size_t b = 0; b < registers; ++b) sums[a][b] = sums[a][b] + factor * right[b];
+      }
+      row += group.stride_;
+    }
+    const std::span<const std::uint32_t> unknowns = group.unknowns_;
+    for (std::size_t a = 0; a < height && i + a < unknowns.size(); ++a) {
+      std::array<double, width> line;
+      for (std::size_t b = 0; b < registers; ++b) simd::store_unaligned(&line[b * lanes], sums[a][b]);
+      double* to = &matrix_[unknowns[i + a] * size_];
+      for (std::size_t b = 0; b < width && k + b <= i + a; ++b) to[unknowns[k + b]] += line[b];
+    }
   }
 
-  std::size_t size_, stride_;
-  std::vector<double> matrix_;  ///< [n, stride]: the lower half of A, and what stands right of it in whole registers
-  std::vector<double> right_, row_;
+  std::size_t size_;
+  std::vector<double> matrix_, right_;  ///< [n, n]: the lower half of A; [n]
 };
 
 }  // namespace npt::inline NPT_ABI
