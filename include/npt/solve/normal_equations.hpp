@@ -40,7 +40,7 @@ class NormalEquations {
     std::span<double> row(double weight, double residual) {
       weights_.push_back(weight), residuals_.push_back(residual);
       rows_.resize(rows_.size() + stride_);
-      return std::span(rows_).last(stride_).first(unknowns_.size());
+      return as_span(rows_).last(stride_).first(unknowns_.size());
     }
 
    private:
@@ -111,7 +111,7 @@ class NormalEquations {
       }
       row += group.stride_;
     }
-    const std::span<const std::uint32_t> unknowns = group.unknowns_;
+    const std::span<const std::uint32_t> unknowns = as_span(group.unknowns_);
     for (std::size_t a = 0; a < height && i + a < unknowns.size(); ++a) {
       std::array<double, width> line;
       for (std::size_t b = 0; b < registers; ++b) simd::store_unaligned(&line[b * lanes], sums[a][b]);
