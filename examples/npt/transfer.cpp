@@ -25,6 +25,7 @@
 #include <npt/mesh/validate.hpp>
 #include <npt/transfer/animation.hpp>
 #include <npt/transfer/pose_tracker.hpp>
+#include <npt/transfer/warning.hpp>
 
 #include <algorithm>
 #include <array>
@@ -35,6 +36,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -57,48 +59,82 @@ struct Options {
   bool keep_going = false, skip_existing = false, each = false;
 };
 
-/// A mesh as read, kept while successive jobs name the same file.
-class LoadedMesh {
- public:
-  /// Whether the file is another one than before, and was read. `notes` gets a sentence for each thing that was
-  /// repaired.
-  bool load(const fs::path& file, std::vector<std::string>& notes) {
-    if (loaded_ && file == file_) return false;
-    loaded_ = false;
-    mesh_ = formats::read_mesh(file, &notes);
-    triangles_ = npt::triangulate(mesh_);
-    name_ = file.string();
-    file_ = file;
-    loaded_ = true;
-    return true;
-  }
-  const npt::Mesh& mesh() const { return mesh_; }
-  npt::MeshView view() const { return {mesh_.coordinates(), triangles_, name_}; }
+/// A mesh as read, and as it was prepared for its role.
+struct PreparedMesh {
+  /// `notes` gets a sentence for each thing that was repaired.
+  PreparedMesh(const fs::path& path, std::vector<std::string>& notes)
+      : file(path), name(path.string()), mesh(formats::read_mesh(path, &notes)), triangles(npt::triangulate(mesh)) {}
+  npt::MeshView view() const { return {mesh.coordinates(), triangles, name}; }
 
- private:
-  bool loaded_ = false;
-  fs::path file_;
-  npt::Mesh mesh_;
-  std::vector<npt::Triangle> triangles_;
-  std::string name_;
+  fs::path file;
+  std::string name;
+  npt::Mesh mesh;
+  std::vector<npt::Triangle> triangles;
+  npt::Character character{};  ///< of an identity, once it is prepared
+  npt::Pose pose{};            ///< of the other
 };
 
-/// Pairs, one after another: an identity or a pose that the next pair shares is prepared once. A folder of poses is a
-/// sequence, whose frames share their random choices, so that nothing flickers; in a list every pose is chosen for
-/// itself.
+/// Meshes that further pairs of a list take, too: each is read and estimated once. Any number of threads may use it.
+class KeptMeshes {
+ public:
+  explicit KeptMeshes(std::span<const TransferJob> jobs) {
+    for (const TransferJob& job : jobs) ++identities_[job.identity].uses, ++poses_[job.pose].uses;
+  }
+
+  /// What was kept of a file in its role, or nothing; one of the pairs that take it is about to have it.
+  std::shared_ptr<PreparedMesh> take(const fs::path& file, npt::MeshRole role) {
+    const std::lock_guard lock(mutex_);
+    Entry& entry = entry_of(file, role);
+    std::shared_ptr<PreparedMesh> mesh = entry.mesh;
+    if (--entry.uses == 0 && mesh != nullptr) {
+      vertices_ -= mesh->mesh.vertex_count();
+      entry.mesh = nullptr;
+    }
+    return mesh;
+  }
+  /// Keeps a prepared mesh where another pair takes it and there is room. It must not change from now on.
+  void keep(const std::shared_ptr<PreparedMesh>& mesh, npt::MeshRole role) {
+    const std::lock_guard lock(mutex_);
+    Entry& entry = entry_of(mesh->file, role);
+    const std::size_t count = mesh->mesh.vertex_count();
+    if (entry.uses == 0 || entry.mesh != nullptr || vertices_ + count > most_vertices) return;
+    entry.mesh = mesh;
+    vertices_ += count;
+  }
+
+ private:
+  /// Of all kept meshes: some 300 MB.
+  static constexpr std::size_t most_vertices = 1'000'000;
+
+  struct Entry {
+    std::size_t uses = 0;  ///< pairs that are still to take it
+    std::shared_ptr<PreparedMesh> mesh;
+  };
+  Entry& entry_of(const fs::path& file, npt::MeshRole role) {
+    return (role == npt::MeshRole::identity ? identities_ : poses_)[file];
+  }
+
+  std::mutex mutex_;
+  std::map<fs::path, Entry> identities_, poses_;
+  std::size_t vertices_ = 0;
+};
+
+/// Pairs, one after another: an identity or a pose that another pair of the list shares is prepared once. A folder of
+/// poses is a sequence, whose frames share their random choices, so that nothing flickers; in a list every pose is
+/// chosen for itself.
 class Transferring {
  public:
-  Transferring(const program::PoseTransfer& transfer, bool sequence)
-      : transfer_(transfer), tracker_(transfer_), sequence_(sequence) {}
+  Transferring(const program::PoseTransfer& transfer, bool sequence, KeptMeshes& kept)
+      : transfer_(transfer), tracker_(transfer_), sequence_(sequence), kept_(kept) {}
 
-  const npt::Mesh& identity() const { return identity_.mesh(); }
-  const npt::Mesh& pose() const { return pose_.mesh(); }
+  const npt::Mesh& identity() const { return identity_->mesh; }
+  const npt::Mesh& pose() const { return pose_->mesh; }
 
   /// `metres`: in a unit of the result, where it is to be written in metres; else 1.
   npt::Mesh run(const TransferJob& job, program::JobOutcome& outcome, double& metres) {
     prepare(job, outcome.notes);
-    npt::Mesh result = identity_.mesh();
-    const npt::TransferReport report = transfer_.apply(character_, prepared_pose_, result.coordinates());
+    npt::Mesh result = identity_->mesh;
+    const npt::TransferReport report = transfer_.apply(identity_->character, pose_->pose, result.coordinates());
     npt::recompute_normals(result);
     outcome.confidence = report.confidence;
     outcome.measures = report.measures;
@@ -107,7 +143,7 @@ class Transferring {
     for (std::string& note : program::notes_of(report.warnings, job.identity.string(), job.pose.string()))
       outcome.notes.push_back(std::move(note));
     std::string note;
-    metres = program::metres_in(transfer_, character_, job.identity, job.out, note);
+    metres = program::metres_in(transfer_, identity_->character, job.identity, job.out, note);
     if (!note.empty()) outcome.notes.push_back(std::move(note));
     return result;
   }
@@ -119,37 +155,53 @@ class Transferring {
   }
 
  private:
+  /// The last pair's mesh, or a kept one, or the file's.
+  void load(std::shared_ptr<PreparedMesh>& mesh, const fs::path& file, npt::MeshRole role,
+            std::vector<std::string>& notes) {
+    std::shared_ptr<PreparedMesh> kept = kept_.take(file, role);
+    if (mesh != nullptr && mesh->file == file) return;
+    mesh = nullptr;
+    mesh = kept != nullptr ? std::move(kept) : std::make_shared<PreparedMesh>(file, notes);
+  }
+
   void prepare(const TransferJob& job, std::vector<std::string>& notes) {
     const bool first = series_ != job.series;
     if (first) tracker_.restart();
     series_ = job.series;
-    if (identity_.load(job.identity, notes)) character_ = {};
-    if (pose_.load(job.pose, notes)) prepared_pose_ = {};
-    const std::size_t vertices = identity_.mesh().vertex_count();
-    if (!sequence_ && character_.vertex_count() == 0 && !prepared_pose_.prepared())
-      return transfer_.prepare(identity_.view(), pose_.view(), character_, prepared_pose_);
-    if (character_.vertex_count() == 0) transfer_.prepare(identity_.view(), character_);
-    const std::size_t taken = prepared_pose_.identity_vertices();
-    if (prepared_pose_.prepared() && (!transfer_.pairs_vertices() || taken == 0 || taken == vertices)) return;
+    load(identity_, job.identity, npt::MeshRole::identity, notes);
+    load(pose_, job.pose, npt::MeshRole::pose, notes);
+    prepare_loaded(job, first);
+    kept_.keep(identity_, npt::MeshRole::identity);
+    if (!sequence_) kept_.keep(pose_, npt::MeshRole::pose);
+  }
+
+  void prepare_loaded(const TransferJob& job, bool first) {
+    const std::size_t vertices = identity_->mesh.vertex_count();
+    npt::Character& character = identity_->character;
+    if (!sequence_ && character.vertex_count() == 0 && !pose_->pose.prepared())
+      return transfer_.prepare(identity_->view(), pose_->view(), character, pose_->pose);
+    if (character.vertex_count() == 0) transfer_.prepare(identity_->view(), character);
+    const std::size_t taken = pose_->pose.identity_vertices();
+    if (pose_->pose.prepared() && (!transfer_.pairs_vertices() || taken == 0 || taken == vertices)) return;
+    if (pose_->pose.prepared()) pose_ = std::make_shared<PreparedMesh>(*pose_);  // another pair has this one
     if (!sequence_) {
-      transfer_.prepare(pose_.view(), vertices, prepared_pose_);
+      transfer_.prepare(pose_->view(), vertices, pose_->pose);
     } else if (first) {
       const std::vector<fs::path> all = program::meshes_in(job.pose.parent_path());
-      prepared_pose_ = tracker_.start(
-          pose_.mesh(), job.pose.string(), vertices, npt::frames_to_try(all.size()),
+      pose_->pose = tracker_.start(
+          pose_->mesh, job.pose.string(), vertices, npt::frames_to_try(all.size()),
           [&all](std::size_t k) { return formats::read_mesh(all[npt::frame_to_try(k + 1, all.size())]); });
     } else {
-      prepared_pose_ = tracker_.next(pose_.view(), vertices);
+      pose_->pose = tracker_.next(pose_->view(), vertices);
     }
   }
 
   const program::PoseTransfer& transfer_;
   npt::PoseTracker<npt::DefaultExecutor> tracker_;
   bool sequence_;
+  KeptMeshes& kept_;
   std::optional<std::size_t> series_;
-  LoadedMesh identity_, pose_;
-  npt::Character character_;
-  npt::Pose prepared_pose_;
+  std::shared_ptr<PreparedMesh> identity_, pose_;
 };
 
 /// The processes of a run under mpirun, or this one alone.
@@ -344,11 +396,16 @@ class Transfer {
     const program::PoseTransfer transfer = program::open_transfer(arguments);
     description_ = transfer.description();
     const npt::DefaultExecutor executor(in_flight);
+    std::vector<TransferJob> own;
+    for (const Piece piece : pieces)
+      for (std::size_t i = piece.first; i < piece.last; ++i)
+        if (waits(i) || sequence_) own.push_back(jobs_[i]);
+    KeptMeshes kept(own);
     std::vector<std::unique_ptr<Transferring>> workers(static_cast<std::size_t>(executor.slots()));
     executor.for_each(static_cast<int>(pieces.size()), [&](int p, int slot) {
       const Piece piece = pieces[static_cast<std::size_t>(p)];
       auto& worker = workers[static_cast<std::size_t>(slot)];
-      if (worker == nullptr || sequence_) worker = std::make_unique<Transferring>(transfer, sequence_);
+      if (worker == nullptr || sequence_) worker = std::make_unique<Transferring>(transfer, sequence_, kept);
       for (std::size_t i = piece.first; i < piece.last; ++i) {
         program::stop_if_interrupted();
         if (waits(i))

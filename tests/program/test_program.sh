@@ -595,6 +595,11 @@ test_batch() {
   expect 0 --out "8 meshes in" -- $with --pairs one/list.txt --in-flight 1 --report one.jsonl
   expect 0 --out "8 meshes in" -- $with --pairs four/list.txt --in-flight 4
   for i in 1 2 3 4 5 6 7 8; do same one/$i.obj four/$i.obj; done
+  # Each is as by itself, whether its meshes were kept from another pair or not.
+  for i in 3 4 6; do
+    expect 0 -- $with a.obj "$([ $((i % 3)) -eq 0 ] && echo e.ply || echo b.ply)" -o alone.obj
+    same alone.obj one/$i.obj
+  done
   [ ! -s err.txt ] || fail "a run that goes well in a pipe is not quiet"
   # The report: a line a pair, in the list's order.
   [ "$(wc -l < one.jsonl)" -eq 8 ] || fail "$(wc -l < one.jsonl) lines in the report"
