@@ -92,7 +92,7 @@ class KeptMeshes {
     }
     return mesh;
   }
-  /// Keeps a prepared mesh where another pair takes it and there is room. It must not change from now on.
+  /// Keeps a prepared mesh where another pair takes it and memory allows. It must not change from now on.
   void keep(const std::shared_ptr<PreparedMesh>& mesh, npt::MeshRole role) {
     const std::lock_guard lock(mutex_);
     Entry& entry = entry_of(mesh->file, role);
