@@ -61,13 +61,13 @@ struct Options {
 
 /// A mesh as read, and as it was prepared for its role.
 struct PreparedMesh {
-  /// `notes` gets a sentence for each thing that was repaired.
-  PreparedMesh(const fs::path& path, std::vector<std::string>& notes)
+  explicit PreparedMesh(const fs::path& path)
       : file(path), name(path.string()), mesh(formats::read_mesh(path, &notes)), triangles(npt::triangulate(mesh)) {}
   npt::MeshView view() const { return {mesh.coordinates(), triangles, name}; }
 
   fs::path file;
   std::string name;
+  std::vector<std::string> notes{};  ///< a sentence for each thing that was repaired
   npt::Mesh mesh;
   std::vector<npt::Triangle> triangles;
   npt::Character character{};  ///< of an identity, once it is prepared
@@ -77,9 +77,8 @@ struct PreparedMesh {
 /// Meshes that further pairs of a list take, too: each is read and estimated once. Any number of threads may use it.
 class KeptMeshes {
  public:
-  explicit KeptMeshes(std::span<const TransferJob> jobs) {
-    for (const TransferJob& job : jobs) ++identities_[job.identity].uses, ++poses_[job.pose].uses;
-  }
+  /// A pair that will take both of its meshes. All are told of before the first is taken.
+  void expect(const TransferJob& job) { ++identities_[job.identity].uses, ++poses_[job.pose].uses; }
 
   /// What was kept of a file in its role, or nothing; one of the pairs that take it is about to have it.
   std::shared_ptr<PreparedMesh> take(const fs::path& file, npt::MeshRole role) {
@@ -155,13 +154,14 @@ class Transferring {
   }
 
  private:
-  /// The last pair's mesh, or a kept one, or the file's.
+  /// The last pair's mesh, or a kept one, or the file's. notes: of another mesh than the last pair's
   void load(std::shared_ptr<PreparedMesh>& mesh, const fs::path& file, npt::MeshRole role,
             std::vector<std::string>& notes) {
     std::shared_ptr<PreparedMesh> kept = kept_.take(file, role);
     if (mesh != nullptr && mesh->file == file) return;
     mesh = nullptr;
-    mesh = kept != nullptr ? std::move(kept) : std::make_shared<PreparedMesh>(file, notes);
+    mesh = kept != nullptr ? std::move(kept) : std::make_shared<PreparedMesh>(file);
+    notes.insert(notes.end(), mesh->notes.begin(), mesh->notes.end());
   }
 
   void prepare(const TransferJob& job, std::vector<std::string>& notes) {
@@ -396,11 +396,10 @@ class Transfer {
     const program::PoseTransfer transfer = program::open_transfer(arguments);
     description_ = transfer.description();
     const npt::DefaultExecutor executor(in_flight);
-    std::vector<TransferJob> own;
+    KeptMeshes kept;
     for (const Piece piece : pieces)
       for (std::size_t i = piece.first; i < piece.last; ++i)
-        if (waits(i) || sequence_) own.push_back(jobs_[i]);
-    KeptMeshes kept(own);
+        if (waits(i) || sequence_) kept.expect(jobs_[i]);
     std::vector<std::unique_ptr<Transferring>> workers(static_cast<std::size_t>(executor.slots()));
     executor.for_each(static_cast<int>(pieces.size()), [&](int p, int slot) {
       const Piece piece = pieces[static_cast<std::size_t>(p)];

@@ -64,7 +64,7 @@ void check_points(const npt::DifferentiableBody& body, double angle, std::span<c
   std::vector<Vec3d> points(body.vertex_count());
   npt::DifferentiableBody::State state;
   body.forward(x, state, points);
-  npt::PointEquations sums(body, x, state);
+  npt::PointEquations sums(body, x, state, all.size());
   npt::NormalEquations equations(x.size()), expected(x.size());
   std::vector<std::uint32_t> everything(x.size());
   std::iota(everything.begin(), everything.end(), 0U);
@@ -134,7 +134,7 @@ TEST_CASE("an object forgets what it summed") {
   std::vector<Vec3d> all(body.vertex_count());
   npt::DifferentiableBody::State state;
   body.forward(x, state, all);
-  npt::PointEquations sums(body, x, state);
+  npt::PointEquations sums(body, x, state, 1);
   sums.add({0, 0, 0}, {1, 0, 0}, {1, 0, 0}, 1, 2);
   npt::NormalEquations first(x.size()), second(x.size());
   sums.sum_into(first);

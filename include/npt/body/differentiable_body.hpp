@@ -286,13 +286,12 @@ class BasicDifferentiableBody {
   /// as the vertex feels it in the rest pose.
   Vec3d pull(const State& state, std::size_t i, Vec3d force, Derivatives& d, std::span<double> gradient) const {
     Vec3d at_rest;
-    for (std::size_t s = weights_.start[i]; s < weights_.start[i + 1]; ++s) {
-      const std::size_t j = weights_.column[s];
-      const Vec3d share = force * static_cast<double>(weights_.value[s]);
+    for_each_bone(i, [&](std::size_t j, double weight) {
+      const Vec3d share = force * weight;
       d.forces[j] += share;
       d.moments[j] += cross(state.motions[j](state.shaped[i]), share);
       at_rest += fit::internal::transposed_times(state.motions[j].rotation, share);
-    }
+    });
     add_shape_slopes(i, at_rest, gradient.subspan(3 + 3 * joint_count()));
     return at_rest;
   }

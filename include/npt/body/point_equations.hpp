@@ -1,8 +1,8 @@
 /// Sums of squared distances that a step of a fit makes less, of points of a body:
 ///   sum of weight (direction . dp + residual)^2,   dp how a point moves by the step
-/// A point moves with the joints that its vertices are attached to and those above them: a third of a body's parameters.
-/// So points that move with the same joints are summed together, in a matrix of these parameters alone. With rows of
-/// all parameters, one after the other, the sets of tests/accuracy take 143 instead of 104 s.
+/// A point moves with the joints that its vertices are attached to and those above them: a third of a body's
+/// parameters. So points that move with the same joints are summed together, in a matrix of these parameters alone.
+/// With rows of all parameters, one after the other, the sets of tests/accuracy take 143 instead of 104 s.
 /// Units     those of the body
 /// Numerics  double; the same bits for the same calls. Corrections for bent joints, which move less than 1 cm, are left
 ///           out
@@ -31,26 +31,23 @@ NPT_INLINE_CLASS(class, PointEquations);
 template <class>
 class BasicPointEquations {
  public:
-  /// x, and state as forward() left it for x. Both must outlive the object, as the body must.
-  BasicPointEquations(const DifferentiableBody& body, std::span<const double> x, const DifferentiableBody::State& state)
+  /// x, and state as forward() left it for x. Both must outlive the object, as the body must. count: points, about
+  BasicPointEquations(const DifferentiableBody& body, std::span<const double> x, const DifferentiableBody::State& state,
+                      std::size_t count)
       : body_(body), state_(state), local_(body.joint_count()) {
+    terms_.reserve(count);
     body.derivatives(x, state, derivatives_);
   }
 
   /// The point that is the sum of the vertices `corners` times `weights`, which sum to 1, along one unit direction.
   void add(const std::array<std::uint32_t, 3>& corners, const std::array<double, 3>& weights, Vec3d direction,
            double weight, double residual) {
-    terms_.push_back({movers_of(corners, weights), corners, weights, weight, 1, {{{direction, residual}}}});
+    terms_.push_back({movers_of(corners, weights), corners, weights, weight, direction, residual, false});
   }
   /// The same along all three axes.
   void add(const std::array<std::uint32_t, 3>& corners, const std::array<double, 3>& weights, Vec3d offset,
            double weight) {
-    terms_.push_back({movers_of(corners, weights),
-                      corners,
-                      weights,
-                      weight,
-                      3,
-                      {{{{1, 0, 0}, offset.x}, {{0, 1, 0}, offset.y}, {{0, 0, 1}, offset.z}}}});
+    terms_.push_back({movers_of(corners, weights), corners, weights, weight, offset, 0, true});
   }
 
   /// Adds all terms so far to `equations`, of the body's parameters.
@@ -65,17 +62,14 @@ class BasicPointEquations {
   }
 
  private:
-  struct Row {
-    Vec3d direction;
-    double residual = 0;
-  };
   struct Term {
     std::uint64_t movers = 0;
     std::array<std::uint32_t, 3> corners{};
     std::array<double, 3> weights{};
     double weight = 0;
-    std::size_t rows = 0;
-    std::array<Row, 3> row{};
+    Vec3d direction;  ///< or, along all axes, the offset
+    double residual = 0;
+    bool all_axes = false;
   };
 
   std::uint64_t movers_of(const std::array<std::uint32_t, 3>& corners, const std::array<double, 3>& weights) const {
@@ -99,8 +93,14 @@ class BasicPointEquations {
     NormalEquations::Group group = NormalEquations::group(unknowns_, 3 * terms.size());
     for (const Term& term : terms) {
       attach(term);
-      for (const Row& row : std::span(term.row).first(term.rows))
-        fill(term, row.direction, group.row(term.weight, row.residual));
+      const auto add_row = [&](Vec3d direction, double residual) {
+        fill(term, direction, group.row(term.weight, residual));
+      };
+      const Vec3d d = term.direction;
+      if (term.all_axes)
+        add_row({1, 0, 0}, d.x), add_row({0, 1, 0}, d.y), add_row({0, 0, 1}, d.z);
+      else
+        add_row(d, term.residual);
     }
     equations.add(group);
   }

@@ -141,9 +141,10 @@ class BasicBodyEstimator {
     const auto sure = [&] {
       return search.found() && reader_.confidence()(search.best().residuals) >= high_confidence;
     };
-    control.step(0.5);
+    constexpr double steps = 4;
+    control.step(2 / steps);
     if (!sure()) search.front_view();
-    control.step(3 / 4.0);
+    control.step(3 / steps);
     if (!sure()) search.other_axes();
     if (!search.found()) return search.best();
     search.repair_swaps();

@@ -100,7 +100,7 @@ class BasicCorrespondenceProblem {
   std::size_t probe_matches() const noexcept { return std::min(stage_->points, level_.probes().size()); }
 
   /// Whether the mesh's normals are those of the body, by a vote of all points: 1, -1, or 0 for a draw. From now on
-  /// they count so. Where normals don't count distances are less, and wrong views of clothes with two walls win by that.
+  /// they count so. Where normals don't count distances are less, and wrong views of clothes with two walls win by it.
   double vote_on_facing(std::span<const PointCorrespondence> points, const PartMotion& motion) {
     std::size_t same = 0, opposite = 0;
     for (std::size_t k = 0; k < points.size(); ++k) {
@@ -127,7 +127,7 @@ class BasicCorrespondenceProblem {
     value_ = trial_value_;
   }
   const NormalEquations& linearise() {
-    PointEquations points(level_.body(), as_span(x_), state_);
+    PointEquations points(level_.body(), as_span(x_), state_, matches_.size());
     for (const Match& m : matches_) {
       if (m.squared < 0) continue;
       const double weight = m.weight * robust_weight(m.squared, m.scale), off = std::sqrt(m.squared);

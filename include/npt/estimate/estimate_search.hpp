@@ -111,7 +111,7 @@ class EstimateSearch {
   }
 
   /// About the axis that the best estimate stands along, where that isn't the vertical one and shows more of a body: a
-  /// fox on its nose, which is surely one from there, too, else ends 2.8 % of its length beside the same one on its feet.
+  /// fox on its nose, which is surely one from there, too, else ends 2.8 % of its length beside one on its feet.
   void own_axis() {
     if (!found()) return;
     const Matrix3 upright = views_.upright(best_.joint_rotation(0) * Vec3d{0, 1, 0});

@@ -94,7 +94,7 @@ class BasicSurfaceTrack {
     void take_step() { std::swap(now_, trial_); }
     const NormalEquations& linearise() {
       scale_ = std::max(usual_error, 2 * off());
-      PointEquations points(track_->body_, as_span(now_.x), now_.state);
+      PointEquations points(track_->body_, as_span(now_.x), now_.state, now_.points.size());
       for (std::uint32_t k = 0; k < now_.points.size(); ++k) {
         const Vec3d d = off_of(now_, k);
         points.add({k, k, k}, {1, 0, 0}, d,
