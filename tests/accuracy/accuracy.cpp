@@ -65,6 +65,9 @@ using Transfer = std::function<void(const npt::EvaluationPair&, std::span<float>
 /// The one place that names the library's entry point: weights and method, with default settings otherwise. Pairs run
 /// side by side, each on one thread.
 Transfer open_transfer(Method method) {
+  if (method == Method::given)
+    return
+        [](const npt::EvaluationPair& pair, std::span<float> result) { std::ranges::copy(pair.pose, result.begin()); };
   npt::TransferOptions options;
   if (method == Method::network || method == Method::quadrupeds) options.method = npt::Method::network;
   const auto transfer =

@@ -3,8 +3,11 @@
 ///              pose's angles as they are: how a shape stands at rest isn't taken out of them
 ///   clips      an animal of ../shared/data in the first frame of its Idle, another one in a moment of a clip that both
 ///              have. The truth is the first animal in its own clip, as far on: each species moves in its own way
+///   rotations  the same pairs, answered by the rigs: the identity's joints turn as the pose's, of the same names, turn
+///              from their Idle. What is left is how differently the species move, and no reading of a pose tells that
 #pragma once
 
+#include <npt/base/affine.hpp>
 #include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/random.hpp>
@@ -31,6 +34,7 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -125,6 +129,12 @@ class ClipAnimals {
                    at(moment.identity, moment.clip, moment.sixth));
   }
 
+  /// The same with an answer in the pose's place, by rotations of joints.
+  npt::EvaluationPair pair_by_rotations(const Moment& moment) const {
+    return pair_of(name_of(moment), at(moment.identity, "Idle", 0), turned(moment),
+                   at(moment.identity, moment.clip, moment.sixth));
+  }
+
  private:
   struct Animal {
     std::string name;
@@ -149,13 +159,47 @@ class ClipAnimals {
     return mesh;
   }
 
+  static npt::ScenePose stands(const Animal& animal, const std::string& name, std::size_t sixth) {
+    const npt::Clip* clip = animal.clips.at(name);
+    return animal.poser->pose(clip, clip->length() * static_cast<double>(sixth) / 6);
+  }
+
+  npt::Mesh turned(const Moment& moment) const {
+    const Animal &identity = animals_[moment.identity], &pose = animals_[moment.pose];
+    const npt::ScenePose own = stands(identity, "Idle", 0), idle = stands(pose, "Idle", 0),
+                         goal = stands(pose, moment.clip, moment.sixth);
+    std::map<std::string, std::size_t> joints;
+    for (const npt::Skin& skin : pose.scene->skins)
+      for (const std::size_t joint : skin.joints) joints.emplace(pose.scene->nodes[joint].name, joint);
+    npt::Scene scene = *identity.scene;
+    std::vector<std::optional<npt::Affine>> worlds(scene.nodes.size());
+    const auto place = [&](std::size_t n, const auto& again) -> const npt::Affine& {
+      if (worlds[n]) return *worlds[n];
+      npt::SceneNode& node = scene.nodes[n];
+      const npt::Affine parent = node.parent == npt::no_item ? npt::Affine() : again(node.parent, again),
+                        parent_was = node.parent == npt::no_item ? npt::Affine() : own.worlds[node.parent];
+      npt::Affine world = parent * (npt::inverse(parent_was) * own.worlds[n]);
+      if (const auto joint = joints.find(node.name); joint != joints.end())
+        world.linear =
+            goal.worlds[joint->second].linear * npt::inverse(idle.worlds[joint->second]).linear * own.worlds[n].linear;
+      node.matrix = npt::inverse(parent) * world;
+      return worlds[n].emplace(world);
+    };
+    for (std::size_t n = 0; n < scene.nodes.size(); ++n) place(n, place);
+    return npt::ScenePoser(scene).mesh();
+  }
+
   std::vector<Animal> animals_;
 };
 
-inline npt::EvaluationSet clip_animals(const std::string& folder, Unseen unseen, std::size_t count) {
+/// by_rotations: each with its answer in the pose's place
+inline npt::EvaluationSet clip_animals(const std::string& folder, Unseen unseen, std::size_t count,
+                                       bool by_rotations = false) {
   const auto animals = std::make_shared<const ClipAnimals>(folder);
-  return {.name = "clips", .count = count, .pair = [animals, moments = animals->draw(unseen, count, 1)](std::size_t i) {
-            return animals->pair(moments[i]);
+  return {.name = "clips",
+          .count = count,
+          .pair = [animals, moments = animals->draw(unseen, count, 1), by_rotations](std::size_t i) {
+            return by_rotations ? animals->pair_by_rotations(moments[i]) : animals->pair(moments[i]);
           }};
 }
 

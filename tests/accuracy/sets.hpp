@@ -33,9 +33,9 @@
 
 namespace accuracy {
 
-/// What takes a set's pairs: the transfer of people or of animals with default settings, or the network alone of
-/// either.
-enum class Method { people, network, animals, quadrupeds };
+/// What takes a set's pairs: the transfer of people or of animals with default settings, the network alone of either, or
+/// nothing, where the answer stands in the pose's place.
+enum class Method { people, network, animals, quadrupeds, given };
 
 struct Set {
   std::string key;    ///< in bounds.txt and wrong.txt
@@ -186,8 +186,14 @@ inline std::vector<Set> shared_sets() {
   };
   for (const auto& [key, title, unseen] : {std::tuple("clips", "known species, new clips", Unseen::clip),
                                            std::tuple("species", "a new species, known clips", Unseen::species),
-                                           std::tuple("both", "a new species, new clips", Unseen::both)})
-    add_animals(sets, key, title, true, [which = unseen] { return clip_animals(shared_data("glb"), which, 20); });
+                                           std::tuple("both", "a new species, new clips", Unseen::both)}) {
+    const auto make = [which = unseen](bool by_rotations) {
+      return [which, by_rotations] { return clip_animals(shared_data("glb"), which, 20, by_rotations); };
+    };
+    add_animals(sets, key, title, true, make(false));
+    sets.push_back({std::string(key) + "-rotations", std::string(title) + ", by the rigs' own rotations", Method::given,
+                    true, make(true), true});
+  }
   return sets;
 }
 

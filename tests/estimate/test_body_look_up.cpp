@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/random.hpp>
+#include <npt/base/thread_executor.hpp>
 #include <npt/body/mannequin/finger_joints.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
@@ -65,4 +66,21 @@ TEST_CASE("fingers count as their hands") {
   const npt::BodyLookUp look_up(fingered, fit, 1, npt::smpl_joint_count);
   std::uint32_t hint = npt::no_index;
   for (const npt::Vec3d p : look_up.body()) REQUIRE(look_up.place(look_up(p, {}, hint)).part < npt::smpl_joint_count);
+}
+
+TEST_CASE("all points of a mesh are looked up side by side, each as by itself") {
+  const npt::BodyModel& body = npt::mannequin();
+  const npt::BodyLookUp look_up(body, posed(3), 1, 24);
+  std::vector<npt::Vec3d> points(look_up.body().begin(), look_up.body().end());
+  for (npt::Vec3d& p : points) p.x += 0.01;
+  const std::vector<npt::Vec3d> outward = npt::area_vectors(points, body.triangles());
+  std::vector<npt::ClosestPoint> found(points.size());
+  const npt::ThreadExecutor executor(3);
+  look_up.for_each(points, outward, executor, [&](std::size_t p, const npt::ClosestPoint& c) { found[p] = c; });
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    std::uint32_t hint = npt::no_index;
+    const npt::ClosestPoint alone = look_up(points[p], outward[p], hint);
+    CHECK(found[p].triangle == alone.triangle);
+    CHECK(found[p].weights == alone.weights);
+  }
 }

@@ -68,6 +68,7 @@ class BasicBodyEstimator {
   const BodyKind& kind() const noexcept { return fitter_->kind(); }
   /// What is fitted.
   const BodyModel& body() const noexcept { return fitter_->model(); }
+  const Exec& executor() const { return reader_.engine().executor(); }
 
   /// How a body lies in a mesh, or in some of its pieces where the whole is no person: on a floor, beside another.
   /// Errors    npt::Error for a mesh of several figures, but fewer than the one that is asked for
@@ -183,8 +184,6 @@ class BasicBodyEstimator {
     return std::make_shared<const FitSurface>(std::span<const Vec3d>(points), mesh.triangles, FitSurface::default_count,
                                               std::string(mesh.name));
   }
-
-  const Exec& executor() const { return reader_.engine().executor(); }
 
   BasicCorrespondenceEstimator<Exec> reader_;
   BodyEstimatorOptions options_;

@@ -6,6 +6,7 @@
 /// Threads   look-ups may run side by side, each caller with a hint of its own
 #pragma once
 
+#include <npt/base/executor.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/fitted_body.hpp>
@@ -57,6 +58,15 @@ class BasicBodyLookUp {
     if (c.triangle == no_index) c = tree_.closest(point);
     hint = c.triangle;
     return c;
+  }
+
+  /// f(p, where) for each of a mesh's points, side by side. outward: [P] its area vectors
+  template <Executor Exec, class F>
+  void for_each(std::span<const Vec3d> points, std::span<const Vec3d> outward, const Exec& executor, const F& f) const {
+    for_ranges(executor, points.size(), [&](std::size_t first, std::size_t last) {
+      std::uint32_t hint = no_index;
+      for (std::size_t p = first; p < last; ++p) f(p, (*this)(points[p], outward[p], hint));
+    });
   }
 
   /// From the body's surface as such, whichever way it faces.

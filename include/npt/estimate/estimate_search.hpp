@@ -88,12 +88,13 @@ class EstimateSearch {
     if (!found() || !limbs_touch(fitter_.model(), best_.fit.body)) return;
     const Welding welding = weld(mesh_.xyz);
     const std::vector<Triangle> triangles = welding.welded(mesh_.triangles);
+    const std::vector<Edge> edges = edges_of_triangles(as_span(triangles));
     const std::vector<Vec3d> all = best_.points_of(mesh_);
     std::vector<Vec3d> points;
     points.reserve(welding.point_count());
     for (const std::uint32_t v : welding.vertex_of) points.push_back(all[v]);
     const auto swap_of = [&](const CorrespondenceFit& fit) {
-      return LimbSwap(plan(), look_up(fit), points, triangles);
+      return LimbSwap(plan(), look_up(fit), points, triangles, edges, executor_);
     };
     const LimbSwap now = swap_of(best_.fit);
     best_.residuals.torn = now.torn();

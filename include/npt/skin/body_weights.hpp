@@ -16,6 +16,7 @@
 #pragma once
 
 #include <npt/base/as_span.hpp>
+#include <npt/base/executor.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_model.hpp>
@@ -38,6 +39,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -55,8 +57,9 @@ NPT_INLINE_CLASS(class, BodyWeights);
 template <class>
 class BasicBodyWeights {
  public:
+  template <Executor Exec>
   BasicBodyWeights(const BodyKind& kind, const BodyFit& fit, std::vector<Vec3d> points, std::vector<Triangle> triangles,
-                   const BodyWeightsOptions& options)
+                   const BodyWeightsOptions& options, const Exec& executor)
       : kind_(kind),
         model_(kind.bound_body()),
         fit_(fit),
@@ -65,13 +68,13 @@ class BasicBodyWeights {
         options_(options),
         joints_(model_.joint_count()),
         stride_((joints_ + lanes - 1) / lanes * lanes) {
-    locate();
+    locate(executor);
     edges_ = edges_of_triangles(as_span(triangles_));
     around_ = neighbours(as_span(edges_), points_.size());
     doubt_patches();
     doubt_far();
     solve();
-    if (kind_.hands) bind_hands();
+    if (kind_.hands) bind_hands(executor);
     RigidPieces(points_, triangles_, model_.tables().parents, certain_).move(as_span(weights_), stride_);
   }
 
@@ -110,17 +113,16 @@ class BasicBodyWeights {
     }
   }
 
-  void locate() {
+  template <Executor Exec>
+  void locate(const Exec& executor) {
     const BodyLookUp look_up(model_, fit_, options_.facing, kind_.joint_count());
     body_.assign(look_up.body().begin(), look_up.body().end());
-    const std::vector<Vec3d> outward = area_vectors(as_span(points_), as_span(triangles_));
     weights_.assign(points_.size() * stride_, 0.0F);
     places_.resize(points_.size());
     distances_.resize(points_.size());
     certain_.assign(points_.size(), true);
-    std::uint32_t hint = no_index;
-    for (std::size_t p = 0; p < points_.size(); ++p) {
-      const ClosestPoint c = look_up(points_[p], outward[p], hint);
+    const std::vector<Vec3d> outward = area_vectors(as_span(points_), as_span(triangles_));
+    look_up.for_each(as_span(points_), as_span(outward), executor, [&](std::size_t p, const ClosestPoint& c) {
       places_[p] = look_up.place(c);
       // To the surface as such: what faces another way, as a coat's lining, is no farther for that.
       distances_[p] = std::sqrt(c.squared_distance);
@@ -128,7 +130,7 @@ class BasicBodyWeights {
       look_up.for_each_weight(c, [row = &weights_[p * stride_]](std::uint32_t joint, double weight) {
         row[joint] += static_cast<float>(weight);
       });
-    }
+    });
   }
 
   /// Points beside tears, and small patches with others around, but where one is the most of its piece and lies on the
@@ -160,7 +162,8 @@ class BasicBodyWeights {
     for (const Edge& e : edges_)
       if ((distances_[e[0]] > off) == (distances_[e[1]] > off)) regions.unite(e[0], e[1]);
     const std::vector<std::uint32_t> region = regions.sets();
-    const std::vector<double> share = area_shares(as_span(points_), as_span(triangles_), as_span(region));
+    const std::vector<double> share =
+        sums_of_sets(as_span(area_shares(as_span(points_), as_span(triangles_))), as_span(region));
     std::vector<bool> away(count, false), island(count, false);
     for (std::uint32_t p = 0; p < count; ++p)
       if (distances_[p] > far) away[region[p]] = true;
@@ -183,13 +186,16 @@ class BasicBodyWeights {
     for (std::size_t i = 0; i < order.size(); ++i)
       for (const std::uint32_t n : around_.of(order[i]))
         if (layer[n] == no_index) layer[n] = layer[order[i]] + 1, order.push_back(n);
-    const std::vector<float> data = weights_;
+    // On meshes finer than 1 cm D is smooth already at the length of an edge.
+    constexpr std::size_t most_sweeps = 4, coarse = 30000;
+    std::size_t sweeps = 1;
+    while (sweeps < most_sweeps && sweeps * points_.size() < most_sweeps * coarse) ++sweeps;
+    // A single sweep finds D where it was put down.
+    const std::vector<float> data = sweeps > 1 ? weights_ : std::vector<float>();
     for (const std::uint32_t p : order) relax(p, data, 0, [&](std::uint32_t n) { return layer[n] < layer[p]; });
     std::vector<float> certainties;
     for (std::uint32_t p = 0; p < points_.size(); ++p) certainties.push_back(certain_[p] ? certainty(p) : 0.0F);
-    // On meshes finer than 1 cm D is smooth already at the length of an edge.
-    constexpr std::size_t sweeps = 4, coarse = 30000;
-    for (std::size_t i = 0; i < sweeps && i * points_.size() < sweeps * coarse; ++i) {
+    for (std::size_t i = 0; i < sweeps; ++i) {
       for (const std::uint32_t p : order) relax(p, data, certainties[p], [](std::uint32_t) { return true; });
       std::ranges::reverse(order);
     }
@@ -215,24 +221,31 @@ class BasicBodyWeights {
       if (use(n)) add(&weights_[n * stride_], sum_.data()), ++count;
     if (count == 0) return;
     const float own = certainty / (1 + certainty), others = 1 / ((1 + certainty) * count);
-    const float* from = &data[p * stride_];
     float* to = &weights_[p * stride_];
+    const float* from = data.empty() ? to : &data[p * stride_];
     for (std::size_t j = 0; j < stride_; j += lanes)
       for (std::size_t lane = 0; lane < lanes; ++lane) to[j + lane] = own * from[j + lane] + others * sum_[j + lane];
   }
 
-  void bind_hands() {
+  template <Executor Exec>
+  void bind_hands(const Exec& executor) {
     std::vector<float> skin = model_.tables().weights.to_dense();
     const Neighbours around = neighbours(as_span(edges_of_triangles(model_.triangles())), model_.vertex_count());
-    for (std::size_t side = 0; side < 2; ++side) {
+    std::array<std::optional<HandSkin>, 2> hands, of_body;
+    executor.for_each(4, [&](int i, int) {
+      const std::size_t side = static_cast<std::size_t>(i) % 2;
       const HandJoints& joints = kind_.hands->joints[side];
-      const HandSkin of_body({body_, &around, skin, joints_}, joints);
-      HandSkin hand({points_, &around_, weights_, stride_}, joints);
-      fingers_[side] = hand.like(of_body);
+      if (i < 2)
+        hands[side].emplace(WeightRows{points_, &around_, weights_, stride_}, joints);
+      else
+        of_body[side].emplace(WeightRows{body_, &around, skin, joints_}, joints);
+    });
+    for (std::size_t side = 0; side < 2; ++side) {
+      fingers_[side] = hands[side]->like(*of_body[side]);
       if (!fingers_[side])
-        hand.stiffen();
+        hands[side]->stiffen();
       else if (options_.closed[side])
-        hand.take(of_body);
+        hands[side]->take(*of_body[side]);
     }
   }
 
@@ -258,9 +271,10 @@ class BasicBodyWeights {
 
 /// fingers: whether the left and the right hand have any, for a kind with hands
 /// Requires  finite points, triangles of numbers below V, a fit of the body that characters are bound to
-NPT_INLINE SparseMatrix body_weights(const BodyKind& kind, const BodyFit& fit, std::span<const Vec3d> points,
-                                     std::span<const Triangle> triangles, const BodyWeightsOptions& options = {},
-                                     std::array<bool, 2>* fingers = nullptr) {
+template <Executor Exec = SerialExecutor>
+SparseMatrix body_weights(const BodyKind& kind, const BodyFit& fit, std::span<const Vec3d> points,
+                          std::span<const Triangle> triangles, const BodyWeightsOptions& options = {},
+                          std::array<bool, 2>* fingers = nullptr, const Exec& executor = Exec()) {
   std::vector<float> xyz;
   xyz.reserve(3 * points.size());
   for (const Vec3d p : points)
@@ -269,7 +283,8 @@ NPT_INLINE SparseMatrix body_weights(const BodyKind& kind, const BodyFit& fit, s
   std::vector<Vec3d> welded;
   welded.reserve(welding.vertex_of.size());
   for (const std::uint32_t v : welding.vertex_of) welded.push_back(points[v]);
-  const skeleton::internal::BodyWeights bound(kind, fit, std::move(welded), welding.welded(triangles), options);
+  const skeleton::internal::BodyWeights bound(kind, fit, std::move(welded), welding.welded(triangles), options,
+                                              executor);
   if (fingers != nullptr) *fingers = bound.fingers();
   return bound.weights().gathered(as_span(welding.point_of));
 }

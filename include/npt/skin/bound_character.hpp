@@ -6,6 +6,7 @@
 #include <npt/base/affine.hpp>
 #include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
+#include <npt/base/executor.hpp>
 #include <npt/base/rigid.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_kind.hpp>
@@ -140,7 +141,9 @@ NPT_INLINE SparseMatrix weights_of_figure(const SparseMatrix& all, std::span<con
 
 /// Binds a mesh to the body that was estimated for it.
 /// Errors    npt::Error for an estimate without a body
-NPT_INLINE BoundCharacter bind_character(const BodyKind& kind, const MeshView& mesh, BodyEstimate estimate) {
+template <Executor Exec = SerialExecutor>
+BoundCharacter bind_character(const BodyKind& kind, const MeshView& mesh, BodyEstimate estimate,
+                              const Exec& executor = Exec()) {
   BoundCharacter character;
   character.estimate = std::move(estimate);
   const BodyEstimate& e = character.estimate;
@@ -154,8 +157,9 @@ NPT_INLINE BoundCharacter bind_character(const BodyKind& kind, const MeshView& m
   };
   std::vector<Triangle> kept;
   const std::span<const Triangle> own = figure_triangles(mesh, e.figure, kept);
-  character.weights = body_weights(kind, character.body, character.points, own,
-                                   {.facing = e.fit.facing, .closed = {closed(0), closed(1)}}, &character.fingers);
+  character.weights =
+      body_weights(kind, character.body, character.points, own,
+                   {.facing = e.fit.facing, .closed = {closed(0), closed(1)}}, &character.fingers, executor);
   if (!e.figure.empty()) character.weights = skin::internal::weights_of_figure(character.weights, own);
   character.joints = fitted_joints(kind.bound_body(), character.body);
   return character;

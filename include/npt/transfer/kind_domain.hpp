@@ -99,7 +99,7 @@ class KindDomain final : public BodyDomain {
     return std::make_shared<const Estimate>(estimator_.follow(frame, body_of(last)), kind().plan);
   }
   std::shared_ptr<const DomainBinding> bind(const MeshView& identity, const DomainEstimate& estimate) const override {
-    return std::make_shared<const Binding>(bind_character(kind(), identity, body_of(estimate)));
+    return std::make_shared<const Binding>(bind_character(kind(), identity, body_of(estimate), estimator_.executor()));
   }
   void pose(const DomainBinding& identity, const DomainEstimate& pose, std::span<float> result) const override {
     character_of(identity).pose(kind(), angles(identity, pose), result);
