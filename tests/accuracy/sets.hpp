@@ -33,8 +33,8 @@
 
 namespace accuracy {
 
-/// What takes a set's pairs: the transfer of people or of animals with default settings, the network alone of either, or
-/// nothing, where the answer stands in the pose's place.
+/// What takes a set's pairs: the transfer of people or of animals with default settings, the network alone of either,
+/// or nothing, where the answer stands in the pose's place.
 enum class Method { people, network, animals, quadrupeds, given };
 
 struct Set {

@@ -2,17 +2,14 @@
 
 #include <estimate/people.hpp>
 
-#include <npt/base/executor.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/people_plan.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/limb_swap.hpp>
-#include <npt/mesh/topology.hpp>
 
 #include <cstddef>
 #include <optional>
-#include <span>
 #include <vector>
 
 namespace {
@@ -34,13 +31,8 @@ npt::BodyFit legs(float side) {
 }
 
 npt::LimbSwap tangle(const npt::BodyFit& fit, const std::vector<npt::Vec3d>& mesh) {
-  const std::span<const npt::Triangle> triangles = npt::mannequin().triangles();
-  return {npt::people_plan(),
-          npt::BodyLookUp(npt::mannequin(), fit, 1, npt::smpl_joint_count),
-          mesh,
-          triangles,
-          npt::edges_of_triangles(triangles),
-          npt::SerialExecutor()};
+  return {npt::people_plan(), npt::BodyLookUp(npt::mannequin(), fit, 1, npt::smpl_joint_count), mesh,
+          npt::mannequin().triangles()};
 }
 
 }  // namespace
@@ -85,6 +77,6 @@ TEST_CASE("small pieces say nothing of legs, and a mesh of nothing else can't be
     apart.push_back({first, first + 1, first + 2});
   }
   const npt::LimbSwap pieces(npt::people_plan(), npt::BodyLookUp(npt::mannequin(), legs(1), 1, npt::smpl_joint_count),
-                             corners, apart, npt::edges_of_triangles(apart), npt::SerialExecutor());
+                             corners, apart);
   CHECK_FALSE(pieces.mended());
 }

@@ -88,13 +88,12 @@ class EstimateSearch {
     if (!found() || !limbs_touch(fitter_.model(), best_.fit.body)) return;
     const Welding welding = weld(mesh_.xyz);
     const std::vector<Triangle> triangles = welding.welded(mesh_.triangles);
-    const std::vector<Edge> edges = edges_of_triangles(as_span(triangles));
     const std::vector<Vec3d> all = best_.points_of(mesh_);
     std::vector<Vec3d> points;
     points.reserve(welding.point_count());
     for (const std::uint32_t v : welding.vertex_of) points.push_back(all[v]);
     const auto swap_of = [&](const CorrespondenceFit& fit) {
-      return LimbSwap(plan(), look_up(fit), points, triangles, edges, executor_);
+      return LimbSwap(plan(), look_up(fit), points, triangles);
     };
     const LimbSwap now = swap_of(best_.fit);
     best_.residuals.torn = now.torn();
@@ -185,8 +184,8 @@ class EstimateSearch {
 
   /// Other poses of pairs of limbs that lie far from the surface.
   void search_limbs(std::span<const BodyView> views) {
-    constexpr int rounds = 2;  // with one, 2 of 120 dressed people end with an arm elsewhere
-    constexpr std::size_t starts = 8;
+    constexpr int rounds = 2;           // with one, 2 of 120 dressed people end with an arm elsewhere
+    constexpr std::size_t starts = 24;  // with 8, 10 instead of 3 of 500 people in wide poses have a limb elsewhere
     std::vector<std::vector<float>> seen;
     bool better = true;
     for (int round = 0; found() && better && round < rounds; ++round) {

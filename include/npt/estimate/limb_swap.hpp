@@ -9,8 +9,6 @@
 /// Source    ours
 #pragma once
 
-#include <npt/base/as_span.hpp>
-#include <npt/base/executor.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/base/weighted_choice.hpp>
@@ -26,7 +24,6 @@
 #include <npt/estimate/place_patches.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/area_sampler.hpp>
-#include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/topology.hpp>
@@ -63,15 +60,14 @@ NPT_INLINE_CLASS(class, LimbSwap);
 template <class>
 class BasicLimbSwap {
  public:
-  /// points: [P], of a mesh whose vertices in one place are one; edges: the triangles'. The plan must outlive it.
-  template <Executor Exec>
+  /// points: [P], of a mesh whose vertices in one place are one. The plan must outlive it.
   BasicLimbSwap(const BodyPlan& plan, const BodyLookUp& body, std::span<const Vec3d> points,
-                std::span<const Triangle> triangles, std::span<const Edge> edges, const Exec& executor)
+                std::span<const Triangle> triangles)
       : plan_(plan),
         points_(points),
         triangles_(triangles),
-        places_(looked_up(body, points, triangles, executor)),
-        patches_(plan, points, triangles, edges, places_) {}
+        places_(looked_up(body, points, triangles)),
+        patches_(plan, points, triangles, edges_of_triangles(triangles), places_) {}
 
   /// PlacePatches::torn
   double torn() const { return patches_.torn(); }
@@ -111,12 +107,13 @@ class BasicLimbSwap {
  private:
   enum class State { doubted, believed, mirrored };
 
-  template <Executor Exec>
   static std::vector<BodyPlace> looked_up(const BodyLookUp& body, std::span<const Vec3d> points,
-                                          std::span<const Triangle> triangles, const Exec& executor) {
-    std::vector<BodyPlace> places(points.size());
-    body.for_each(points, as_span(area_vectors(points, triangles)), executor,
-                  [&](std::size_t p, const ClosestPoint& c) { places[p] = body.place(c); });
+                                          std::span<const Triangle> triangles) {
+    const std::vector<Vec3d> outward = area_vectors(points, triangles);
+    std::vector<BodyPlace> places;
+    places.reserve(points.size());
+    std::uint32_t hint = no_index;
+    for (std::size_t p = 0; p < points.size(); ++p) places.push_back(body.place(body(points[p], outward[p], hint)));
     return places;
   }
 

@@ -53,9 +53,8 @@ class BasicPlacePatches {
     }
     patch_ = patches.sets();
     piece_ = pieces.sets();
-    const std::vector<double> shares = area_shares(points, triangles);
-    share_ = sums_of_sets(as_span(shares), as_span(patch_));
-    piece_share_ = sums_of_sets(as_span(shares), as_span(piece_));
+    share_ = area_shares(points, triangles, as_span(patch_));
+    piece_share_ = area_shares(points, triangles, as_span(piece_));
   }
 
   /// The least point of a point's patch.

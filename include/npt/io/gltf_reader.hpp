@@ -58,8 +58,7 @@ class GltfReader {
  private:
   using Item = GltfItem;
 
-  /// What a file may ask for and npt can do without understanding it: how surfaces look, and how
-  /// numbers are packed.
+  /// What a file may ask for and npt can do without understanding it: how surfaces look, and how numbers are packed.
   void check_extensions() const {
     static constexpr std::array<std::string_view, 8> understood{
         "KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_meshopt_compression", "KHR_texture_transform",

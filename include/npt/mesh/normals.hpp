@@ -42,24 +42,18 @@ NPT_INLINE std::vector<Vec3d> area_vectors(std::span<const Vec3d> points, std::s
   return sums;
 }
 
-/// [P] The share of the triangles' area that each point has, a third of each of its triangles; 0 without any area.
-NPT_INLINE std::vector<double> area_shares(std::span<const Vec3d> points, std::span<const Triangle> triangles) {
+/// [P] At the least point of each set, the share of the triangles' area that its points have; 0 without any area.
+/// sets: [P] as UnionFind::sets()
+NPT_INLINE std::vector<double> area_shares(std::span<const Vec3d> points, std::span<const Triangle> triangles,
+                                           std::span<const std::uint32_t> sets) {
   std::vector<double> shares(points.size());
   double total = 0;
   for (const Triangle& t : triangles) {
     const double third = length(cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]])) / 3;
-    for (const std::uint32_t p : t) shares[p] += third, total += third;
+    for (const std::uint32_t p : t) shares[sets[p]] += third, total += third;
   }
   for (double& share : shares) share /= total > 0 ? total : 1;
   return shares;
-}
-
-/// [P] At the least point of each set, the sum of its points' values.
-/// sets: [P] as UnionFind::sets()
-NPT_INLINE std::vector<double> sums_of_sets(std::span<const double> values, std::span<const std::uint32_t> sets) {
-  std::vector<double> sums(values.size());
-  for (std::size_t p = 0; p < values.size(); ++p) sums[sets[p]] += values[p];
-  return sums;
 }
 
 /// One unit normal a vertex, the area-weighted mean of its faces'; (0, 0, 0) where no face with an area touches it.

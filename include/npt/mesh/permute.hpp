@@ -14,9 +14,8 @@
 
 namespace npt::inline NPT_ABI {
 
-/// A mesh with its vertices in another order: positions, normals (where one a vertex) and properties move,
-/// corners point to the new places. Faces and all else stay. Throws npt::Error unless `order` is a permutation of the
-/// vertices.
+/// A mesh with its vertices in another order: positions, normals (where one a vertex) and properties move, corners
+/// point to the new places. Faces and all else stay. Throws npt::Error unless `order` is a permutation of the vertices.
 NPT_INLINE Mesh permute_vertices(const Mesh& mesh, std::span<const std::uint32_t> order) {
   if (order.size() != mesh.vertex_count())
     throw Error({.file = "vertex order",

@@ -22,23 +22,20 @@ using Edge = std::array<std::uint32_t, 2>;
 
 /// Edges {a, b}, a < b, in any order: each once, ascending.
 NPT_INLINE std::vector<Edge> unique_edges(std::span<const Edge> edges) {
-  // Put down by their first ends, so that only the few of each are sorted: of 881,664 triangles in 0.05 instead of 0.2 s.
-  std::vector<std::size_t> start(2);
-  for (const auto& [a, b] : edges) {
-    if (a + std::size_t{2} > start.size()) start.resize(a + std::size_t{2});
-    ++start[a + 1];
-  }
-  std::partial_sum(start.begin(), start.end(), start.begin());
-  std::vector<std::size_t> next(start.begin(), start.end() - 1);
+  // By their first ends, and then the few of each: of 881,664 triangles in 0.05 instead of 0.2 s.
+  std::vector<std::size_t> ends(1);
+  for (const auto& [a, b] : edges) ends.resize(std::max(ends.size(), a + std::size_t{2})), ++ends[a + 1];
+  std::partial_sum(ends.begin(), ends.end(), ends.begin());
   std::vector<std::uint64_t> keys(edges.size());
-  for (const auto& [a, b] : edges) keys[next[a]++] = pair_key(a, b);
+  for (const auto& [a, b] : edges) keys[ends[a]++] = pair_key(a, b);
   std::vector<Edge> sorted;
-  sorted.reserve(keys.size() / 2 + 1);
-  for (std::size_t a = 0; a + 1 < start.size(); ++a) {
-    const std::span<std::uint64_t> own(keys.data() + start[a], start[a + 1] - start[a]);
-    sort_keys(own);
-    for (std::size_t i = 0; i < own.size(); ++i)
-      if (i == 0 || own[i] != own[i - 1]) sorted.push_back({first_of_key(own[i]), second_of_key(own[i])});
+  std::size_t first = 0;
+  for (const std::size_t end : ends) {
+    sort_keys({keys.data() + first, end - first});
+    for (; first < end; ++first)
+      if (const Edge edge{first_of_key(keys[first]), second_of_key(keys[first])};
+          sorted.empty() || sorted.back() != edge)
+        sorted.push_back(edge);
   }
   return sorted;
 }

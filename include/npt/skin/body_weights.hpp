@@ -39,7 +39,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -74,7 +73,7 @@ class BasicBodyWeights {
     doubt_patches();
     doubt_far();
     solve();
-    if (kind_.hands) bind_hands(executor);
+    if (kind_.hands) bind_hands();
     RigidPieces(points_, triangles_, model_.tables().parents, certain_).move(as_span(weights_), stride_);
   }
 
@@ -162,8 +161,7 @@ class BasicBodyWeights {
     for (const Edge& e : edges_)
       if ((distances_[e[0]] > off) == (distances_[e[1]] > off)) regions.unite(e[0], e[1]);
     const std::vector<std::uint32_t> region = regions.sets();
-    const std::vector<double> share =
-        sums_of_sets(as_span(area_shares(as_span(points_), as_span(triangles_))), as_span(region));
+    const std::vector<double> share = area_shares(as_span(points_), as_span(triangles_), as_span(region));
     std::vector<bool> away(count, false), island(count, false);
     for (std::uint32_t p = 0; p < count; ++p)
       if (distances_[p] > far) away[region[p]] = true;
@@ -186,16 +184,13 @@ class BasicBodyWeights {
     for (std::size_t i = 0; i < order.size(); ++i)
       for (const std::uint32_t n : around_.of(order[i]))
         if (layer[n] == no_index) layer[n] = layer[order[i]] + 1, order.push_back(n);
-    // On meshes finer than 1 cm D is smooth already at the length of an edge.
-    constexpr std::size_t most_sweeps = 4, coarse = 30000;
-    std::size_t sweeps = 1;
-    while (sweeps < most_sweeps && sweeps * points_.size() < most_sweeps * coarse) ++sweeps;
-    // A single sweep finds D where it was put down.
-    const std::vector<float> data = sweeps > 1 ? weights_ : std::vector<float>();
+    const std::vector<float> data = weights_;
     for (const std::uint32_t p : order) relax(p, data, 0, [&](std::uint32_t n) { return layer[n] < layer[p]; });
     std::vector<float> certainties;
     for (std::uint32_t p = 0; p < points_.size(); ++p) certainties.push_back(certain_[p] ? certainty(p) : 0.0F);
-    for (std::size_t i = 0; i < sweeps; ++i) {
+    // On meshes finer than 1 cm D is smooth already at the length of an edge.
+    constexpr std::size_t sweeps = 4, coarse = 30000;
+    for (std::size_t i = 0; i < sweeps && i * points_.size() < sweeps * coarse; ++i) {
       for (const std::uint32_t p : order) relax(p, data, certainties[p], [](std::uint32_t) { return true; });
       std::ranges::reverse(order);
     }
@@ -221,31 +216,24 @@ class BasicBodyWeights {
       if (use(n)) add(&weights_[n * stride_], sum_.data()), ++count;
     if (count == 0) return;
     const float own = certainty / (1 + certainty), others = 1 / ((1 + certainty) * count);
+    const float* from = &data[p * stride_];
     float* to = &weights_[p * stride_];
-    const float* from = data.empty() ? to : &data[p * stride_];
     for (std::size_t j = 0; j < stride_; j += lanes)
       for (std::size_t lane = 0; lane < lanes; ++lane) to[j + lane] = own * from[j + lane] + others * sum_[j + lane];
   }
 
-  template <Executor Exec>
-  void bind_hands(const Exec& executor) {
+  void bind_hands() {
     std::vector<float> skin = model_.tables().weights.to_dense();
     const Neighbours around = neighbours(as_span(edges_of_triangles(model_.triangles())), model_.vertex_count());
-    std::array<std::optional<HandSkin>, 2> hands, of_body;
-    executor.for_each(4, [&](int i, int) {
-      const std::size_t side = static_cast<std::size_t>(i) % 2;
-      const HandJoints& joints = kind_.hands->joints[side];
-      if (i < 2)
-        hands[side].emplace(WeightRows{points_, &around_, weights_, stride_}, joints);
-      else
-        of_body[side].emplace(WeightRows{body_, &around, skin, joints_}, joints);
-    });
     for (std::size_t side = 0; side < 2; ++side) {
-      fingers_[side] = hands[side]->like(*of_body[side]);
+      const HandJoints& joints = kind_.hands->joints[side];
+      const HandSkin of_body({body_, &around, skin, joints_}, joints);
+      HandSkin hand({points_, &around_, weights_, stride_}, joints);
+      fingers_[side] = hand.like(of_body);
       if (!fingers_[side])
-        hands[side]->stiffen();
+        hand.stiffen();
       else if (options_.closed[side])
-        hands[side]->take(*of_body[side]);
+        hand.take(of_body);
     }
   }
 

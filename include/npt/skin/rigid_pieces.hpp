@@ -50,7 +50,7 @@ class BasicRigidPieces {
         parents_(parents),
         piece_(connected_components(triangles, points.size())),
         moved_(points.size()) {
-    const std::vector<double> share = sums_of_sets(as_span(area_shares(points, triangles)), as_span(piece_));
+    const std::vector<double> share = area_shares(points, triangles, as_span(piece_));
     std::vector<bool> fast(points.size());
     for (std::uint32_t p = 0; p < points.size(); ++p)
       if (certain[p]) fast[piece_[p]] = true;
