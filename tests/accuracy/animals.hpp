@@ -155,13 +155,17 @@ class ClipAnimals {
     const Animal& animal = animals_[number];
     const npt::Clip* clip = animal.clips.at(name);
     npt::Mesh mesh = animal.poser->mesh();
-    animal.poser->positions(clip, clip->length() * static_cast<double>(sixth) / 6, mesh.coordinates());
+    animal.poser->positions(clip, seconds(*clip, sixth), mesh.coordinates());
     return mesh;
+  }
+
+  static double seconds(const npt::Clip& clip, std::size_t sixth) {
+    return clip.length() * static_cast<double>(sixth) / 6;
   }
 
   static npt::ScenePose stands(const Animal& animal, const std::string& name, std::size_t sixth) {
     const npt::Clip* clip = animal.clips.at(name);
-    return animal.poser->pose(clip, clip->length() * static_cast<double>(sixth) / 6);
+    return animal.poser->pose(clip, seconds(*clip, sixth));
   }
 
   npt::Mesh turned(const Moment& moment) const {

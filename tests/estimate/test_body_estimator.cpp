@@ -1,10 +1,15 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/random.hpp>
+#include <npt/base/vec3.hpp>
+#include <npt/body/fitted_body.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
+#include <npt/body/pose_sampler.hpp>
 #include <npt/estimate/body_estimator.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -53,6 +58,25 @@ TEST_CASE("an upside-down person is read, and said to be") {
       shipped_estimator().read({mesh.coordinates(), npt::mannequin().triangles(), "handstand"});
   CHECK(reading.confidence > 0.85);
   CHECK(reading.warnings(npt::people_plan()) == std::vector{npt::WarningCode::upside_down});
+}
+
+TEST_CASE("arms that a fit leaves elsewhere are found by the search of limbs") {
+  // With 8 starts an arm of each ended 0.25 m and more away, with a confidence of 1.
+  for (const std::uint64_t number : {77U, 108U}) {
+    npt::Random random(3, number);
+    npt::BodyFit truth;
+    truth.betas = npt::sample_shape(random, npt::mannequin().shape_count());
+    const auto pose = npt::sample_pose(random, npt::PoseDistribution::wide);
+    truth.axis_angles.assign(pose.begin(), pose.end());
+    const npt::Mesh mesh = npt::to_mesh(npt::mannequin(), truth.betas, truth.axis_angles);
+    const npt::BodyEstimate reading =
+        shipped_estimator().read({mesh.coordinates(), npt::mannequin().triangles(), "wide"});
+    const std::vector<npt::Vec3d> joints = npt::fitted_joints(shipped_estimator().body(), reading.fit.body),
+                                  expected = npt::fitted_joints(npt::mannequin(), truth);
+    REQUIRE(joints.size() == expected.size());
+    for (std::size_t j = 0; j < joints.size(); ++j)
+      CHECK(length(joints[j] / reading.metres + reading.centre - expected[j]) < 0.03);
+  }
 }
 
 TEST_CASE("what is no person has low confidence") {

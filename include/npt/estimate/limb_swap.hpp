@@ -9,6 +9,7 @@
 /// Source    ours
 #pragma once
 
+#include <npt/base/executor.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/base/weighted_choice.hpp>
@@ -110,10 +111,9 @@ class BasicLimbSwap {
   static std::vector<BodyPlace> looked_up(const BodyLookUp& body, std::span<const Vec3d> points,
                                           std::span<const Triangle> triangles) {
     const std::vector<Vec3d> outward = area_vectors(points, triangles);
-    std::vector<BodyPlace> places;
-    places.reserve(points.size());
-    std::uint32_t hint = no_index;
-    for (std::size_t p = 0; p < points.size(); ++p) places.push_back(body.place(body(points[p], outward[p], hint)));
+    std::vector<BodyPlace> places(points.size());
+    body.for_each(points, as_span(outward), SerialExecutor(),
+                  [&](std::size_t p, const auto& where) { places[p] = body.place(where); });
     return places;
   }
 

@@ -22,7 +22,7 @@ using Edge = std::array<std::uint32_t, 2>;
 
 /// Edges {a, b}, a < b, in any order: each once, ascending.
 NPT_INLINE std::vector<Edge> unique_edges(std::span<const Edge> edges) {
-  // By their first ends, and then the few of each: of 881,664 triangles in 0.05 instead of 0.2 s.
+  // By their first ends, and then the few of each: of 881,664 triangles in 0.10 instead of 0.19 s.
   std::vector<std::size_t> ends(1);
   for (const auto& [a, b] : edges) ends.resize(std::max(ends.size(), a + std::size_t{2})), ++ends[a + 1];
   std::partial_sum(ends.begin(), ends.end(), ends.begin());
