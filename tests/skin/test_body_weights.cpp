@@ -69,7 +69,7 @@ double error(const npt::BodyFit& fit, const npt::SparseMatrix& weights, const st
 TEST_CASE("a body's own surface gets nearly its own weights") {
   const npt::BodyFit fit = random_fit(1);
   const npt::SparseMatrix weights =
-      npt::body_weights(without_fingers(), fit, points_of(fit), npt::mannequin().triangles());
+      npt::body_weights(without_fingers(), fit, points_of(fit), npt::mannequin().triangles()).weights;
   REQUIRE(weights.rows == npt::mannequin().vertex_count());
   for (std::size_t v = 0; v < weights.rows; ++v) CHECK(std::abs(weights.row_sum(v) - 1) < 1e-5);
   CHECK(error(fit, weights, random_fit(2).axis_angles) < 0.008);
@@ -87,7 +87,8 @@ TEST_CASE("limbs that touch others keep their own weights") {
   std::vector<Vec3d> points = points_of(fit);
   const std::vector<Vec3d> normals = npt::area_vectors(points, npt::mannequin().triangles());
   for (std::size_t v = 0; v < points.size(); ++v) points[v] += npt::normalised(normals[v]) * 0.01;
-  const npt::SparseMatrix weights = npt::body_weights(without_fingers(), fit, points, npt::mannequin().triangles());
+  const npt::SparseMatrix weights =
+      npt::body_weights(without_fingers(), fit, points, npt::mannequin().triangles()).weights;
   CHECK(error(fit, weights, random_fit(3).axis_angles) < 0.03);
 }
 
@@ -131,7 +132,7 @@ TEST_CASE("a tail goes with what it hangs on, not with the legs that it hangs be
   points.insert(points.end(), {hand + Vec3d{0, 0.11, 0}, hand + Vec3d{0.5, 0.3, 0}, hand + Vec3d{-0.4, 0.4, 0}});
   triangles.push_back({blade, blade + 1, blade + 2});
 
-  const npt::SparseMatrix weights = npt::body_weights(without_fingers(), fit, points, triangles);
+  const npt::SparseMatrix weights = npt::body_weights(without_fingers(), fit, points, triangles).weights;
   const auto weight = [&weights](std::size_t v, auto... columns) {
     double sum = 0;
     for (std::size_t i = weights.start[v]; i < weights.start[v + 1]; ++i)
@@ -178,7 +179,7 @@ TEST_CASE("a badge on a thigh stays there where a hand was fitted wrongly before
     points.push_back(centre + corner);
   triangles.push_back({badge, badge + 1, badge + 2});
 
-  const npt::SparseMatrix weights = npt::body_weights(without_fingers(), fit, points, triangles, {.facing = 0});
+  const npt::SparseMatrix weights = npt::body_weights(without_fingers(), fit, points, triangles, {.facing = 0}).weights;
   for (std::uint32_t v = badge; v < badge + 3; ++v) {
     float leg = 0;
     for (std::size_t i = weights.start[v]; i < weights.start[v + 1]; ++i)
@@ -191,9 +192,9 @@ TEST_CASE("a mesh whose triangles turn inwards, seams and unused vertices") {
   const npt::BodyFit fit = random_fit(4);
   std::vector<Vec3d> points = points_of(fit);
   std::vector<npt::Triangle> triangles(npt::mannequin().triangles().begin(), npt::mannequin().triangles().end());
-  const npt::SparseMatrix plain = npt::body_weights(without_fingers(), fit, points, triangles);
+  const npt::SparseMatrix plain = npt::body_weights(without_fingers(), fit, points, triangles).weights;
   for (npt::Triangle& t : triangles) std::swap(t[0], t[1]);
-  CHECK(npt::body_weights(without_fingers(), fit, points, triangles, {.facing = -1}) == plain);
+  CHECK(npt::body_weights(without_fingers(), fit, points, triangles, {.facing = -1}).weights == plain);
   for (npt::Triangle& t : triangles) std::swap(t[0], t[1]);
   // Triangle 5 gets corners of its own, in the same places; the last vertex belongs to nothing.
   for (std::uint32_t& corner : triangles[5]) {
@@ -201,7 +202,7 @@ TEST_CASE("a mesh whose triangles turn inwards, seams and unused vertices") {
     corner = static_cast<std::uint32_t>(points.size() - 1);
   }
   points.push_back({1, 2, 3});
-  const npt::SparseMatrix cut = npt::body_weights(without_fingers(), fit, points, triangles);
+  const npt::SparseMatrix cut = npt::body_weights(without_fingers(), fit, points, triangles).weights;
   REQUIRE(cut.rows == points.size());
   for (std::size_t r = 0; r < cut.rows; ++r) CHECK(std::abs(cut.row_sum(r) - 1) < 1e-5);
   const std::size_t v = npt::mannequin().triangles()[5][0], copy = npt::mannequin().vertex_count();

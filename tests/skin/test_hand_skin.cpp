@@ -40,7 +40,8 @@ npt::SparseMatrix fist_weights(double off, bool closed = true) {
   npt::BodyFit fit;
   fit.axis_angles = npt::with_fingers(straight, {other, other});
   return npt::body_weights(*people::mannequins(), fit, skin_points(npt::with_fingers(straight, {fist, fist})),
-                           fingered_mannequin().triangles(), {.closed = {closed, closed}});
+                           fingered_mannequin().triangles(), {.closed = {closed, closed}})
+      .weights;
 }
 
 /// Mean of how much of a finger's weights is where it doesn't belong, over vertices that are moved by fingers alone.
@@ -89,8 +90,7 @@ TEST_CASE("hands without fingers, and what is no hand, bend with the hand's join
   npt::BodyFit fit;
   fit.axis_angles = npt::with_fingers(straight, {});
   const auto fingers_of = [&](std::span<const Vec3d> mesh, std::span<const npt::Triangle> triangles) {
-    std::array<bool, 2> fingers{};
-    const npt::SparseMatrix weights = npt::body_weights(*people::mannequins(), fit, mesh, triangles, {}, &fingers);
+    const auto [weights, fingers] = npt::body_weights(*people::mannequins(), fit, mesh, triangles);
     const bool bend = std::ranges::any_of(weights.column, [](std::uint32_t j) { return j >= npt::smpl_joint_count; });
     CHECK(bend == (fingers[0] || fingers[1]));
     return fingers;

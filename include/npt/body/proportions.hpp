@@ -115,14 +115,6 @@ NPT_INLINE BodyModel with_proportions(const BodyModel& body, const Proportions& 
   return body::internal::with_growth(body, growth, unit);
 }
 
-/// Standard deviations of all shape parameters of with_proportions(body): 1 for the body's own, people's for the rest.
-/// `wild` multiplies the latter.
-NPT_INLINE std::vector<double> shape_deviations(std::size_t own_shapes, double wild = 1) {
-  std::vector<double> deviations(own_shapes, 1.0);
-  for (const double d : human_proportion_deviations) deviations.push_back(wild * d);
-  return deviations;
-}
-
 /// Proportions of characters: three bodies in ten nearly as they are, the others with a head of 0.85 to 2.3 times the
 /// size, legs of 0.55 to 1.2 times the length, girths of 0.75 to 1.8, and more; each log-uniform. Always takes
 /// 1 + body_proportion_count draws.

@@ -257,12 +257,16 @@ class BasicBodyWeights {
 
 }  // namespace skeleton::internal
 
-/// fingers: whether the left and the right hand have any, for a kind with hands
+struct BoundWeights {
+  SparseMatrix weights;           ///< [V, J]
+  std::array<bool, 2> fingers{};  ///< whether the left and the right hand have any, for a kind with hands
+};
+
 /// Requires  finite points, triangles of numbers below V, a fit of the body that characters are bound to
 template <Executor Exec = SerialExecutor>
-SparseMatrix body_weights(const BodyKind& kind, const BodyFit& fit, std::span<const Vec3d> points,
+BoundWeights body_weights(const BodyKind& kind, const BodyFit& fit, std::span<const Vec3d> points,
                           std::span<const Triangle> triangles, const BodyWeightsOptions& options = {},
-                          std::array<bool, 2>* fingers = nullptr, const Exec& executor = Exec()) {
+                          const Exec& executor = Exec()) {
   std::vector<float> xyz;
   xyz.reserve(3 * points.size());
   for (const Vec3d p : points)
@@ -273,8 +277,7 @@ SparseMatrix body_weights(const BodyKind& kind, const BodyFit& fit, std::span<co
   for (const std::uint32_t v : welding.vertex_of) welded.push_back(points[v]);
   const skeleton::internal::BodyWeights bound(kind, fit, std::move(welded), welding.welded(triangles), options,
                                               executor);
-  if (fingers != nullptr) *fingers = bound.fingers();
-  return bound.weights().gathered(as_span(welding.point_of));
+  return {bound.weights().gathered(as_span(welding.point_of)), bound.fingers()};
 }
 
 }  // namespace npt::inline NPT_ABI

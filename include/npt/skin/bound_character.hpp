@@ -157,10 +157,11 @@ BoundCharacter bind_character(const BodyKind& kind, const MeshView& mesh, BodyEs
   };
   std::vector<Triangle> kept;
   const std::span<const Triangle> own = figure_triangles(mesh, e.figure, kept);
+  BoundWeights bound = body_weights(kind, character.body, character.points, own,
+                                    {.facing = e.fit.facing, .closed = {closed(0), closed(1)}}, executor);
+  character.fingers = bound.fingers;
   character.weights =
-      body_weights(kind, character.body, character.points, own,
-                   {.facing = e.fit.facing, .closed = {closed(0), closed(1)}}, &character.fingers, executor);
-  if (!e.figure.empty()) character.weights = skin::internal::weights_of_figure(character.weights, own);
+      e.figure.empty() ? std::move(bound.weights) : skin::internal::weights_of_figure(bound.weights, own);
   character.joints = fitted_joints(kind.bound_body(), character.body);
   return character;
 }

@@ -68,12 +68,9 @@ struct Prepared {
 
 }  // namespace transfer::internal
 
-NPT_INLINE_CLASS(class, Character);
-template <class>
-class BasicCharacter {
+/// What a Character or a Pose was recognised as.
+class Recognition {
  public:
-  /// V, of the mesh and of results; 0: nothing prepared yet.
-  std::size_t vertex_count() const noexcept { return xyz_.size() / 3; }
   /// Of the weights that recognised it, or that take it: "human"; empty where the weights name none.
   const std::string& domain() const noexcept { return own_.domain_name; }
   /// Whether its confidence is high enough for body estimation.
@@ -88,6 +85,17 @@ class BasicCharacter {
   }
   /// What a user should know of it.
   const Warnings& warnings() const noexcept { return own_.recognised ? own_.by_body : own_.by_network; }
+
+ protected:
+  transfer::internal::Prepared own_;
+};
+
+NPT_INLINE_CLASS(class, Character);
+template <class>
+class BasicCharacter : public Recognition {
+ public:
+  /// V, of the mesh and of results; 0: nothing prepared yet.
+  std::size_t vertex_count() const noexcept { return xyz_.size() / 3; }
   /// Metres in one unit of the mesh's coordinates, where the network asks for one; else 1.
   double unit() const noexcept { return network_.unit; }
   /// The mesh's positions [V, 3] and triangles.
@@ -119,7 +127,6 @@ class BasicCharacter {
   template <class>
   friend class BasicPoseTransfer;
 
-  transfer::internal::Prepared own_;
   std::shared_ptr<const DomainBinding> binding_;  ///< where it is recognised
   NetworkIdentity network_;
   std::optional<ErrorParts> network_refusal_;  ///< why the network can't have it, where it can't

@@ -28,12 +28,6 @@ inline bool is_flat(Vec3d a, Vec3d b, Vec3d c) {
   return dot(n, n) <= 1e-8 * longest * longest;
 }
 
-/// v4 of a triangle that is not flat.
-inline Vec3d fourth_vertex(Vec3d a, Vec3d b, Vec3d c) {
-  const Vec3d n = cross(b - a, c - a);
-  return a + n / std::sqrt(length(n));
-}
-
 /// The rest shape of a triangle, in the form that gradients are linear in the deformed vertices:
 ///   Q = sum over k of v'_k slopes[k]^T,  k = the corners and the fourth vertex
 /// slopes[0..2] lie in the triangle's plane and are the gradients of its barycentric coordinates, but for

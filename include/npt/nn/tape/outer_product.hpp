@@ -119,8 +119,6 @@ struct OuterShape {
   static constexpr std::size_t collected_words() { return 0; }
   /// Whether the first product overwrites the result; else it must be zero before.
   static constexpr bool overwrites = false;
-  /// Rows behind the last one of a tile that are read (and not used).
-  static constexpr int rows_read_behind = kernel::panel_width<T>;
 
  private:
   static constexpr int max_vertices = 4 * kernel::group_width;
