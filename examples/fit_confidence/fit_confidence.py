@@ -2,18 +2,18 @@
 """Learns from measured estimates how their features tell whether they are right, and puts it into a weights file.
 
     fit_confidence.py table.csv weights.safetensors result.safetensors [--joints joints.csv] [--judge-only FAMILY ...]
-        [--right 0.05]
+        [--joints-only] [--right 0.05]
 
 table    rows of npt_measure_estimates
-joints   its rows of joints: without them, confidences of joints stay as they are
+joints   its rows of joints: without them, confidences of joints stay as they are; --joints-only: those of estimates do
 weights  with a correspondence network, which the table was measured with
-result   the same with "confidence_weights" and "joint_confidence_weights" in the metadata of that network
+result   the same with "confidence_weights" and "confidence_joint_weights" in the metadata of that network
          (npt/estimate/confidence.hpp)
 
 An estimate is right where the mesh is of the kind and its joints lie within 5 % of its height in the mean (--right). The model is
 logistic regression. All families of people count the same, and so do all kinds of things; both halves count the same,
 with the meshes in which no body was found at all. A joint is right where it lies within as much; its
-features are the correspondences about it and the odds of the whole estimate. Printed are predictions for each family
+features are the correspondences about it, its parts' distance from the surface and the odds of the whole estimate. Printed are predictions for each family
 by a model that was learned without it: how many are right of those with a high, a middling and a low confidence, with
 90 % intervals of a bootstrap over families.
 """
@@ -33,6 +33,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from convert_common import ConvertError, read_safetensors, run, write_safetensors  # noqa: E402
 
 FEATURES = ("correspondences", "surface", "pose", "shape")
+JOINT_FEATURES = ("correspondences", "surface")
 RIDGE = 0.001  # holds the weights of standardised features at 0; of 0.001 to 0.01 the best out of family
 BINS = ((0.9, 1.01), (0.6, 0.9), (0.5, 0.6), (0.1, 0.5), (0, 0.1))
 
@@ -91,13 +92,13 @@ def logistic(x, right, weights):
 
 
 def learn_joints(path, table, w, judge_only, most):
-    """[3] of the correspondences about a joint, of the odds of the whole, and the constant; families count the same."""
+    """[4] of a joint's features, of the odds of the whole, and the constant; families count the same."""
     odds = dict(zip(table["name"], table["x"] @ w[:-1] + w[-1]))
     with open(path, newline="") as file:
         rows = [row for row in csv.DictReader(file) if row["name"] in odds and row["family"] not in judge_only]
     if not rows:
         raise ConvertError(f"{path}: found no joint of the table's meshes, expected rows of npt_measure_estimates")
-    x = np.array([[float(row["correspondences"]), odds[row["name"]]] for row in rows])
+    x = np.array([[float(row[name]) for name in JOINT_FEATURES] + [odds[row["name"]]] for row in rows])
     right = np.array([float(row["error"]) < most for row in rows], float)
     families = np.array([row["family"] for row in rows])
     weights = np.zeros(len(rows))
@@ -145,6 +146,7 @@ def main():
     parser.add_argument("weights")
     parser.add_argument("result")
     parser.add_argument("--joints", metavar="joints.csv")
+    parser.add_argument("--joints-only", action="store_true", help="keep what the weights say of whole estimates")
     parser.add_argument("--judge-only", nargs="*", default=[], metavar="FAMILY")
     parser.add_argument("--right", type=float, default=0.05, metavar="SHARE", help="of the height")
     arguments = parser.parse_args()
@@ -168,17 +170,23 @@ def main():
             f"{family:32s} {rows.sum():6d} {table['right'][rows].mean():6.2f} {(p >= 0.6).mean():9.2f} "
             f"{(p >= 0.85).mean():10.2f}"
         )
-    w = learn(table, ~np.isin(table["family"], arguments.judge_only))
-    for name, value in zip(FEATURES + ("constant",), w):
-        print(f"{name:12s} {value:8.3f}")
     metadata, tensors = read_safetensors(arguments.weights)
     inside = any(name.startswith("correspondence/") for name in tensors)
     part = "correspondence/" if inside else ""
+    if arguments.joints_only:
+        if part + "confidence_weights" not in metadata:
+            raise ConvertError(f"{arguments.weights}: found no confidence_weights, expected those that --joints-only keeps")
+        w = np.array([float(number) for number in metadata[part + "confidence_weights"].split()])
+    else:
+        w = learn(table, ~np.isin(table["family"], arguments.judge_only))
+    for name, value in zip(FEATURES + ("constant",), w):
+        print(f"{name:12s} {value:8.3f}")
     metadata[part + "confidence_weights"] = " ".join(f"{value:.4f}" for value in w)
     if arguments.joints:
         joints = learn_joints(arguments.joints, table, w, arguments.judge_only, arguments.right)
-        metadata[part + "joint_confidence_weights"] = " ".join(f"{value:.4f}" for value in joints)
-    metadata.pop(part + "confidence", None)
+        metadata[part + "confidence_joint_weights"] = " ".join(f"{value:.4f}" for value in joints)
+    for old in ("confidence", "joint_confidence_weights"):  # of earlier versions
+        metadata.pop(part + old, None)
     write_safetensors(arguments.result, tensors, metadata)
 
 

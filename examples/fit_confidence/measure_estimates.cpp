@@ -192,8 +192,9 @@ std::pair<std::string, std::string> rows_of(const Case& of, const npt::BodyEstim
       if (errors[j]) {
         worst = std::max(worst, *errors[j]);
         joints += begin + "," + std::to_string(j);
-        add(joints, *errors[j]), add(joints, estimate.residuals.joint_feature(j)),
-            add(joints, estimate.joint_confidence[j]);
+        add(joints, *errors[j]);
+        for (const double feature : estimate.residuals.joint_features(j)) add(joints, feature);
+        add(joints, estimate.joint_confidence[j]);
         joints += '\n';
       }
   }
@@ -227,7 +228,7 @@ void run(const Arguments& arguments) {
   std::string table = "name,family,person,error,worst_error";
   for (const char* name : npt::EstimateResiduals::names) table += std::string(",") + name;
   table += ",has_body,confidence,seconds\n";
-  std::string joints = "name,family,joint,error,correspondences,confidence\n";
+  std::string joints = "name,family,joint,error,correspondences,surface,confidence\n";
   for (const auto& [row, of_joints] : rows) table += row, joints += of_joints;
   npt::write_file(arguments.table, table);
   if (!arguments.joints.empty()) npt::write_file(arguments.joints, joints);

@@ -32,14 +32,15 @@ TEST_CASE("a probability of features, which falls as any of them grows") {
   CHECK(model({1e3, 0}) == doctest::Approx(0));
 }
 
-TEST_CASE("a joint's confidence falls with what the correspondences about it say against it") {
+TEST_CASE("a joint's confidence falls with what speaks against it") {
   npt::EstimateResiduals residuals{.correspondences = 0.03, .surface = 0.006, .pose = 0.8, .shape = 20};
-  residuals.joints.assign(24, 0.03);
-  residuals.joints[4] = 0.3;
+  residuals.joints.assign(24, {0.03, 0.006});
+  residuals.joints[4].correspondences = 0.3, residuals.joints[7].surface = 0.03;
   const npt::ConfidenceModel model;
   const double before = model(residuals);
   const auto all = model.of_joints(residuals);
   CHECK(all[4] < all[5]);
+  CHECK(all[7] < all[5]);
   residuals.correspondences = 0.2, residuals.surface = 0.02;
   CHECK(model.of_joints(residuals)[5] < all[5]);
   CHECK(model(residuals) < before);
@@ -69,6 +70,6 @@ TEST_CASE("weights that say nothing are judged as the shipped ones") {
     CHECK(said.estimate.weights[i] == doctest::Approx(own.estimate.weights[i]).epsilon(1e-3));
   for (std::size_t i = 0; i < said.joint.weights.size(); ++i)
     CHECK(said.joint.weights[i] == doctest::Approx(own.joint.weights[i]).epsilon(1e-3));
-  for (const char* key : {"correspondence/confidence_weights", "correspondence/joint_confidence_weights"})
+  for (const char* key : {"correspondence/confidence_weights", "correspondence/confidence_joint_weights"})
     REQUIRE(shipped.find_metadata(key) != nullptr);
 }

@@ -12,7 +12,7 @@ namespace {
 /// Of a person.
 npt::EstimateResiduals usual_residuals() {
   npt::EstimateResiduals residuals{.correspondences = 0.03, .surface = 0.006, .pose = 0.8, .shape = 20};
-  residuals.joints.assign(24, 0.03);
+  residuals.joints.assign(24, {0.03, 0.006});
   return residuals;
 }
 
@@ -43,10 +43,12 @@ TEST_CASE("each residual adds to the energy and to its own feature alone") {
       "torn", [](auto& r) { r.torn = 0.01; }, std::log(2));
 }
 
-TEST_CASE("a joint has a feature of its own") {
+TEST_CASE("a joint has features of its own") {
   npt::EstimateResiduals residuals = usual_residuals();
   const std::size_t knee = npt::joint_index(npt::SmplJoint::left_knee);
-  residuals.joints[knee] = 0.19;
-  CHECK(residuals.joint_feature(knee) == doctest::Approx(std::log(0.2)));
-  CHECK(residuals.joint_feature(knee + 1) == doctest::Approx(std::log(0.04)));
+  residuals.joints[knee] = {0.19, 0.029};
+  CHECK(residuals.joint_features(knee)[0] == doctest::Approx(std::log(0.2)));
+  CHECK(residuals.joint_features(knee)[1] == doctest::Approx(std::log(0.03)));
+  CHECK(residuals.joint_features(knee + 1)[0] == doctest::Approx(std::log(0.04)));
+  CHECK(residuals.joint_features(knee + 1)[1] == doctest::Approx(std::log(0.007)));
 }

@@ -2,7 +2,7 @@
 /// which is that its joints lie within 5 % of the figure's height in the mean; and of each joint, that it does.
 /// Model     logistic: p = 1 / (1 + exp(-(w x + c))), x: features (estimate/residuals.hpp)
 /// Learned   by examples/fit_confidence, from estimates whose truth is known; kept in the metadata of the
-///           correspondence network ("confidence_weights", "joint_confidence_weights")
+///           correspondence network ("confidence_weights", "confidence_joint_weights")
 /// Errors    npt::Error that names the file, for metadata that aren't that many finite numbers
 #pragma once
 
@@ -57,21 +57,25 @@ struct ConfidenceModel {
   /// Those of the shipped network, for weights that say nothing.
   LogisticModel<EstimateResiduals::feature_count> estimate{
       {-5.8909, -2.0288, -4.7917, -2.8403, -13.5163}};  // learned by examples/fit_confidence
-  LogisticModel<2> joint{{-1.6140, 0.1969, -2.3935}};   // learned by examples/fit_confidence
+  LogisticModel<EstimateResiduals::joint_feature_count + 1> joint{
+      {-1.7220, -1.4380, 0.1249, -8.7244}};  // learned by examples/fit_confidence
 
   static ConfidenceModel of(const SafetensorsFile& file) {
     ConfidenceModel model;
     model.estimate.read(file, "confidence_weights");
-    model.joint.read(file, "joint_confidence_weights");
+    model.joint.read(file, "confidence_joint_weights");
     return model;
   }
 
   double operator()(const EstimateResiduals& residuals) const { return estimate(residuals.features()); }
-  /// That of a joint: by the correspondences about it, and by the odds of the whole.
+  /// That of a joint: by its features, and by the odds of the whole.
   std::vector<double> of_joints(const EstimateResiduals& residuals) const {
     std::vector<double> all(residuals.joints.size());
     const double odds = estimate.odds(residuals.features());
-    for (std::size_t j = 0; j < all.size(); ++j) all[j] = joint({residuals.joint_feature(j), odds});
+    for (std::size_t j = 0; j < all.size(); ++j) {
+      const auto [correspondences, surface] = residuals.joint_features(j);
+      all[j] = joint({correspondences, surface, odds});
+    }
     return all;
   }
 };

@@ -159,7 +159,7 @@ class EstimateSearch {
     return true;
   }
 
-  /// EstimateResiduals::correspondences and joints, by a view that the fit had no part in choosing.
+  /// EstimateResiduals::correspondences and joints; those by a view that the fit had no part in choosing.
   void measure_correspondences(BodyEstimate& estimate) const {
     const auto few = views_.few(samples_);
     const Correspondences seen = views_.one(few, estimate.joint_rotation(0).transposed());
@@ -178,7 +178,9 @@ class EstimateSearch {
     for (std::size_t j = 0; j < sums.size(); ++j) {
       const std::size_t above = j > 0 ? static_cast<std::size_t>(plan().joints[j].parent) : j;
       const double count = counts[j] + counts[above];
-      estimate.residuals.joints.push_back(count > 0 ? (sums[j] + sums[above]) / count : all);
+      const std::vector<double>& off = estimate.fit.part_distances;
+      estimate.residuals.joints.push_back(
+          {count > 0 ? (sums[j] + sums[above]) / count : all, std::max(off[j], off[above])});
     }
   }
 

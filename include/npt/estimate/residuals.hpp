@@ -24,12 +24,16 @@ struct EstimateResiduals {
   /// body says, and where the fitted body has them: the mean, each counted up to `most_correspondence`.
   double correspondences = 0;
   static constexpr double most_correspondence = 0.5;
-  /// [J] The same of the points of the two parts that meet at a joint.
-  std::vector<double> joints{};
-  double surface = 0;  ///< CorrespondenceFit::relative_distance
-  double pose = 0;     ///< CorrespondenceFit::pose_deviation
-  double shape = 0;    ///< CorrespondenceFit::shape_deviation
-  double torn = 0;     ///< PlacePatches::torn, where limbs touch; else 0
+  /// Of the two parts that meet at a joint: the same of their points, and the greater distance from the surface
+  /// (CorrespondenceFit::part_distances).
+  struct Joint {
+    double correspondences = 0, surface = 0;
+  };
+  std::vector<Joint> joints{};  ///< [J]
+  double surface = 0;           ///< CorrespondenceFit::relative_distance
+  double pose = 0;              ///< CorrespondenceFit::pose_deviation
+  double shape = 0;             ///< CorrespondenceFit::shape_deviation
+  double torn = 0;              ///< PlacePatches::torn, where limbs touch; else 0
 
   /// Below these residuals differences don't matter: people have 0.03 and 0.006, the mannequin's own meshes 0.03 and
   /// 0.001.
@@ -48,7 +52,10 @@ struct EstimateResiduals {
     return {std::log(correspondences + least_correspondence), std::log(surface + least_surface),
             std::log(pose + least_pose), std::log(1 + shape / 100)};
   }
-  double joint_feature(std::size_t joint) const { return std::log(joints[joint] + least_correspondence); }
+  static constexpr std::size_t joint_feature_count = 2;
+  std::array<double, joint_feature_count> joint_features(std::size_t j) const {
+    return {std::log(joints[j].correspondences + least_correspondence), std::log(joints[j].surface + least_surface)};
+  }
 };
 
 }  // namespace npt::inline NPT_ABI
