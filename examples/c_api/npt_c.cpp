@@ -96,7 +96,7 @@ npt_status npt_default_options(npt_options* options) {
     *options = {};
     options->size = sizeof(npt_options);
     options->version = NPT_OPTIONS_VERSION;
-    options->body = {NPT_BALANCED, own.body.least_confidence, own.body.high_confidence};
+    options->body = {NPT_BALANCED, own.body.least_confidence, own.body.high_confidence, own.body.figure};
     options->network.pairings = own.network.pairings;
     options->network.resample = own.network.resample ? 1 : 0;
   });

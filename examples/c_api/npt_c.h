@@ -151,6 +151,8 @@ typedef struct npt_body_options {
   npt_quality quality;
   double least_confidence; /* 0 to 1: from this confidence on a mesh counts as recognised */
   double high_confidence;  /* 0 to 1: from this confidence on there is no warning of a low one */
+  size_t figure; /* of several figures in one mesh this one, from 1 on, the one with the most vertices first; a mesh of
+                    one figure is taken whole. 0: the one that is recognised */
 } npt_body_options;
 
 /* The pose transfer network. */

@@ -169,7 +169,8 @@ inline npt::TransferOptions options_from(const npt_options& o) {
   expect_numbers(o);
   npt::TransferOptions options;
   options.method = static_cast<npt::Method>(o.method);
-  options.body = {static_cast<npt::Quality>(o.body.quality), o.body.least_confidence, o.body.high_confidence};
+  options.body = {static_cast<npt::Quality>(o.body.quality), o.body.least_confidence, o.body.high_confidence,
+                  o.body.figure};
   options.network.pairing = static_cast<npt::Pairing>(o.network.pairing);
   options.network.pairings = o.network.pairings;
   options.network.mirror = o.network.mirror != 0;

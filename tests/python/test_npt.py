@@ -576,6 +576,7 @@ class BadInput(Figures):
         self.fails("threads: found 1.5", npt.PoseTransfer, threads=1.5)
         self.fails("unit: found 'yard', expected one of metre", npt.PoseTransfer, unit="yard")
         self.fails("quality: found 'good', expected one of fast, balanced, best", npt.PoseTransfer, quality="good")
+        self.fails("figure: found -1", npt.PoseTransfer, figure=-1)
         self.fails("least_confidence: found 2", npt.PoseTransfer, least_confidence=2)
         self.fails("pairing: found 'any'", npt.PoseTransfer, pairing="any")
         self.fails("refine_radius: found 0", npt.PoseTransfer, refine_radius=0)
@@ -585,6 +586,17 @@ class BadInput(Figures):
             "horse",
         )
         self.fails("weights: found 7", npt.PoseTransfer, 7)
+
+    def test_figure(self):
+        (first, faces), (second, others) = self.identity, self.pose
+        aside = second + np.float32([3, 0, 0])
+        both = (np.concatenate([first, aside]), np.concatenate([faces, others + len(first)]))
+        posed = npt.PoseTransfer(figure=2)(both, self.pose)
+        self.assertTrue(np.array_equal(posed[: len(first)], first))
+        self.assertFalse(np.array_equal(posed[len(first) :], aside))
+        with self.assertRaises(npt.Error) as refused:
+            npt.PoseTransfer(figure=3)(both, self.pose)
+        self.assertIn("found 2 figures, expected at least 3", str(refused.exception))
 
     def test_weights_of_another_network(self):
         self.fails("none.safetensors", npt.PoseTransfer, "none.safetensors")

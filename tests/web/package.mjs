@@ -73,6 +73,11 @@ for (const [name, one, two] of [['paper', a, b], ['natural', c, d]]) {
   checks.near((await read(Mesh, `${name}.ply`)).positions, result.positions, `by body estimation, ${name} poses, ${time.toFixed(1)} s`, 6e-5);  // 0.1 mm at 1.75 m
 }
 checks.expect(people.apply(c, d).kind === 'person' && people.highConfidence === 0.85, `${people.apply(c, d).kind}, ${people.highConfidence}`);
+const pair = { positions: Float32Array.from([...c.positions, ...d.positions.map((x, i) => (i % 3 ? x : x + 3))]),
+               triangles: Uint32Array.from([...c.triangles, ...d.triangles.map((v) => v + c.vertexCount)]), name: 'pair' };
+const second = (await PoseTransfer.open(bytes, { name: 'human.safetensors', figure: 2 })).apply(pair, c).positions;
+checks.near(second.slice(0, c.positions.length), c.positions, 'of two figures the first one stays', 0);
+checks.expect(second.slice(c.positions.length).some((x, i) => x !== pair.positions[c.positions.length + i]), 'of two figures the second one is posed');
 
 // ---- four-legged animals ----
 

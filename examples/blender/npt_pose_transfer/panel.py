@@ -58,6 +58,7 @@ class NPT_PT_options(NPT_Panel, bpy.types.Panel):
         layout.use_property_split, layout.use_property_decorate = True, False
         layout.prop(own, "method")
         layout.prop(own, "quality")
+        layout.prop(own, "figure")
         layout.prop(own, "weights")
         if own.weights == "FILE":
             layout.prop(own, "weights_file")

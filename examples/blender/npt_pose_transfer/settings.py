@@ -95,6 +95,12 @@ class NPT_Settings(bpy.types.PropertyGroup):
     quality: EnumProperty(
         name="Quality", items=QUALITIES, default="balanced", description="Body estimation: how much time it may take"
     )
+    figure: IntProperty(
+        name="Figure",
+        min=0,
+        description="Of several figures in one mesh this one, 1 the one with the most vertices. 0: the one that is "
+        "recognised",
+    )
     pairings: IntProperty(
         name="Pairings",
         default=1,
@@ -122,6 +128,7 @@ class NPT_Settings(bpy.types.PropertyGroup):
         return {
             "method": self.method,
             "quality": self.quality,
+            "figure": self.figure,
             "pairings": self.pairings,
             "mirror": self.mirror,
             "refine": self.refine,

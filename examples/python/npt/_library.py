@@ -65,7 +65,12 @@ class CMesh(ctypes.Structure):
 class CBodyOptions(ctypes.Structure):
     """npt_body_options"""
 
-    _fields_ = [("quality", ctypes.c_int), ("least_confidence", ctypes.c_double), ("high_confidence", ctypes.c_double)]
+    _fields_ = [
+        ("quality", ctypes.c_int),
+        ("least_confidence", ctypes.c_double),
+        ("high_confidence", ctypes.c_double),
+        ("figure", ctypes.c_size_t),
+    ]
 
 
 class CNetworkOptions(ctypes.Structure):

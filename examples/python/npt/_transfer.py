@@ -120,6 +120,8 @@ class PoseTransfer:
     quality           of body estimation: "fast", "balanced", "best"
     least_confidence  0 to 1: from this confidence on a mesh counts as recognised; None: 0.6
     high_confidence   0 to 1: from this confidence on there is no warning of a low one; None: 0.85
+    figure            of several figures in one mesh this one, from 1 on, the one with the most vertices first; a mesh
+                      of one figure is taken whole. 0: the one that is recognised
     pairing           how the network meets vertices: "random"; "as_given": by number, to compare with other
                       implementations
     pairings          the mean over so many random pairings of vertices; costs as many runs of the network
@@ -144,6 +146,7 @@ class PoseTransfer:
         quality: str = "balanced",
         least_confidence: Optional[float] = None,
         high_confidence: Optional[float] = None,
+        figure: int = 0,
         pairing: str = "random",
         pairings: int = 1,
         mirror: bool = False,
@@ -165,6 +168,7 @@ class PoseTransfer:
             options.body.least_confidence = _confidence(least_confidence, "least_confidence")
         if high_confidence is not None:
             options.body.high_confidence = _confidence(high_confidence, "high_confidence")
+        options.body.figure = _whole(figure, "figure", 0, 2**31 - 1)
         network = options.network
         network.pairing = _choice(pairing, "pairing", PAIRINGS)
         network.pairings = _whole(pairings, "pairings", 1, 2**31 - 1)

@@ -113,6 +113,9 @@ export interface TransferOptions {
   method?: 'automatic' | 'body' | 'network';
   /** Of body estimation; fast takes about half of the time. */
   quality?: 'fast' | 'balanced' | 'best';
+  /** Of several figures in one mesh this one, from 1 on, the one with the most vertices first; a mesh of one figure is taken whole. 0: the one that
+   * is recognised. */
+  figure?: number;
   pairings?: number;
   mirror?: boolean;
   refine?: boolean;

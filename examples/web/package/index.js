@@ -511,11 +511,12 @@ export class PoseTransfer extends Handle {
    * other kinds of bodies: a mesh that isn't surely of the first is looked at by them. */
   static async open(weights, options = {}) {
     const {
-      others = {}, further = {}, name = 'weights', method = 'automatic', quality = 'balanced', pairings = 1, mirror = false, refine = false, refineRadius = 0,
+      others = {}, further = {}, name = 'weights', method = 'automatic', quality = 'balanced', figure = 0, pairings = 1, mirror = false, refine = false, refineRadius = 0,
       invariant = false, resample = true, unit = 0, seed = 0, threads: wanted = 0, wasm,
     } = options;
     if (!methods.includes(method)) throw bad(`method '${method}': automatic, body or network`);
     if (!qualities.includes(quality)) throw bad(`quality '${quality}': fast, balanced or best`);
+    if (!Number.isInteger(figure) || figure < 0) throw bad(`figure ${figure}: a whole number, 1 for the one with the most vertices`);
     await load({ wasm });
     const count = wanted > 0 ? Math.min(wanted, threads()) : threads();
     const own = fileName(name);
@@ -523,7 +524,7 @@ export class PoseTransfer extends Handle {
     files.push([own, asBytes(weights, own)]);
     const more = Object.entries(further).map(([other, content]) => [fileName(other), asBytes(content, other)]);
     const pointer = inFolder([...files, ...more], () => lent([own, more.map(([file]) => file).join('\n')], (path, paths) =>
-      call('open', path, paths, methods.indexOf(method), qualities.indexOf(quality), pairings, mirror ? 1 : 0, refine ? 1 : 0, refineRadius,
+      call('open', path, paths, methods.indexOf(method), qualities.indexOf(quality), figure, pairings, mirror ? 1 : 0, refine ? 1 : 0, refineRadius,
         invariant ? 1 : 0, resample ? 1 : 0, unit, seed, count)));
     taken += 2 * (count - 1);
     return new PoseTransfer(pointer, count);

@@ -197,6 +197,7 @@ function optionsOf() {
     method: element('weights').value === 'auto' || element('weights').value === 'file' ? 'automatic' : 'network',
     pairings: Math.max(1, Math.min(32, Math.round(Number(element('pairings').value) || 1))),
     mirror: element('mirror').checked, refine: element('refine').checked, unit: Number(element('unit').value),
+    figure: Math.max(0, Math.min(99, Math.round(Number(element('figure').value) || 0))),
   };
 }
 
@@ -495,7 +496,7 @@ function listen() {
     openWeights(file);
   };
   element('weights-file').oncancel = () => openWeights(null);
-  for (const id of ['pairings', 'unit', 'mirror', 'refine', 'in-place', 'foot-lock']) element(id).onchange = () => startTransfer();
+  for (const id of ['pairings', 'unit', 'figure', 'mirror', 'refine', 'in-place', 'foot-lock']) element(id).onchange = () => startTransfer();
   element('compare').onchange = () => {
     if (element('compare').value === 'file' && !against) {
       element('compare').value = 'none';

@@ -318,17 +318,18 @@ NPT_WEB void web_release_mesh(Mesh* mesh) { delete mesh; }
 
 // ---- transfers ----
 
-/// Opens weights, and further ones, each a domain: paths, a line each. method 0: automatic, 1: body, 2: network; quality 0: fast, 1: balanced, 2: best; refine_radius, unit
-/// 0: inferred from weights and meshes; threads 0: all.
-NPT_WEB Transfer* web_open(const char* weights, const char* further, int method, int quality, int pairings, int mirror,
-                           int refine, double refine_radius, int invariant, int resample, double unit, double seed,
-                           int threads) {
+/// Opens weights, and further ones, each a domain: paths, a line each. method 0: automatic, 1: body, 2: network; quality 0: fast, 1: balanced, 2: best; figure 0: the one
+/// that is recognised; refine_radius, unit 0: inferred from weights and meshes; threads 0: all.
+NPT_WEB Transfer* web_open(const char* weights, const char* further, int method, int quality, int figure, int pairings,
+                           int mirror, int refine, double refine_radius, int invariant, int resample, double unit,
+                           double seed, int threads) {
   return guarded(static_cast<Transfer*>(nullptr), [&] {
     npt::TransferOptions options;
     options.method = method == 1 ? npt::Method::body : method == 2 ? npt::Method::network : npt::Method::automatic;
     options.body.quality = quality == 0   ? npt::Quality::fast
                            : quality == 2 ? npt::Quality::best
                                           : npt::Quality::balanced;
+    options.body.figure = static_cast<std::size_t>(figure);
     options.network.pairings = pairings;
     options.network.mirror = mirror != 0;
     options.network.invariant = invariant != 0;
