@@ -100,6 +100,15 @@ class KeptMeshes {
     entry.mesh = mesh;
     vertices_ += count;
   }
+  /// Reads a pair's meshes before it asks for them, of a list that one thread works off. What can't be read is left to
+  /// the pair, which says why.
+  void read_ahead(const TransferJob& job) {
+    try {
+      keep(std::make_shared<PreparedMesh>(job.identity), npt::MeshRole::identity);
+      keep(std::make_shared<PreparedMesh>(job.pose), npt::MeshRole::pose);
+    } catch (const npt::Error&) {  // NOLINT(bugprone-empty-catch)
+    }
+  }
 
  private:
   /// Of all kept meshes: some 300 MB.
@@ -393,13 +402,18 @@ class Transfer {
     program::TransferArguments arguments = options_.transfer;
     arguments.threads = threads;
     arguments.options.measure = options_.report.has_value();
-    const program::PoseTransfer transfer = program::open_transfer(arguments);
-    description_ = transfer.description();
-    const npt::DefaultExecutor executor(in_flight);
     KeptMeshes kept;
     for (const Piece piece : pieces)
       for (std::size_t i = piece.first; i < piece.last; ++i)
         if (waits(i) || sequence_) kept.expect(jobs_[i]);
+    std::optional<program::PoseTransfer> opened;
+    npt::DefaultExecutor(threads).for_each(2, [&](int i, int) {
+      if (i == 0) opened.emplace(program::open_transfer(arguments));
+      if (i == 1 && in_flight == 1 && waits(pieces.front().first)) kept.read_ahead(jobs_[pieces.front().first]);
+    });
+    const program::PoseTransfer& transfer = *opened;
+    description_ = transfer.description();
+    const npt::DefaultExecutor executor(in_flight);
     std::vector<std::unique_ptr<Transferring>> workers(static_cast<std::size_t>(executor.slots()));
     executor.for_each(static_cast<int>(pieces.size()), [&](int p, int slot) {
       const Piece piece = pieces[static_cast<std::size_t>(p)];

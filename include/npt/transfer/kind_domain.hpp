@@ -81,9 +81,9 @@ template <class Exec = DefaultExecutor>
 class KindDomain final : public BodyDomain {
  public:
   /// Errors    npt::Error for weights that are missing, broken, or another network's
-  KindDomain(const SafetensorsFile& file, std::shared_ptr<const BodyKind> kind, const BodyOptions& options, int threads)
-      : estimator_(BasicCorrespondenceEstimator<Exec>(file.part("correspondence/"), Exec(threads)), std::move(kind),
-                   transfer::internal::estimator_options(options)),
+  KindDomain(const SafetensorsFile& file, BasicCorrespondenceEstimator<Exec> reader,
+             std::shared_ptr<const BodyKind> kind, const BodyOptions& options)
+      : estimator_(std::move(reader), std::move(kind), transfer::internal::estimator_options(options)),
         correction_(file.part("fit_bias/"), this->kind()),
         words_(this->kind().plan.words()) {
     if (const SafetensorsFile posture = file.part("posture/"); !posture.tensors().empty())

@@ -7,12 +7,14 @@
 #include <npt/body/kind_file.hpp>
 #include <npt/body/people_kind.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/transfer/body_domain.hpp>
 #include <npt/transfer/kind_domain.hpp>
 #include <npt/transfer/options.hpp>
 
 #include <memory>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
@@ -24,8 +26,15 @@ NPT_INLINE std::shared_ptr<const BodyDomain> open_domain(const SafetensorsFile& 
                                                          int threads) {
   if (file.part("correspondence/").tensors().empty()) return nullptr;
   if constexpr (std::is_same_v<DefaultExecutor, SerialExecutor>) threads = 1;
-  std::shared_ptr<const BodyKind> kind = load_body_kind(file);
-  return std::make_shared<const KindDomain<>>(file, kind ? std::move(kind) : people_kind(), options, threads);
+  const DefaultExecutor executor(threads);
+  std::shared_ptr<const BodyKind> kind;
+  std::optional<CorrespondenceEstimator> reader;
+  executor.for_each(2, [&](int i, int) {  // of 40 and 15 ms
+    if (i > 0) return void(reader.emplace(file.part("correspondence/"), executor));
+    kind = load_body_kind(file);
+    if (!kind) kind = people_kind();
+  });
+  return std::make_shared<const KindDomain<>>(file, *std::move(reader), std::move(kind), options);
 }
 
 }  // namespace transfer::internal
