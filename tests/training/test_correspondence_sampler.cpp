@@ -139,6 +139,22 @@ TEST_CASE("a part of the samples is of strangers, all of whose points belong to 
   CHECK(strange < 30);
 }
 
+TEST_CASE("a piece of a patched body lies on limbs that the body has, so that it is never empty") {
+  std::vector<float> narrow = npt::mannequin().tables().v_template;  // arms near no place where the other body's are
+  for (std::size_t i = 0; i < narrow.size(); i += 3) narrow[i] *= 0.2F;
+  const auto other = std::make_shared<const npt::SurfaceCloud>(npt::borrowed(npt::mannequin()), narrow);
+  const npt::CorrespondenceSampler sampler(
+      {{reading_cloud(), 1}, {other, 1}}, people(),
+      {.seed = 5, .points = 32, .plain = 0, .patched = 1, .strangers = 1, .pieces = 1});
+  for (std::uint64_t index = 0; index < 60; ++index) {
+    const npt::Sample s = sampler.draw(0, index);
+    double square = 0;
+    for (std::size_t i = 0; i < 32; ++i)
+      square += static_cast<double>(norm(s.inputs[0], i) * norm(s.inputs[0], i)) / 32;
+    CHECK(std::sqrt(square) == doctest::Approx(npt::reading_radius).epsilon(1e-4));
+  }
+}
+
 namespace {
 
 /// A point of the front that moves with one joint, and whether a dress leaves it there; `at` moves along.

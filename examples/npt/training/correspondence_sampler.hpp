@@ -181,11 +181,15 @@ class CorrespondenceSampler final : public SampleSource {
     skin.blocks = !plain && options_.blocks > 0 && choice.uniform() < options_.blocks;
     data::Dress dress = plain ? data::Dress{} : variation_->draw_dress(more);
     if (piece) {
-      const auto& points = skin.clouds.front().cloud->points();
+      const SkinnedCloud& trunk = skin.clouds.front();
+      const auto& points = trunk.cloud->points();
       dress.any = true;
       dress.no_hands = dress.no_feet = dress.no_head = false;
       dress.hole_radius = 0;
-      dress.piece = points[more.below(static_cast<std::uint32_t>(points.size()))].canonical;
+      const SurfaceCloud::Point* middle = nullptr;  // the other bodies' limbs may have no point near one of its own
+      while (middle == nullptr || !trunk.limbs[plan().joints[middle->joint[0]].limb])
+        middle = &points[more.below(static_cast<std::uint32_t>(points.size()))];
+      dress.piece = middle->canonical;
       dress.piece_radius = static_cast<float>(more.uniform(0.12, 0.4));
     }
     const std::vector<data::Prop> props = plain || piece ? std::vector<data::Prop>{} : variation_->draw_props(more);
@@ -337,7 +341,7 @@ class CorrespondenceSampler final : public SampleSource {
   static constexpr float usual_area = 1.8F;  ///< of a body, in square metres
   /// Points of the body that are looked at for the place of a prop.
   static constexpr int fastening_tries = 1000;
-  /// The least piece is about a hundredth of the surface and takes 40 rounds. Beyond these nothing is left out.
+  /// The least piece is about a hundredth of the surface and takes 40 rounds. Beyond these the body is bare and whole.
   static constexpr int most_rounds = 1000;
 
   /// Poses candidates, more than are needed, and takes n of them by the area that each stands for now: the n greatest
@@ -356,7 +360,7 @@ class CorrespondenceSampler final : public SampleSource {
         if (!own.limbs[plan().joints[cloud.points()[p.point].joint[0]].limb]) continue;
         const double u = 1 - random.uniform();
         float area = 0;
-        if (!place(own, p.point, dress, skin.blocks, p, area) && round < most_rounds) continue;
+        if (!place(own, p.point, round < most_rounds ? dress : data::Dress{}, skin.blocks, p, area)) continue;
         if (clouds > 1) area *= 1e5F * cloud.area_of_point();
         p.key = static_cast<float>(std::log(u)) / std::max(area, 1e-6F);
         scratch.posed.push_back(p);
