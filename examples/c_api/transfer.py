@@ -38,7 +38,8 @@ class Mesh(ctypes.Structure):
 
 class BodyOptions(ctypes.Structure):
     """npt_body_options"""
-    _fields_ = [("quality", ctypes.c_int), ("least_confidence", ctypes.c_double), ("high_confidence", ctypes.c_double)]
+    _fields_ = [("quality", ctypes.c_int), ("least_confidence", ctypes.c_double), ("high_confidence", ctypes.c_double),
+                ("figure", ctypes.c_size_t)]
 
 
 class NetworkOptions(ctypes.Structure):
