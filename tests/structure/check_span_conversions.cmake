@@ -2,6 +2,14 @@
 # std::span by its constructor for ranges, whose concepts cost g++ 12 72 million instructions for each type of elements (as_span() costs
 # none). They are parsed with a copy of libstdc++'s <span> whose constructor takes nothing.
 cmake_minimum_required(VERSION 3.25)
+# Nor is one made of two iterators, which libc++ 14 can't, the page's library.
+file(GLOB_RECURSE headers "${INCLUDE}/npt/*.hpp")
+foreach(header IN LISTS headers)
+  file(READ "${header}" text)
+  if(text MATCHES "std::span(<[^>\n]*>)?\\([^;\n]*(, last|\\.end\\(\\))\\)")
+    message(SEND_ERROR "${header}: '${CMAKE_MATCH_0}': make it of a pointer and a count")
+  endif()
+endforeach()
 file(WRITE "${FOLDER}/include_span.cpp" "#include <span>\n")
 execute_process(COMMAND "${COMPILER}" -std=c++20 -E "${FOLDER}/include_span.cpp" OUTPUT_VARIABLE expanded COMMAND_ERROR_IS_FATAL ANY)
 string(REGEX MATCH "\"(/[^\"\n]*/span)\"" match "${expanded}")

@@ -55,7 +55,7 @@ class BasicPointEquations {
     stable_sort_by(terms_, &Term::movers);
     for (auto first = terms_.begin(); first != terms_.end();) {
       const auto last = std::find_if(first, terms_.end(), [&](const Term& t) { return t.movers != first->movers; });
-      sum_group(std::span(first, last), equations);
+      sum_group({&*first, static_cast<std::size_t>(last - first)}, equations);
       first = last;
     }
     terms_.clear();
