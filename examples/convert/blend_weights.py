@@ -3,6 +3,8 @@
 
     blend_weights.py trained.safetensors blended.safetensors --other start.safetensors --share 0.4
 
+Beside a correspondence network alone, the other may be a joined file that holds one (join_body_weights.py).
+
 What a network learnt in a further training, and what it forgot of before, lie about on the line between the two. What the file says
 of itself is the first's, without its error. Source: Wortsman et al., "Robust fine-tuning of zero-shot models", CVPR 2022.
 """
@@ -18,6 +20,8 @@ except ImportError:
 
 from convert_common import ConvertError, read_floats, run, write_floats
 
+CORRESPONDENCE = "correspondence/"
+
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -29,7 +33,8 @@ def main():
     if not 0 <= arguments.share <= 1:
         raise ConvertError(f"--share: found {arguments.share}, expected 0 to 1")
     metadata, trained = read_floats(arguments.trained)
-    _, other = read_floats(arguments.other)
+    joined = any(name.startswith(CORRESPONDENCE) for name in trained)
+    _, other = read_floats(arguments.other, "" if joined else CORRESPONDENCE)
     for name in sorted(trained.keys() | other.keys()):
         found, expected = (t[name].shape if name in t else "nothing" for t in (other, trained))
         if found != expected:

@@ -71,11 +71,16 @@ def read_safetensors(path, holding=""):
     return metadata, tensors
 
 
-def read_floats(path):
-    """(metadata, {name: array}) of a safetensors file of F32 tensors alone, all of whose numbers are finite. Needs numpy."""
+def read_floats(path, part=""):
+    """(metadata, {name: array}) of a safetensors file of F32 tensors alone, all of whose numbers are finite. Needs numpy.
+    part: of a file that has tensors below this prefix only those, without it."""
     import numpy as np  # not every converter that includes this file has it
 
     metadata, stored = read_safetensors(path)
+    inside = {name[len(part) :]: tensor for name, tensor in stored.items() if part and name.startswith(part)}
+    if inside:
+        metadata = {key[len(part) :]: text for key, text in metadata.items() if key.startswith(part)}
+        stored = inside
     tensors = {}
     for name, (dtype, shape, data) in stored.items():
         if dtype != "F32":

@@ -14,12 +14,12 @@ except ImportError:
 from support import ConverterTest
 
 
-def weights(seed, shape=(3, 2, 1), dtype="F32", spoil=None):
+def weights(seed, shape=(3, 2, 1), dtype="F32", spoil=None, prefix=""):
     tensor = np.random.default_rng(seed).standard_normal(shape).astype("<f4")
     if spoil is not None:
         tensor.flat[0] = spoil
     header = {"__metadata__": {"net": "correspondence", "pmd": "1", "seed": str(seed)}}
-    header["conv.weight"] = {"dtype": dtype, "shape": list(shape), "data_offsets": [0, tensor.nbytes]}
+    header[prefix + "conv.weight"] = {"dtype": dtype, "shape": list(shape), "data_offsets": [0, tensor.nbytes]}
     text = json.dumps(header).encode()
     return tensor, struct.pack("<Q", len(text)) + text + tensor.tobytes()
 
@@ -36,6 +36,13 @@ class BlendWeights(ConverterTest):
         blended = np.frombuffer(stored["conv.weight"][2], "<f4").reshape(first.shape)
         np.testing.assert_allclose(blended, 0.75 * first + 0.25 * other, rtol=1e-6, atol=1e-7)
         self.assertEqual(metadata, {"net": "correspondence", "seed": "1", "blended": "with 0.25 of other.safetensors"})
+
+    def test_takes_the_correspondence_network_of_a_joined_file(self):
+        (first, first_data), (other, other_data) = weights(1), weights(2, prefix="correspondence/")
+        stored, metadata = self.converted(self.file("first.safetensors", first_data), *self.options_for(other_data))
+        blended = np.frombuffer(stored["conv.weight"][2], "<f4").reshape(first.shape)
+        np.testing.assert_allclose(blended, 0.75 * first + 0.25 * other, rtol=1e-6, atol=1e-7)
+        self.assertEqual(metadata["net"], "correspondence")
 
     def test_refuses_other_shapes_types_numbers_and_shares(self):
         first = self.file("first.safetensors", weights(1)[1])
