@@ -71,16 +71,26 @@ def read_safetensors(path, holding=""):
     return metadata, tensors
 
 
-def read_floats(path, part=""):
-    """(metadata, {name: array}) of a safetensors file of F32 tensors alone, all of whose numbers are finite. Needs numpy.
-    part: of a file that has tensors below this prefix only those, without it."""
+def part(path, prefix, bare):
+    """Metadata and tensors below the prefix; where there are none and `bare` says so, those of the file itself."""
+    metadata, tensors = read_safetensors(path)
+    inside = {name[len(prefix) :]: tensor for name, tensor in tensors.items() if name.startswith(prefix)}
+    if inside:
+        return {key[len(prefix) :]: text for key, text in metadata.items() if key.startswith(prefix)}, inside
+    if not bare:
+        raise ConvertError(f"{path}: tensors: found none below {prefix}, expected some")
+    return (
+        {key: text for key, text in metadata.items() if "/" not in key},
+        {name: tensor for name, tensor in tensors.items() if "/" not in name},
+    )
+
+
+def read_floats(path, prefix=""):
+    """(metadata, {name: array}) of F32 tensors alone, all of whose numbers are finite. Needs numpy.
+    prefix: of a file that has tensors below it only those, as part() names them."""
     import numpy as np  # not every converter that includes this file has it
 
-    metadata, stored = read_safetensors(path)
-    inside = {name[len(part) :]: tensor for name, tensor in stored.items() if part and name.startswith(part)}
-    if inside:
-        metadata = {key[len(part) :]: text for key, text in metadata.items() if key.startswith(part)}
-        stored = inside
+    metadata, stored = part(path, prefix, bare=True) if prefix else read_safetensors(path)
     tensors = {}
     for name, (dtype, shape, data) in stored.items():
         if dtype != "F32":

@@ -16,23 +16,9 @@ Parts that the network's file has already are replaced. Every tensor keeps its b
 import argparse
 import os
 
-from convert_common import ConvertError, read_safetensors, run, write_safetensors
+from convert_common import ConvertError, part, read_safetensors, run, write_safetensors
 
 MOST_BYTES = 12_000_000  # a page loads it
-
-
-def part(path, prefix, bare):
-    """Metadata and tensors below the prefix; where there are none and `bare` says so, those of the file itself."""
-    metadata, tensors = read_safetensors(path)
-    inside = {name[len(prefix) :]: tensor for name, tensor in tensors.items() if name.startswith(prefix)}
-    if inside:
-        return {key[len(prefix) :]: text for key, text in metadata.items() if key.startswith(prefix)}, inside
-    if not bare:
-        raise ConvertError(f"{path}: tensors: found none below {prefix}, expected some")
-    return (
-        {key: text for key, text in metadata.items() if "/" not in key},
-        {name: tensor for name, tensor in tensors.items() if "/" not in name},
-    )
 
 
 def expect(path, metadata, wanted):

@@ -12,9 +12,9 @@ result   the same with "confidence_weights" and "confidence_joint_weights" in th
 
 An estimate is right where the mesh is of the kind and its joints lie within 5 % of its height in the mean (--right). The model is
 logistic regression. All families of people count the same, and so do all kinds of things; both halves count the same,
-with the meshes in which no body was found at all. A joint is right where it lies within as much; its
-features are the correspondences about it, its parts' distance from the surface and the odds of the whole estimate. Printed are predictions for each family
-by a model that was learned without it: how many are right of those with a high, a middling and a low confidence, with
+with the meshes in which no body was found at all. A joint is right where it lies within as much; its features are the
+correspondences about it, its parts' distance from the surface and the odds of the whole estimate. Printed are
+predictions for each family by a model that was learned without it: how many are right of those with a high, a middling and a low confidence, with
 90 % intervals of a bootstrap over families.
 """
 
@@ -175,7 +175,9 @@ def main():
     part = "correspondence/" if inside else ""
     if arguments.joints_only:
         if part + "confidence_weights" not in metadata:
-            raise ConvertError(f"{arguments.weights}: found no confidence_weights, expected those that --joints-only keeps")
+            raise ConvertError(
+                f"{arguments.weights}: found no confidence_weights, expected those that --joints-only keeps"
+            )
         w = np.array([float(number) for number in metadata[part + "confidence_weights"].split()])
     else:
         w = learn(table, ~np.isin(table["family"], arguments.judge_only))

@@ -408,8 +408,8 @@ class Transfer {
         if (waits(i) || sequence_) kept.expect(jobs_[i]);
     std::optional<program::PoseTransfer> opened;
     npt::DefaultExecutor(threads).for_each(2, [&](int i, int) {
-      if (i == 0) opened.emplace(program::open_transfer(arguments));
-      if (i == 1 && in_flight == 1 && waits(pieces.front().first)) kept.read_ahead(jobs_[pieces.front().first]);
+      if (i == 0) return void(opened.emplace(program::open_transfer(arguments)));
+      if (in_flight == 1 && waits(pieces.front().first)) kept.read_ahead(jobs_[pieces.front().first]);
     });
     const program::PoseTransfer& transfer = *opened;
     description_ = transfer.description();

@@ -388,7 +388,7 @@ class Prepared(Figures):
     def test_progress_and_stop(self):
         transfer, seen = npt.PoseTransfer(), []
         transfer.character(self.identity, progress=seen.append)
-        self.assertGreater(len(seen), 2)
+        self.assertGreater(len(seen), 3)
         self.assertEqual(sorted(seen), seen)
         with self.assertRaises(npt.Stopped) as caught:
             transfer.pose(self.pose, stop=lambda: True)

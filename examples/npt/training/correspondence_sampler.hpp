@@ -350,7 +350,9 @@ class CorrespondenceSampler final : public SampleSource {
     const std::size_t tries = std::min(5 * n / 2, SurfaceCloud::candidates);
     const auto clouds = static_cast<std::uint32_t>(skin.clouds.size());
     scratch.posed.clear();
-    for (int round = 0; scratch.posed.size() < n; ++round)
+    for (int round = 0; scratch.posed.size() < n; ++round) {
+      static const data::Dress bare;
+      const data::Dress& worn = round < most_rounds ? dress : bare;
       for (std::size_t i = 0; i < tries * clouds; ++i) {
         Posed p;
         if (clouds > 1) p.cloud = random.below(clouds);
@@ -360,11 +362,12 @@ class CorrespondenceSampler final : public SampleSource {
         if (!own.limbs[plan().joints[cloud.points()[p.point].joint[0]].limb]) continue;
         const double u = 1 - random.uniform();
         float area = 0;
-        if (!place(own, p.point, round < most_rounds ? dress : data::Dress{}, skin.blocks, p, area)) continue;
+        if (!place(own, p.point, worn, skin.blocks, p, area)) continue;
         if (clouds > 1) area *= 1e5F * cloud.area_of_point();
         p.key = static_cast<float>(std::log(u)) / std::max(area, 1e-6F);
         scratch.posed.push_back(p);
       }
+    }
     const auto middle = scratch.posed.begin() + static_cast<std::ptrdiff_t>(n);
     if (middle != scratch.posed.end())
       std::nth_element(scratch.posed.begin(), middle, scratch.posed.end(),

@@ -511,8 +511,8 @@ export class PoseTransfer extends Handle {
    * other kinds of bodies: a mesh that isn't surely of the first is looked at by them. */
   static async open(weights, options = {}) {
     const {
-      others = {}, further = {}, name = 'weights', method = 'automatic', quality = 'balanced', figure = 0, pairings = 1, mirror = false, refine = false, refineRadius = 0,
-      invariant = false, resample = true, unit = 0, seed = 0, threads: wanted = 0, wasm,
+      others = {}, further = {}, name = 'weights', method = 'automatic', quality = 'balanced', figure = 0, pairings = 1, mirror = false,
+      refine = false, refineRadius = 0, invariant = false, resample = true, unit = 0, seed = 0, threads: wanted = 0, wasm,
     } = options;
     if (!methods.includes(method)) throw bad(`method '${method}': automatic, body or network`);
     if (!qualities.includes(quality)) throw bad(`quality '${quality}': fast, balanced or best`);

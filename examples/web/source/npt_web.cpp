@@ -318,8 +318,9 @@ NPT_WEB void web_release_mesh(Mesh* mesh) { delete mesh; }
 
 // ---- transfers ----
 
-/// Opens weights, and further ones, each a domain: paths, a line each. method 0: automatic, 1: body, 2: network; quality 0: fast, 1: balanced, 2: best; figure 0: the one
-/// that is recognised; refine_radius, unit 0: inferred from weights and meshes; threads 0: all.
+/// Opens weights, and further ones, each a domain: paths, a line each. method 0: automatic, 1: body, 2: network;
+/// quality 0: fast, 1: balanced, 2: best; figure 0: the one that is recognised; refine_radius, unit 0: inferred from
+/// weights and meshes; threads 0: all.
 NPT_WEB Transfer* web_open(const char* weights, const char* further, int method, int quality, int figure, int pairings,
                            int mirror, int refine, double refine_radius, int invariant, int resample, double unit,
                            double seed, int threads) {

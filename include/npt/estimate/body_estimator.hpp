@@ -138,11 +138,12 @@ class BasicBodyEstimator {
     const auto samples = all.first(std::min(options_.read_points, all.size()));
     const CorrespondenceViews<Exec> views(reader_, fitter_->correspondence_template(), options_.views);
     EstimateSearch<Exec> search(views, *fitter_, limbs_, executor(), mesh, samples, std::move(nothing));
+    constexpr double steps = 4;
+    control.step(1 / steps);
     search.first_views();
     const auto sure = [&] {
       return search.found() && reader_.confidence()(search.best().residuals) >= high_confidence;
     };
-    constexpr double steps = 4;
     control.step(2 / steps);
     if (!sure()) search.front_view();
     control.step(3 / steps);

@@ -159,7 +159,7 @@ class EstimateSearch {
     return true;
   }
 
-  /// EstimateResiduals::correspondences and joints; those by a view that the fit had no part in choosing.
+  /// EstimateResiduals::joints and correspondences, by a view that the fit had no part in choosing.
   void measure_correspondences(BodyEstimate& estimate) const {
     const auto few = views_.few(samples_);
     const Correspondences seen = views_.one(few, estimate.joint_rotation(0).transposed());
