@@ -46,9 +46,7 @@ def widened(tensors, width, random):
         if not first and not last:
             weight = np.concatenate([weight, weight])
         if name == "decoder.conv1.weight":
-            weight = inputs(weight, [(width, True), (width, True), (6, False)])
-        elif name in ("decoder.conv2.weight", "decoder.conv3.weight"):
-            weight = inputs(weight, [(width, True), (width, True)])
+            weight = inputs(weight, [(width, True), (6, False)])
         elif name.startswith("decoder.") and name.endswith(".weight") and "spadain" not in name:
             weight = inputs(weight, [(weight.shape[1], True)])
         result[name] = weight

@@ -18,10 +18,10 @@ SHAPES = {
     "encoder.conv2.weight": (5, 3, 1),
     "encoder.conv3.weight": (WIDTH, 5, 1),
     "encoder.conv3.bias": (WIDTH,),
-    "decoder.conv1.weight": (WIDTH, 2 * WIDTH + 6, 1),
+    "decoder.conv1.weight": (WIDTH, WIDTH + 6, 1),
     "decoder.block1.spadain1.conv_weight.weight": (WIDTH, 3, 1),
     "decoder.block1.conv1.weight": (WIDTH, WIDTH, 1),
-    "decoder.conv2.weight": (WIDTH, 2 * WIDTH, 1),
+    "decoder.conv2.weight": (WIDTH, WIDTH, 1),
     "decoder.conv4.weight": (3, WIDTH, 1),
     "decoder.conv4.bias": (3,),
     "output_scale": (1,),
@@ -53,9 +53,9 @@ class WidenCorrespondence(ConverterTest):
         for name in ("encoder.conv3.weight", "encoder.conv3.bias", "decoder.block1.spadain1.conv_weight.weight"):
             np.testing.assert_array_equal(wide[name], np.concatenate([narrow[name]] * 2))
         for name, parts in (
-            ("decoder.conv1.weight", (WIDTH, WIDTH, -6)),
+            ("decoder.conv1.weight", (WIDTH, -6)),
             ("decoder.block1.conv1.weight", (WIDTH,)),
-            ("decoder.conv2.weight", (WIDTH, WIDTH)),
+            ("decoder.conv2.weight", (WIDTH,)),
             ("decoder.conv4.weight", (WIDTH,)),
         ):
             rows = narrow[name] if name == "decoder.conv4.weight" else np.concatenate([narrow[name]] * 2)

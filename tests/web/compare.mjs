@@ -17,15 +17,6 @@ export function difference(a, b) {
   return most / Math.max(...low.map((x, k) => high[k] - x));
 }
 
-// The mean distance of two meshes' vertices, their centres laid onto each other.
-export function meanDistance(a, b) {
-  const count = a.length / 3, shift = [0, 0, 0];
-  for (let i = 0; i < a.length; ++i) shift[i % 3] += (a[i] - b[i]) / count;
-  let sum = 0;
-  for (let v = 0; v < count; ++v) sum += Math.hypot(...shift.map((x, k) => a[3 * v + k] - b[3 * v + k] - x));
-  return sum / count;
-}
-
 // The tensors and texts of a safetensors file whose names begin with `prefix`, without it, as a file.
 export function partOf(bytes, prefix) {
   const length = Number(bytes.readBigUInt64LE(0)), header = JSON.parse(bytes.toString('utf8', 8, 8 + length));
