@@ -6,11 +6,11 @@
 #include <npt/body/pose_sampler.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/estimate/fit_surface.hpp>
+#include <npt/io/safetensors.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/nets/correspondence_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
-#include <npt/nn/weights/safetensors.hpp>
 #include <npt/nn/weights/weights.hpp>
 
 #include <algorithm>

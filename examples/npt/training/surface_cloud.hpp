@@ -136,7 +136,6 @@ class SurfaceCloud {
     area_of_point_ = static_cast<float>(areas.total() / 2 / static_cast<double>(candidates));
     Random random(20260101);
     for (std::size_t i = 0; i < candidates; ++i) {
-      // Not the stratified draw, whose goal differs in the last bit: networks were trained on these points.
       const double part = static_cast<double>(i) + random.uniform();
       const Triangle& f = t.triangles[areas.at(areas.total() * part / static_cast<double>(candidates))];
       float u = static_cast<float>(random.uniform()), v = static_cast<float>(random.uniform());

@@ -20,6 +20,7 @@ class WeightedChoice {
   void add(double weight) { sums_.push_back(total() + weight); }
 
   std::size_t size() const noexcept { return sums_.size(); }
+  double weight(std::size_t i) const { return i == 0 ? sums_[0] : sums_[i] - sums_[i - 1]; }
   /// The sum of all weights.
   double total() const noexcept { return sums_.empty() ? 0 : sums_.back(); }
 
@@ -31,10 +32,6 @@ class WeightedChoice {
     return static_cast<std::size_t>(std::upper_bound(sums_.data(), last, target) - sums_.data());
   }
   std::size_t operator()(Random& random) const { return at(random.uniform() * total()); }
-  /// Stratified: in share `k` of `count` equal shares of the total weight.
-  std::size_t operator()(Random& random, std::size_t k, std::size_t count) const {
-    return at((static_cast<double>(k) + random.uniform()) / static_cast<double>(count) * total());
-  }
 
  private:
   std::vector<double> sums_;  ///< of the weights up to each

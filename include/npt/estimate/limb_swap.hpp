@@ -10,7 +10,6 @@
 #pragma once
 
 #include <npt/base/executor.hpp>
-#include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/base/weighted_choice.hpp>
 #include <npt/body/body_model.hpp>
@@ -82,11 +81,10 @@ class BasicLimbSwap {
     WeightedChoice areas;
     weigh_by_area(
         triangles_, [this](std::uint32_t v) { return points_[v]; }, areas);
-    Random random(20261125);
     Correspondences reading;
     bool any_mirrored = false;
-    for (std::size_t i = 0; i < FitSurface::default_count; ++i) {
-      const Triangle& t = triangles_[areas(random, i, FitSurface::default_count)];
+    for (const TrianglePoint& drawn : spread_points(areas, FitSurface::default_count, 20261125)) {
+      const Triangle& t = triangles_[drawn.triangle];
       const State state = states[patches_.patch(t[0])];
       if (state == State::doubted || patches_.piece_share(t[0]) < small_share ||
           patches_.patch(t[0]) != patches_.patch(t[1]) || patches_.patch(t[0]) != patches_.patch(t[2]))
@@ -98,11 +96,7 @@ class BasicLimbSwap {
       if (state == State::mirrored) p.place.x = -p.place.x, any_mirrored = true;
     }
     if (!any_mirrored || reading.size() < BodyView::few) return std::nullopt;
-    // The first ones are to lie all over the surface.
-    Correspondences mixed;
-    for (const std::uint32_t i : random_permutation(static_cast<std::uint32_t>(reading.size()), random))
-      mixed.push_back(reading[i]);
-    return mixed;
+    return reading;
   }
 
  private:

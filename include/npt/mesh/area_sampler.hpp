@@ -8,11 +8,14 @@
 #include <npt/config.hpp>
 #include <npt/mesh/triangles.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -34,21 +37,31 @@ struct TrianglePoint {
   std::array<double, 3> weights{1, 0, 0};
 };
 
-/// One point in each of `count` equal shares of the area, in random order: the first n of them are spread over the area
-/// as all are. The density is uniform within a triangle.
+/// About `count` points spread evenly over the area, in random order: the first n of them are spread as all are. How
+/// many a triangle has, where, and their rank depend on its number and its share of the area alone, so rounding moves
+/// none: with shares of a running sum a mesh that was rounded by 1e-7 gave results up to 6 mm away.
 /// Requires  a total area above 0
-/// Source    Osada et al., "Shape Distributions", 2002, eq. 1 (the square root)
-NPT_INLINE std::vector<TrianglePoint> stratified_points(const WeightedChoice& areas, std::size_t count, Random random) {
-  std::vector<TrianglePoint> ordered, points;
-  ordered.reserve(count);
-  points.reserve(count);
-  for (std::size_t k = 0; k < count; ++k) {
-    const auto triangle = static_cast<std::uint32_t>(areas(random, k, count));
-    const double root = std::sqrt(random.uniform()), second = random.uniform() * root, first = 1 - root;
-    ordered.push_back({triangle, {first, second, 1 - first - second}});
+/// Source    Osada et al., "Shape Distributions", 2002, eq. 1 (the square root); shares are rounded by the golden
+///           ratio's additive recurrence (Kuipers and Niederreiter, "Uniform Distribution of Sequences", 1974)
+NPT_INLINE std::vector<TrianglePoint> spread_points(const WeightedChoice& areas, std::size_t count,
+                                                    std::uint64_t seed) {
+  const double points_per_area = static_cast<double>(count) / areas.total();
+  std::vector<std::pair<double, TrianglePoint>> ranked;
+  ranked.reserve(count + count / 8);
+  for (std::size_t t = 0; t < areas.size(); ++t) {
+    const double turn = static_cast<double>(t) * std::numbers::phi;
+    const auto own = static_cast<std::size_t>(areas.weight(t) * points_per_area + turn - std::floor(turn));
+    Random random(seed, t);
+    for (std::size_t k = 0; k < own; ++k) {
+      const double rank = random.uniform(), root = std::sqrt(random.uniform());
+      const double second = random.uniform() * root, first = 1 - root;
+      ranked.push_back({rank, {static_cast<std::uint32_t>(t), {first, second, 1 - first - second}}});
+    }
   }
-  for (const std::uint32_t k : random_permutation(static_cast<std::uint32_t>(count), random))
-    points.push_back(ordered[k]);
+  std::ranges::sort(ranked, {}, &std::pair<double, TrianglePoint>::first);
+  std::vector<TrianglePoint> points;
+  points.reserve(ranked.size());
+  for (const auto& [rank, point] : ranked) points.push_back(point);
   return points;
 }
 

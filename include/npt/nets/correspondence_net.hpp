@@ -1,8 +1,7 @@
 /// A network that reads a mesh: for points of its surface, where on the resting template each belongs.
 /// Encoder  points and normals through three 1x1 convolutions with instance norm and ReLU, 6 -> 64 -> 128 -> C
 /// Decoder  three residual blocks conditioned on the points (SPAdaIN), of widths C, C and C / 2, to 3 coordinates and
-///          tanh. Points hear of each other by the norms' means and variances alone: what is the same at every point,
-///          such as a maximum over them in front of a block, the norm takes away.
+///          tanh. Points know of each other by the norms alone, which take away what is the same at all of them.
 /// Shapes   points: [3, n] centred, with a root mean square radius of reading_radius; normals: [3, n], unit or zero;
 ///          result: [3, n], half the canonical coordinates in metres
 /// Source   layers of Wang et al., CVPR 2020

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <npt/base/as_span.hpp>
-#include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/base/weighted_choice.hpp>
 #include <npt/config.hpp>
@@ -37,7 +36,7 @@ class BasicResultMeter {
     const auto point = [&identity](std::size_t v) { return point_at(identity.xyz, v); };
     WeightedChoice areas;
     weigh_by_area(identity.triangles, point, areas);
-    samples_ = stratified_points(areas, 2000, Random(0));
+    samples_ = spread_points(areas, 2000, 0);
     layers_ = layers(tree_, identity.xyz);
     double volume = 0;
     const Vec3d origin = point(triangles_[0][0]);

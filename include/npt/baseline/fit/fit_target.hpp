@@ -6,7 +6,6 @@
 
 #include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
-#include <npt/base/random.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/base/weighted_choice.hpp>
 #include <npt/config.hpp>
@@ -124,7 +123,7 @@ class FitTarget {
     WeightedChoice areas;
     weigh_by_area(
         as_span(triangles_), [points](std::uint32_t v) { return points[v]; }, areas);
-    for (const TrianglePoint& p : stratified_points(areas, count, Random(20200316))) {
+    for (const TrianglePoint& p : spread_points(areas, count, 20200316)) {
       const auto& [a, b, c] = triangles_[p.triangle];
       samples_.push_back(
           {points[a] * p.weights[0] + points[b] * p.weights[1] + points[c] * p.weights[2], normals_[p.triangle]});
