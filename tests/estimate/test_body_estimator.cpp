@@ -72,7 +72,8 @@ TEST_CASE("rounding of a mesh moves its estimate by no more than 0.01 mm") {
       for (float* const x : {&p.x, &p.y, &p.z}) *x += static_cast<float>(1e-7 * random.normal());
     const auto& faces = npt::mannequin().triangles();
     const auto joints = [&](const npt::Mesh& mesh) {
-      return npt::fitted_joints(npt::mannequin(), shipped_estimator().read({mesh.coordinates(), faces, ""}).fit.body);
+      return npt::fitted_joints(shipped_estimator().body(),
+                                shipped_estimator().read({mesh.coordinates(), faces, ""}).fit.body);
     };
     const std::vector<npt::Vec3d> one = joints(person.mesh), other = joints(rounded);
     REQUIRE(one.size() == other.size());

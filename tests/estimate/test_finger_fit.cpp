@@ -62,7 +62,7 @@ TEST_CASE("a fist is found, whichever hand makes it and however the faces turn")
   for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
     std::array<npt::HandBend, 2> hands;
     hands[side] = fist;
-    const PersonWithHands person(4 + side, hands);
+    const PersonWithHands person(4 + 2 * side, hands);
     for (const double facing : {1.0, 0.0}) {
       npt::CorrespondenceFit fit = person.fit;
       fit.facing = facing;

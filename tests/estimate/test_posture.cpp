@@ -129,7 +129,7 @@ TEST_CASE("another animal's rest is the mean of the posterior, as plain sums giv
   }
   double share = 0, sum = 0;
   for (const double scale : {0.1, 0.3, 1.0, 3.0}) {
-    const double variance = rest_variance + scale * scale * motion_variance + 0.04 * 0.04,
+    const double variance = rest_variance + scale * scale * motion_variance + 0.03 * 0.03,
                  n = static_cast<double>(count() - 3);
     const double odds = std::exp(-0.5 * (square / variance + n * std::log(variance / rest_variance)));
     share += odds * rest_variance / variance, sum += odds;

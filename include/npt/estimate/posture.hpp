@@ -4,7 +4,7 @@
 /// Nobody says how the animal in a mesh stands at rest, so it is inferred, as the mean of a posterior. The mesh is one
 /// of the rigs that were learned from, or another animal:
 ///   shape    betas ~ N(a rig's, W), or N(0, 1 + W) of another animal; W: what one rig's differ by from pose to pose
-///   rest     within 0.04 rad of the rig's (0.1 where it stands), or N(the rigs' mean, C_rest) of another animal; both
+///   rest     within 0.03 rad of the rig's (0.1 where it stands), or N(the rigs' mean, C_rest) of another animal; both
 ///            sides alike
 ///   pose     beyond the rest, ~ N(0, s^2 C_motion), s one of four: from standing still to lying down
 /// Where a mesh stands still its rest is what it shows, and what it shows is a walk where left and right differ as in
@@ -78,11 +78,12 @@ class BasicPosture {
   /// Requires  covariances that are some: of eigenvalues above zero
   BasicPosture(PostureModel model, const BodyKind& kind) : kind_(kind), model_(std::move(model)) {
     const std::size_t n = angle_count();
-    std::vector<double> known(n * n);
+    std::vector<double> known(n * n), other = model_.rest_covariance;
+    for (std::size_t i = 0; i < n; ++i) other[i * n + i] += known_variance(moving);
     for (std::size_t s = 0; s < scales.size(); ++s) {
       for (std::size_t i = 0; i < n; ++i) known[i * n + i] = known_variance(s);
       known_.push_back(evidence(known, scales[s]));
-      other_.push_back(evidence(model_.rest_covariance, scales[s]));
+      other_.push_back(evidence(other, scales[s]));
     }
   }
 
@@ -124,7 +125,7 @@ class BasicPosture {
   /// Of a rig's rest in another mesh of it; where that moves, of any estimated angle. Wider where it stands: what it
   /// shows is its rest, errors of the estimate with it, and the skin is bound in these angles.
   static constexpr double known_variance(std::size_t scale) {
-    const double deviation = scale < moving ? 0.1 : 0.04;
+    const double deviation = scale < moving ? 0.1 : 0.03;
     return deviation * deviation;
   }
 
@@ -133,7 +134,7 @@ class BasicPosture {
     std::vector<Vec3d> angles;  ///< [J] at rest
   };
   /// What a mesh's angles but the root's say of the rest, for one scale of motion. Without the errors of angles the
-  /// scale turns with the draw of samples: deer are 38, 47, 63 and 60 mm off with four instead of 38, 44, 57 and 45.
+  /// scale turns with the draw of samples: deer are 38, 47, 63 and 60 mm off with four instead of 38, 44, 66 and 45.
   struct Evidence {
     DenseCholesky spread;  ///< of rest and motion together
     double log_determinant = 0;
@@ -148,7 +149,6 @@ class BasicPosture {
       for (std::size_t k = 0; k < own; ++k) {
         const std::size_t at = (i + 3) * n + k + 3;
         sum[i * own + k] = rest[at] + scale * scale * model_.motion_covariance[at];
-        if (i == k) sum[i * own + k] += known_variance(moving);
       }
     DenseCholesky spread(own, std::move(sum));
     const double log_determinant = spread.log_determinant();

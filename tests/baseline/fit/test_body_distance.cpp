@@ -24,7 +24,7 @@ using npt::Vec3d;
 
 /// The mannequin of some shape in some pose, moved by 10 cm.
 npt::FitTarget some_target() {
-  npt::Random random(1);
+  npt::Random random(3);
   const std::vector<float> betas = npt::sample_shape(random, 10);
   const npt::Mesh mesh = npt::to_mesh(npt::mannequin(), betas, npt::sample_pose(random));
   std::vector<Vec3d> points;
