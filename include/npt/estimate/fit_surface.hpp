@@ -47,8 +47,7 @@ class BasicFitSurface {
   };
 
   static constexpr std::size_t default_count = 5000;
-  /// Of equally likely draws the first with which tests/accuracy keeps all bounds; docs/results.md has their spread.
-  static constexpr std::uint64_t draw = 16;
+  static constexpr std::uint64_t draw = 16;  ///< the first that keeps all bounds of tests/accuracy: docs/results.md
 
   /// `name` stands in errors.
   BasicFitSurface(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::size_t count = default_count,

@@ -2,20 +2,20 @@
 /// Requires  triangle indices below the number of points
 #pragma once
 
+#include <npt/base/as_span.hpp>
 #include <npt/base/random.hpp>
+#include <npt/base/sort.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/base/weighted_choice.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/triangles.hpp>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -46,22 +46,23 @@ struct TrianglePoint {
 NPT_INLINE std::vector<TrianglePoint> spread_points(const WeightedChoice& areas, std::size_t count,
                                                     std::uint64_t seed) {
   const double points_per_area = static_cast<double>(count) / areas.total();
-  std::vector<std::pair<double, TrianglePoint>> ranked;
-  ranked.reserve(count + count / 8);
+  std::vector<TrianglePoint> drawn, points;
+  std::vector<std::uint64_t> ranks;
   for (std::size_t t = 0; t < areas.size(); ++t) {
     const double turn = static_cast<double>(t) * std::numbers::phi;
     const auto own = static_cast<std::size_t>(areas.weight(t) * points_per_area + turn - std::floor(turn));
     Random random(seed, t);
     for (std::size_t k = 0; k < own; ++k) {
-      const double rank = random.uniform(), root = std::sqrt(random.uniform());
-      const double second = random.uniform() * root, first = 1 - root;
-      ranked.push_back({rank, {static_cast<std::uint32_t>(t), {first, second, 1 - first - second}}});
+      std::array<double, 3> numbers{};
+      for (double& number : numbers) number = random.uniform();
+      const double root = std::sqrt(numbers[1]), second = numbers[2] * root, first = 1 - root;
+      ranks.push_back(
+          pair_key(static_cast<std::uint32_t>(numbers[0] * 0x1p32), static_cast<std::uint32_t>(drawn.size())));
+      drawn.push_back({static_cast<std::uint32_t>(t), {first, second, 1 - first - second}});
     }
   }
-  std::ranges::sort(ranked, {}, &std::pair<double, TrianglePoint>::first);
-  std::vector<TrianglePoint> points;
-  points.reserve(ranked.size());
-  for (const auto& [rank, point] : ranked) points.push_back(point);
+  sort_keys(as_span(ranks));
+  for (const std::uint64_t rank : ranks) points.push_back(drawn[second_of_key(rank)]);
   return points;
 }
 
