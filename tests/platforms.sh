@@ -244,7 +244,6 @@ multi-isa() {
   commands multi-isa build/multi-isa/bin/npt
   cmp "$folder/native.ply" "$folder/multi-isa-program/network.ply"
   echo "by the network the same bits as the program that is compiled for this machine"
-  "$folder/compare" "$folder/native-body.ply" "$folder/multi-isa-program/body.ply"
   build/multi-isa/bin/npt doctor | grep -i "compiled" || true
 }
 

@@ -26,7 +26,7 @@ READERS = {"decoder.conv1.weight": COORDINATES, "decoder.conv2.weight": 0, "deco
 
 def without_pooled_columns(path, name, tensor, behind):
     dtype, shape, data = tensor
-    channels, odd = divmod(shape[1] - behind, 2)
+    channels, odd = divmod(shape[1] - behind, 2) if len(shape) > 1 else (0, 0)
     if dtype != "F32" or odd or channels < 1:
         raise ConvertError(f"{path}: {name}: found {dtype} {list(shape)}, expected F32 with as many pooled columns as others")
     weight = np.frombuffer(data, "<f4").reshape(shape)

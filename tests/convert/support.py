@@ -12,6 +12,16 @@ import unittest
 SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / "examples" / "convert"
 
 
+def safetensors_bytes(metadata, tensors):
+    """A file of {name: (dtype, shape, bytes)}; a dtype may be another than that of the bytes."""
+    header, data = {"__metadata__": metadata}, b""
+    for name, (dtype, shape, raw) in tensors.items():
+        header[name] = {"dtype": dtype, "shape": list(shape), "data_offsets": [len(data), len(data) + len(raw)]}
+        data += raw
+    text = json.dumps(header).encode()
+    return struct.pack("<Q", len(text)) + text + data
+
+
 def read_safetensors(path):
     """{name: (dtype, shape, bytes)} and the metadata. Checks the layout on the way."""
     data = pathlib.Path(path).read_bytes()

@@ -1,7 +1,5 @@
 """blend_weights.py: what lies between two weights, and files that don't belong together."""
 
-import json
-import struct
 import sys
 import unittest
 
@@ -11,17 +9,15 @@ except ImportError:
     print("SKIPPED: numpy is not installed")
     sys.exit(0)
 
-from support import ConverterTest
+from support import ConverterTest, safetensors_bytes
 
 
 def weights(seed, shape=(3, 2, 1), dtype="F32", spoil=None, prefix=""):
     tensor = np.random.default_rng(seed).standard_normal(shape).astype("<f4")
     if spoil is not None:
         tensor.flat[0] = spoil
-    header = {"__metadata__": {"net": "correspondence", "pmd": "1", "seed": str(seed)}}
-    header[prefix + "conv.weight"] = {"dtype": dtype, "shape": list(shape), "data_offsets": [0, tensor.nbytes]}
-    text = json.dumps(header).encode()
-    return tensor, struct.pack("<Q", len(text)) + text + tensor.tobytes()
+    metadata = {"net": "correspondence", "pmd": "1", "seed": str(seed)}
+    return tensor, safetensors_bytes(metadata, {prefix + "conv.weight": (dtype, shape, tensor.tobytes())})
 
 
 class BlendWeights(ConverterTest):

@@ -1,7 +1,5 @@
 """drop_pooling.py: what is left reads what it read before but for pooled channels, and bad files."""
 
-import json
-import struct
 import sys
 import unittest
 
@@ -11,7 +9,7 @@ except ImportError:
     print("SKIPPED: numpy is not installed")
     sys.exit(0)
 
-from support import ConverterTest
+from support import ConverterTest, safetensors_bytes
 
 WIDTH = 4
 SHAPES = {
@@ -29,13 +27,8 @@ SHAPES = {
 def weights(prefix="", net="correspondence", shapes=SHAPES):
     random = np.random.default_rng(1)
     tensors = {prefix + name: random.standard_normal(shape).astype("<f4") for name, shape in shapes.items()}
-    header, data = {"__metadata__": {prefix + "net": net, prefix + "width": str(WIDTH)}}, b""
-    for name, tensor in tensors.items():
-        end = len(data) + tensor.nbytes
-        header[name] = {"dtype": "F32", "shape": list(tensor.shape), "data_offsets": [len(data), end]}
-        data += tensor.tobytes()
-    text = json.dumps(header).encode()
-    return tensors, struct.pack("<Q", len(text)) + text + data
+    metadata = {prefix + "net": net, prefix + "width": str(WIDTH)}
+    return tensors, safetensors_bytes(metadata, {name: ("F32", t.shape, t.tobytes()) for name, t in tensors.items()})
 
 
 class DropPooling(ConverterTest):
@@ -64,6 +57,8 @@ class DropPooling(ConverterTest):
         self.refused(self.file("new.safetensors", weights(shapes=new)[1]), "expected correspondence with decoder.pool2.weight")
         odd = {**SHAPES, "decoder.conv2.weight": (WIDTH, 2 * WIDTH + 1, 1)}
         self.refused(self.file("odd.safetensors", weights(shapes=odd)[1]), "odd.safetensors: decoder.conv2.weight: found F32")
+        flat = {**SHAPES, "decoder.conv2.weight": (2 * WIDTH * WIDTH,)}
+        self.refused(self.file("flat.safetensors", weights(shapes=flat)[1]), "flat.safetensors: decoder.conv2.weight: found F32 [32]")
         less = {name: shape for name, shape in SHAPES.items() if name != "decoder.conv3.weight"}
         self.refused(self.file("less.safetensors", weights(shapes=less)[1]), "found no decoder.conv3.weight")
 

@@ -1,18 +1,12 @@
 """join_body_weights.py: body estimation beside a network in one file, replaced, and what is no such network."""
 
-import json
-import struct
 import unittest
 
-from support import ConverterTest
+from support import ConverterTest, safetensors_bytes
 
 
 def file_with(metadata, names):
-    header = {"__metadata__": metadata}
-    for i, name in enumerate(names):
-        header[name] = {"dtype": "U8", "shape": [1], "data_offsets": [i, i + 1]}
-    text = json.dumps(header).encode()
-    return struct.pack("<Q", len(text)) + text + bytes(range(1, len(names) + 1))
+    return safetensors_bytes(metadata, {name: ("U8", [1], bytes([i])) for i, name in enumerate(names, 1)})
 
 
 class JoinBodyWeights(ConverterTest):

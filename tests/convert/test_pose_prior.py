@@ -1,8 +1,6 @@
 """fit_pose_prior.py: a mixture found again from poses drawn of it, the header's numbers, mirror images, tilts, and bad files."""
 
-import json
 import re
-import struct
 import sys
 import unittest
 
@@ -12,7 +10,7 @@ except ImportError:
     print("SKIPPED: numpy is not installed")
     sys.exit(0)
 
-from support import SCRIPTS, ConverterTest
+from support import SCRIPTS, ConverterTest, safetensors_bytes
 
 sys.path.insert(0, str(SCRIPTS))
 sys.dont_write_bytecode = True
@@ -21,10 +19,7 @@ import fit_pose_prior as prior  # noqa: E402
 
 def pose_file(poses, names=None, name="poses", dtype="F32"):
     data = np.ascontiguousarray(poses, dtype="<f4").tobytes()
-    header = {"__metadata__": {"names": "\n".join(names or [])}}
-    header[name] = {"dtype": dtype, "shape": list(np.shape(poses)), "data_offsets": [0, len(data)]}
-    text = json.dumps(header).encode()
-    return struct.pack("<Q", len(text)) + text + data
+    return safetensors_bytes({"names": "\n".join(names or [])}, {name: (dtype, np.shape(poses), data)})
 
 
 def two_modes(count, random):

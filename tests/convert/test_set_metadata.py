@@ -1,16 +1,12 @@
 """set_metadata.py: texts added, replaced and taken out, tensors as they were."""
 
-import json
-import struct
 import unittest
 
-from support import ConverterTest
+from support import ConverterTest, safetensors_bytes
 
 
 def file_with(metadata):
-    header = {"__metadata__": metadata, "a": {"dtype": "F16", "shape": [2], "data_offsets": [0, 4]}}
-    text = json.dumps(header).encode()
-    return struct.pack("<Q", len(text)) + text + b"\x01\x02\x03\x04"
+    return safetensors_bytes(metadata, {"a": ("F16", [2], b"\x01\x02\x03\x04")})
 
 
 class SetMetadata(ConverterTest):

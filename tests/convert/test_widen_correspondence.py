@@ -1,7 +1,5 @@
 """widen_correspondence.py: twins that give the same, and bad files."""
 
-import json
-import struct
 import sys
 import unittest
 
@@ -11,7 +9,7 @@ except ImportError:
     print("SKIPPED: numpy is not installed")
     sys.exit(0)
 
-from support import ConverterTest
+from support import ConverterTest, safetensors_bytes
 
 WIDTH = 4
 SHAPES = {
@@ -31,13 +29,8 @@ SHAPES = {
 def weights(dtype="F32", net="correspondence"):
     random = np.random.default_rng(1)
     tensors = {name: random.standard_normal(shape).astype("<f4") for name, shape in SHAPES.items()}
-    header, data = {"__metadata__": {"net": net, "width": str(WIDTH), "output_scale": "1"}}, b""
-    for name, tensor in tensors.items():
-        end = len(data) + tensor.nbytes
-        header[name] = {"dtype": dtype, "shape": list(tensor.shape), "data_offsets": [len(data), end]}
-        data += tensor.tobytes()
-    text = json.dumps(header).encode()
-    return tensors, struct.pack("<Q", len(text)) + text + data
+    metadata = {"net": net, "width": str(WIDTH), "output_scale": "1"}
+    return tensors, safetensors_bytes(metadata, {name: (dtype, t.shape, t.tobytes()) for name, t in tensors.items()})
 
 
 class WidenCorrespondence(ConverterTest):

@@ -62,7 +62,7 @@ TEST_CASE("an upside-down person is read, and said to be") {
 }
 
 // As another unit or another program brings. Where rounding moved a few of the samples, one
-// of three such results lay 2 to 6 mm elsewhere.
+// of three such results lay 3 to 6 mm elsewhere.
 TEST_CASE("rounding of a mesh moves its estimate by no more than 0.1 mm") {
   for (const std::uint64_t seed : {3U, 5U, 9U, 22U, 42U}) {
     const Person person(seed);

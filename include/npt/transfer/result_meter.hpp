@@ -23,7 +23,7 @@
 namespace npt::inline NPT_ABI {
 
 /// Measures results for one identity.
-/// Numerics  penetration is that of 2000 points, drawn by area
+/// Numerics  penetration is that of about 2000 points, drawn by area
 /// Requires  a surface of finite points
 template <class>
 class BasicResultMeter {
