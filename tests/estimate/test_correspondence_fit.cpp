@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <estimate/nearest_fit.hpp>
 #include <estimate/people.hpp>
 #include <estimate/simulated_correspondences.hpp>
 
@@ -44,7 +45,7 @@ TEST_CASE("bodies that the model makes come back from noisy readings") {
   double sum = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const ReadBody c = read_body(seed, {.swap_one_arm = seed == 2, .swap_arms = seed == 3, .swap_legs = seed == 4});
-    const npt::CorrespondenceFit fit = fitter().fit(c.surface, c.reading);
+    const npt::CorrespondenceFit fit = nearest_fit(fitter(), c.surface, c.reading);
     CAPTURE(seed);
     const double error = simulated::error(npt::mannequin(), fit.body, c.posed.points);
     CHECK(error < 0.015);
@@ -69,7 +70,7 @@ TEST_CASE("of several readings the right one is taken") {
   CHECK(fits.size() <= 3);
   for (std::size_t i = 0; i < fits.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) CHECK(fits[i].body.axis_angles != fits[k].body.axis_angles);
-  const npt::CorrespondenceFit fit = npt::CorrespondenceFitter::nearest_of(fits);
+  const npt::CorrespondenceFit fit = nearest_of(fits);
   CHECK(simulated::error(npt::mannequin(), fit.body, c.posed.points) < 0.015);
 }
 
@@ -79,7 +80,7 @@ TEST_CASE("triangles that turn inwards are told by the reading") {
   for (npt::Triangle& t : turned) std::swap(t[0], t[1]);
   const npt::FitSurface surface(c.posed.points, turned);
   for (npt::PointCorrespondence& p : c.reading) p.normal = -p.normal;
-  const npt::CorrespondenceFit fit = fitter().fit(surface, c.reading);
+  const npt::CorrespondenceFit fit = nearest_fit(fitter(), surface, c.reading);
   CHECK(fit.facing == -1);
   CHECK(fit.body.distance < 0.003);
 }
@@ -90,7 +91,8 @@ TEST_CASE("what isn't a body is trusted less") {
   std::vector<Vec3d> points = c.posed.points;
   for (Vec3d& p : points) p = {1.6 * p.x, 0.7 * p.y, 0.4 * p.z};
   for (npt::PointCorrespondence& p : c.reading) p.point = {1.6 * p.point.x, 0.7 * p.point.y, 0.4 * p.point.z};
-  const npt::CorrespondenceFit fit = fitter().fit(npt::FitSurface(points, npt::mannequin().triangles()), c.reading);
+  const npt::CorrespondenceFit fit =
+      nearest_fit(fitter(), npt::FitSurface(points, npt::mannequin().triangles()), c.reading);
   CHECK(fit.mesh_explained < 0.97);
   CHECK(fit.relative_distance > 0.005);
 }
@@ -103,7 +105,7 @@ TEST_CASE("half and one and a half times the size fit as well, with proportions"
     for (Vec3d& p : c.posed.points) p *= scale;
     for (npt::PointCorrespondence& p : c.reading) p.point *= scale;
     const npt::CorrespondenceFit fit =
-        wide.fit(npt::FitSurface(c.posed.points, npt::mannequin().triangles()), c.reading);
+        nearest_fit(wide, npt::FitSurface(c.posed.points, npt::mannequin().triangles()), c.reading);
     CAPTURE(scale);
     CHECK(simulated::error(model, fit.body, c.posed.points) < 0.015 * scale);
     CHECK(fit.mesh_explained > 0.98);
@@ -113,8 +115,8 @@ TEST_CASE("half and one and a half times the size fit as well, with proportions"
 TEST_CASE("threads share a fitter and get the same bits") {
   const ReadBody c = read_body(11);
   std::vector<npt::CorrespondenceFit> fits(2);
-  std::thread other([&] { fits[1] = fitter().fit(c.surface, c.reading); });
-  fits[0] = fitter().fit(c.surface, c.reading);
+  std::thread other([&] { fits[1] = nearest_fit(fitter(), c.surface, c.reading); });
+  fits[0] = nearest_fit(fitter(), c.surface, c.reading);
   other.join();
   CHECK(fits[0].body.axis_angles == fits[1].body.axis_angles);
   CHECK(fits[0].body.betas == fits[1].body.betas);
@@ -124,12 +126,12 @@ TEST_CASE("threads share a fitter and get the same bits") {
 TEST_CASE("no reading, no body and another unit are errors") {
   const ReadBody c = read_body(12);
   CHECK_THROWS_AS(fitter().fits(c.surface, std::span<const npt::BodyView>()), npt::Error);
-  CHECK_THROWS_AS(fitter().fit(c.surface, npt::Correspondences()), npt::Error);
+  CHECK_THROWS_AS(nearest_fit(fitter(), c.surface, npt::Correspondences()), npt::Error);
   CHECK_THROWS_AS(npt::CorrespondenceFitter(nullptr), npt::Error);
   // Centimetres.
   std::vector<Vec3d> points = c.posed.points;
   npt::Correspondences reading = c.reading;
   for (Vec3d& p : points) p *= 100;
   for (npt::PointCorrespondence& p : reading) p.point *= 100;
-  CHECK_THROWS_AS(fitter().fit(npt::FitSurface(points, npt::mannequin().triangles()), reading), npt::Error);
+  CHECK_THROWS_AS(nearest_fit(fitter(), npt::FitSurface(points, npt::mannequin().triangles()), reading), npt::Error);
 }

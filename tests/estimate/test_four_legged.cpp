@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <estimate/four_legged.hpp>
+#include <estimate/nearest_fit.hpp>
 
 #include <npt/base/random.hpp>
 #include <npt/body/body_level.hpp>
@@ -64,7 +65,7 @@ TEST_CASE("a random pose of a four-legged body is found back, hind legs that wer
     const Posed posed = four_legged::draw(seed);
     const npt::LimbPair* mirrored = seed == 3 ? &pairs[1] : nullptr;
     const npt::CorrespondenceFit fit =
-        animal_fitter().fit(posed.surface, four_legged::read(posed, 0.03, 0.1, seed, mirrored));
+        nearest_fit(animal_fitter(), posed.surface, four_legged::read(posed, 0.03, 0.1, seed, mirrored));
     CHECK(four_legged::error(fit.body, posed) < 0.02);
     CHECK(fit.body.distance < 0.006);
     CHECK(fit.part_distances.size() == four_legged::kind()->joint_count());
@@ -78,7 +79,8 @@ TEST_CASE("legs in the wrong place are found again") {
   for (std::size_t pair = 0; pair < 2; ++pair)
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
       const Posed posed = four_legged::draw(seed);
-      const npt::CorrespondenceFit right = animal_fitter().fit(posed.surface, four_legged::read(posed, 0.03, 0, seed));
+      const npt::CorrespondenceFit right =
+          nearest_fit(animal_fitter(), posed.surface, four_legged::read(posed, 0.03, 0, seed));
       npt::CorrespondenceFit wrong = right;
       npt::Random random(79, seed);
       const std::vector<float> other = four_legged::draw_pose(four_legged::kind()->plan, random);
@@ -86,11 +88,11 @@ TEST_CASE("legs in the wrong place are found again") {
         for (const std::size_t j : joints)
           for (std::size_t e = 3 * j; e < 3 * j + 3; ++e) wrong.body.axis_angles[e] = 2 * other[e];
       wrong.relative_distance = std::numeric_limits<double>::infinity();
-      wrong = animal_fitter().nearest_of(animal_fitter().fits(posed.surface, wrong, std::vector{wrong.body}));
+      wrong = nearest_of(animal_fitter().fits(posed.surface, wrong, std::vector{wrong.body}));
       if (wrong.relative_distance < 2 * right.relative_distance) continue;  // the fit found back alone
       ++mislaid;
       const std::vector<npt::BodyFit> starts = search(posed.surface, wrong.body, pair, 1, {}, 4);
-      const npt::CorrespondenceFit fit = animal_fitter().nearest_of(animal_fitter().fits(posed.surface, wrong, starts));
+      const npt::CorrespondenceFit fit = nearest_of(animal_fitter().fits(posed.surface, wrong, starts));
       found += four_legged::error(fit.body, posed) < 0.03;
     }
   CHECK(mislaid >= 3);

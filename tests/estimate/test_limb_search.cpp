@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <estimate/nearest_fit.hpp>
 #include <estimate/people.hpp>
 #include <estimate/simulated_correspondences.hpp>
 
@@ -37,14 +38,14 @@ MislaidLimbs mislay(std::uint64_t seed, std::size_t pair) {
   const npt::Correspondences reading =
       simulated::read(surface, posed.points, npt::mannequin().triangles(), simulated::mannequin_places(),
                       npt::mannequin().tables().weights, 1000, {}, random);
-  const npt::CorrespondenceFit right = limb_fitter().fit(surface, reading);
+  const npt::CorrespondenceFit right = nearest_fit(limb_fitter(), surface, reading);
   npt::CorrespondenceFit wrong = right;
   const npt::NaturalPoses::Pose other = npt::natural_poses().sample(random);
   for (const std::size_t j :
        pair == legs ? std::vector<std::size_t>{1, 2, 4, 5, 7, 8} : std::vector<std::size_t>{13, 14, 16, 17, 18, 19})
     for (std::size_t e = 3 * j; e < 3 * j + 3; ++e) wrong.body.axis_angles[e] = other[e];
   wrong.relative_distance = std::numeric_limits<double>::infinity();
-  wrong = limb_fitter().nearest_of(limb_fitter().fits(surface, wrong, std::vector{wrong.body}));
+  wrong = nearest_of(limb_fitter().fits(surface, wrong, std::vector{wrong.body}));
   return {posed, surface, right, wrong};
 }
 
@@ -59,7 +60,7 @@ TEST_CASE("limbs in the wrong place are found again") {
       if (m.wrong.relative_distance < 2 * m.right.relative_distance) continue;  // the fit found back alone
       ++mislaid;
       const std::vector<npt::BodyFit> starts = search(m.surface, m.wrong.body, pair, 1, {}, 4);
-      const npt::CorrespondenceFit fit = limb_fitter().nearest_of(limb_fitter().fits(m.surface, m.wrong, starts));
+      const npt::CorrespondenceFit fit = nearest_of(limb_fitter().fits(m.surface, m.wrong, starts));
       CHECK(starts.size() <= 4);
       CHECK(fit.relative_distance <= m.wrong.relative_distance);
       found += simulated::error(npt::mannequin(), fit.body, m.posed.points) < 0.03;

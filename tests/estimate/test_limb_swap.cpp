@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <estimate/nearest_fit.hpp>
 #include <estimate/people.hpp>
 
 #include <npt/body/mannequin/mannequin.hpp>
@@ -59,7 +60,8 @@ TEST_CASE("crossed shins that were fitted as if they went apart are told, and fi
   CHECK(mended->size() > 1000);
 
   const npt::CorrespondenceFitter fitter(people::mannequins());
-  const npt::CorrespondenceFit fit = fitter.fit(npt::FitSurface(points, npt::mannequin().triangles()), *mended);
+  const npt::CorrespondenceFit fit =
+      nearest_fit(fitter, npt::FitSurface(points, npt::mannequin().triangles()), *mended);
   const std::vector<npt::Vec3d> joints = npt::fitted_joints(npt::mannequin(), fit.body),
                                 truth = npt::fitted_joints(npt::mannequin(), right);
   for (const SmplJoint j : {SmplJoint::left_knee, SmplJoint::right_knee, SmplJoint::left_ankle, SmplJoint::right_ankle})

@@ -16,10 +16,7 @@ const std::array<npt::Vec3d, 4> square_points{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, 
 const std::array<npt::Triangle, 3> square_triangles{{{0, 1, 2}, {1, 1, 2}, {0, 2, 3}}};
 
 npt::WeightedChoice square_areas() {
-  npt::WeightedChoice result;
-  npt::weigh_by_area(
-      square_triangles, [](std::uint32_t v) { return square_points[v]; }, result);
-  return result;
+  return npt::weigh_by_area(square_triangles, [](std::uint32_t v) { return square_points[v]; });
 }
 
 npt::Vec3d square_position(const npt::TrianglePoint& p) {

@@ -19,6 +19,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 #if defined(__linux__)
 #include <sched.h>
 #elif defined(__APPLE__)
@@ -90,6 +93,12 @@ std::vector<std::string> control_groups() {
 
 std::vector<std::string> begin(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
+#if defined(__GLIBC__)
+  // Freed memory is used again: what returns to the system comes back page by page, which took a fifth of a transfer.
+  constexpr int kept = 1 << 25;  // the most that glibc takes for the first
+  mallopt(M_MMAP_THRESHOLD, kept);
+  mallopt(M_TRIM_THRESHOLD, kept);
+#endif
   return {argv, argv + argc};
 }
 

@@ -114,9 +114,8 @@ NPT_INLINE BodyModel load_body(const SafetensorsFile& file) {
   for (std::size_t i = 0; i < corners.size(); ++i) {
     body.triangles[i / 3][i % 3] = index_value<std::uint32_t>(corners[i], 0, file.name(), "f", i);
   }
-  for (std::size_t i = 0; i < j; ++i) {
+  for (std::size_t i = 0; i < j; ++i)
     body.parents.push_back(index_value<int>(parents[i], -1, file.name(), "parents", i));
-  }
   body.metadata = file.metadata();
   if (const auto names = body.metadata.find("joint_names"); names != body.metadata.end()) {
     std::string_view rest = names->second;
@@ -136,9 +135,8 @@ NPT_INLINE void save_body(const BodyModel& model, const std::filesystem::path& p
   const std::vector<std::int32_t> parents(body.parents.begin(), body.parents.end());
   std::vector<std::int32_t> corners;
   corners.reserve(3 * body.triangles.size());
-  for (const auto& triangle : body.triangles) {
+  for (const auto& triangle : body.triangles)
     for (const std::uint32_t corner : triangle) corners.push_back(static_cast<std::int32_t>(corner));
-  }
   std::vector<FileTensor> tensors;
   const auto add = [&tensors](const char* name, Dtype dtype, const TensorShape& shape,
                               std::span<const std::byte> bytes) {

@@ -37,9 +37,8 @@ struct BasicSparseMatrix {
 
   std::vector<float> to_dense() const {
     std::vector<float> dense(rows * columns, 0.0F);
-    for (std::size_t r = 0; r < rows; ++r) {
+    for (std::size_t r = 0; r < rows; ++r)
       for (std::size_t i = start[r]; i < start[r + 1]; ++i) dense[r * columns + column[i]] = value[i];
-    }
     return dense;
   }
 

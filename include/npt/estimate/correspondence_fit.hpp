@@ -115,12 +115,6 @@ class BasicCorrespondenceFitter {
   /// Of the resting body's surface, in square metres.
   double area() const noexcept { return full_.area(); }
 
-  /// The nearest one by the correspondences of one view.
-  CorrespondenceFit fit(const FitSurface& surface, const Correspondences& seen) const {
-    const BodyView view(template_, seen);
-    return nearest_of(fits(surface, std::span(&view, 1)));
-  }
-
   /// By several views of one surface: all that end in different poses.
   template <class Exec = SerialExecutor>
   std::vector<CorrespondenceFit> fits(const FitSurface& surface, std::span<const BodyView> views,
@@ -162,10 +156,6 @@ class BasicCorrespondenceFitter {
       judge(problem, c);
     });
     return finished(surface, std::move(candidates), executor);
-  }
-
-  static CorrespondenceFit nearest_of(std::vector<CorrespondenceFit> fits) {
-    return std::move(*std::ranges::min_element(fits, {}, &CorrespondenceFit::relative_distance));
   }
 
   /// What follows the surface from here on, frame by frame.

@@ -84,7 +84,7 @@ class BasicCorrespondenceProblem {
       const double times = data_value_ / stage.usual_distance;
       prior_share_ = std::clamp(times, 1.0, limit);
       place_share_ = (std::clamp(times, 1.0, limit_of_places) - 1) / (limit_of_places - 1);
-      value_ = evaluate(x_, matches_, state_);
+      value_ = total(x_, matches_);
     }
     take_damped_steps(*this, stage.steps);
   }
@@ -167,12 +167,13 @@ class BasicCorrespondenceProblem {
     }
     data_value_ = 0;
     for (const Match& m : matches) data_value_ += m.weight * m.robust();
-    double value = data_value_;
-    from_places(matches);
-    for (const Match& m : matches)
-      if (m.is_place) value += m.weight * m.robust();
+    return total(x, matches);
+  }
+
+  /// E of what was matched to the surface, with places and priors as much as they count now.
+  double total(std::span<const double> x, std::vector<Match>& matches) const {
     const double prior = prior_share_ * stage_->prior;
-    value += prior_(angles_of(x), prior, prior);
+    double value = data_value_ + from_places(matches) + prior_(angles_of(x), prior, prior);
     for (std::size_t i = first_beta(); i < x.size(); ++i)
       value += prior * stage_->shape_prior * robust_squared(x[i] * x[i], unusual_shape);
     return value;
@@ -241,10 +242,12 @@ class BasicCorrespondenceProblem {
     }
   }
 
-  void from_places(std::vector<Match>& matches) {
+  /// Matches of places in the place of older ones, and what they add to E.
+  double from_places(std::vector<Match>& matches) const {
+    std::erase_if(matches, [](const Match& m) { return m.is_place; });
     const double weight = place_share_ * stage_->place_weight * per_square_metre;
-    if (!(weight > 0)) return;
-    double total = 0;
+    if (!(weight > 0)) return 0;
+    double total = 0, value = 0;
     for (std::size_t k = 0; k < places_.size(); ++k) total += motion_->certainty[k];
     for (std::size_t k = 0; k < places_.size(); ++k) {
       const BodyPoint& at = places_[k];
@@ -253,7 +256,9 @@ class BasicCorrespondenceProblem {
                            points_of_body_[at.corners[2]] * at.weights[2] - points_[k].point;
       matches.push_back(
           {offset, dot(offset, offset), at, weight * motion_->certainty[k] / total, 2 * stage_->scale, true});
+      value += matches.back().weight * matches.back().robust();
     }
+    return value;
   }
 
   const PosePrior& prior_;

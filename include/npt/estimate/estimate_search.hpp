@@ -93,7 +93,7 @@ class EstimateSearch {
     points.reserve(welding.point_count());
     for (const std::uint32_t v : welding.vertex_of) points.push_back(all[v]);
     const auto swap_of = [&](const CorrespondenceFit& fit) {
-      return LimbSwap(plan(), look_up(fit), points, triangles);
+      return LimbSwap(plan(), look_up(fit), points, triangles, executor_);
     };
     const LimbSwap now = swap_of(best_.fit);
     best_.residuals.torn = now.torn();

@@ -52,9 +52,7 @@ class BasicFitSurface {
   /// `name` stands in errors.
   BasicFitSurface(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::size_t count = default_count,
                   const std::string& name = "mesh") {
-    WeightedChoice areas;
-    weigh_by_area(
-        triangles, [points](std::uint32_t v) { return points[v]; }, areas);
+    const WeightedChoice areas = weigh_by_area(triangles, [points](std::uint32_t v) { return points[v]; });
     area_ = 0.5 * areas.total();
     if (!(area_ > 0) || !std::isfinite(area_))
       throw Error({.file = name,

@@ -61,12 +61,13 @@ template <class>
 class BasicLimbSwap {
  public:
   /// points: [P], of a mesh whose vertices in one place are one. The plan must outlive it.
+  template <Executor Exec = SerialExecutor>
   BasicLimbSwap(const BodyPlan& plan, const BodyLookUp& body, std::span<const Vec3d> points,
-                std::span<const Triangle> triangles)
+                std::span<const Triangle> triangles, const Exec& executor = Exec())
       : plan_(plan),
         points_(points),
         triangles_(triangles),
-        places_(looked_up(body, points, triangles)),
+        places_(looked_up(body, points, triangles, executor)),
         patches_(plan, points, triangles, edges_of_triangles(triangles), places_) {}
 
   /// PlacePatches::torn
@@ -78,9 +79,7 @@ class BasicLimbSwap {
   std::optional<Correspondences> mended() const {
     const std::vector<State> states = judged();
     if (std::find(states.begin(), states.end(), State::mirrored) == states.end()) return std::nullopt;
-    WeightedChoice areas;
-    weigh_by_area(
-        triangles_, [this](std::uint32_t v) { return points_[v]; }, areas);
+    const WeightedChoice areas = weigh_by_area(triangles_, [this](std::uint32_t v) { return points_[v]; });
     Correspondences reading;
     bool any_mirrored = false;
     for (const TrianglePoint& drawn : spread_points(areas, FitSurface::default_count, 20261125)) {
@@ -102,11 +101,12 @@ class BasicLimbSwap {
  private:
   enum class State { doubted, believed, mirrored };
 
+  template <Executor Exec>
   static std::vector<BodyPlace> looked_up(const BodyLookUp& body, std::span<const Vec3d> points,
-                                          std::span<const Triangle> triangles) {
+                                          std::span<const Triangle> triangles, const Exec& executor) {
     const std::vector<Vec3d> outward = area_vectors(points, triangles);
     std::vector<BodyPlace> places(points.size());
-    body.for_each(points, as_span(outward), SerialExecutor(),
+    body.for_each(points, as_span(outward), executor,
                   [&](std::size_t p, const auto& where) { places[p] = body.place(where); });
     return places;
   }

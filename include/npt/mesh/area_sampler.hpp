@@ -20,15 +20,16 @@
 
 namespace npt::inline NPT_ABI {
 
-/// Triangles to choose from, each with twice its area for a weight, into memory that is used again. point(v): vertex v
+/// Triangles to choose from, each with twice its area for a weight. point(v): vertex v; areas: memory that is used again
 template <class PointOf>
-void weigh_by_area(std::span<const Triangle> triangles, const PointOf& point, WeightedChoice& areas) {
+WeightedChoice weigh_by_area(std::span<const Triangle> triangles, const PointOf& point, WeightedChoice areas = {}) {
   areas.clear();
   areas.reserve(triangles.size());
   for (const Triangle& t : triangles) {
     const Vec3d a = point(t[0]);
     areas.add(length(cross(point(t[1]) - a, point(t[2]) - a)));
   }
+  return areas;
 }
 
 /// A point of a triangle: the sum of its corners times weights that add up to 1.

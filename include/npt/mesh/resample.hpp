@@ -21,6 +21,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {
@@ -84,8 +85,8 @@ NPT_INLINE void draw_points(std::span<const float> xyz, std::span<const Triangle
     return;
   }
   WeightedChoice& areas = scratch.areas;
-  weigh_by_area(
-      triangles, [xyz](std::uint32_t v) { return point_at(xyz, v); }, areas);
+  areas = weigh_by_area(
+      triangles, [xyz](std::uint32_t v) { return point_at(xyz, v); }, std::move(areas));
   if (!(areas.total() > 0)) {
     internal::draw_vertices(vertices, random, scratch.chosen, as_span(points));
     return;

@@ -12,6 +12,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <numeric>
 #include <span>
 #include <vector>
@@ -20,51 +21,57 @@ namespace npt::inline NPT_ABI {
 
 using Edge = std::array<std::uint32_t, 2>;
 
-/// Edges {a, b}, a < b, in any order: each once, ascending.
-NPT_INLINE std::vector<Edge> unique_edges(std::span<const Edge> edges) {
+namespace internal {
+
+/// The edges {a, b}, a < b, for which `each(add)` calls add(a, b), as often as it likes: each once, ascending.
+template <class Each>
+std::vector<Edge> sorted_edges(const Each& each) {
   // By their first ends, and then the few of each: of 881,664 triangles in 0.10 instead of 0.19 s.
   std::vector<std::size_t> ends(1);
-  for (const auto& [a, b] : edges) ends.resize(std::max(ends.size(), a + std::size_t{2})), ++ends[a + 1];
+  each([&](std::uint32_t a, std::uint32_t) { ends.resize(std::max(ends.size(), a + std::size_t{2})), ++ends[a + 1]; });
   std::partial_sum(ends.begin(), ends.end(), ends.begin());
-  std::vector<std::uint64_t> keys(edges.size());
-  for (const auto& [a, b] : edges) keys[ends[a]++] = pair_key(a, b);
+  const std::unique_ptr<std::uint64_t[]> keys(new std::uint64_t[ends.back()]);
+  each([&](std::uint32_t a, std::uint32_t b) { keys[ends[a]++] = pair_key(a, b); });
   std::vector<Edge> sorted;
+  sorted.reserve(ends.back());
   std::size_t first = 0;
   for (const std::size_t end : ends) {
-    sort_keys({keys.data() + first, end - first});
-    for (; first < end; ++first)
-      if (const Edge edge{first_of_key(keys[first]), second_of_key(keys[first])};
-          sorted.empty() || sorted.back() != edge)
-        sorted.push_back(edge);
+    sort_keys({keys.get() + first, end - first});
+    for (std::size_t i = first; i < end; ++i)
+      if (i == first || keys[i] != keys[i - 1]) sorted.push_back({first_of_key(keys[i]), second_of_key(keys[i])});
+    first = end;
   }
   return sorted;
+}
+
+}  // namespace internal
+
+/// Edges {a, b}, a < b, in any order: each once, ascending.
+NPT_INLINE std::vector<Edge> unique_edges(std::span<const Edge> edges) {
+  return internal::sorted_edges([edges](const auto& add) {
+    for (const auto& [a, b] : edges) add(a, b);
+  });
 }
 
 /// A mesh's undirected edges {a, b}, a < b, each once, ascending: sides of faces, not the diagonals of their triangles.
 /// A side from a vertex to itself is none.
 NPT_INLINE std::vector<Edge> unique_edges(const Mesh& mesh) {
-  std::vector<Edge> edges;
-  edges.reserve(mesh.corners.size());
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    const std::span<const std::uint32_t> face = mesh.face(f);
-    for (std::size_t i = 0; i < face.size(); ++i) {
-      const std::uint32_t a = face[i], b = face[i + 1 < face.size() ? i + 1 : 0];
-      if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
+  return internal::sorted_edges([&mesh](const auto& add) {
+    for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+      const std::span<const std::uint32_t> face = mesh.face(f);
+      for (std::size_t i = 0; i < face.size(); ++i)
+        if (const auto [a, b] = std::minmax(face[i], face[(i + 1) % face.size()]); a != b) add(a, b);
     }
-  }
-  return unique_edges(as_span(edges));
+  });
 }
 
 /// The undirected edges {a, b}, a < b, of triangles, each once, ascending. A side from a vertex to itself is none.
 NPT_INLINE std::vector<Edge> edges_of_triangles(std::span<const Triangle> triangles) {
-  std::vector<Edge> edges;
-  edges.reserve(3 * triangles.size());
-  for (const Triangle& t : triangles)
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint32_t a = t[i], b = t[(i + 1) % 3];
-      if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
-    }
-  return unique_edges(as_span(edges));
+  return internal::sorted_edges([triangles](const auto& add) {
+    for (const Triangle& t : triangles)
+      for (std::size_t i = 0; i < 3; ++i)
+        if (const auto [a, b] = std::minmax(t[i], t[(i + 1) % 3]); a != b) add(a, b);
+  });
 }
 
 /// [V] The least vertex that each vertex hangs together with by triangles.

@@ -39,6 +39,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -74,7 +75,7 @@ class BasicBodyWeights {
     doubt_far();
     solve();
     if (kind_.hands) bind_hands();
-    RigidPieces(points_, triangles_, model_.tables().parents, certain_).move(as_span(weights_), stride_);
+    RigidPieces(points_, triangles_, model_.tables().parents, certain_).move(rows(), stride_);
   }
 
   /// Whether the left and the right hand have fingers.
@@ -112,11 +113,13 @@ class BasicBodyWeights {
     }
   }
 
+  std::span<float> rows() const { return {weights_.get(), points_.size() * stride_}; }
+
   template <Executor Exec>
   void locate(const Exec& executor) {
     const BodyLookUp look_up(model_, fit_, options_.facing, kind_.joint_count());
     body_.assign(look_up.body().begin(), look_up.body().end());
-    weights_.assign(points_.size() * stride_, 0.0F);
+    weights_.reset(new float[points_.size() * stride_]);  // not zeroed here: 99 MB for 440,834 points
     places_.resize(points_.size());
     distances_.resize(points_.size());
     certain_.assign(points_.size(), true);
@@ -126,9 +129,10 @@ class BasicBodyWeights {
       // To the surface as such: what faces another way, as a coat's lining, is no farther for that.
       distances_[p] = std::sqrt(c.squared_distance);
       if (distances_[p] > off) distances_[p] = look_up.distance(points_[p]);
-      look_up.for_each_weight(c, [row = &weights_[p * stride_]](std::uint32_t joint, double weight) {
-        row[joint] += static_cast<float>(weight);
-      });
+      float* const row = &weights_[p * stride_];
+      std::fill_n(row, stride_, 0.0F);
+      look_up.for_each_weight(c,
+                              [row](std::uint32_t joint, double weight) { row[joint] += static_cast<float>(weight); });
     });
   }
 
@@ -184,14 +188,16 @@ class BasicBodyWeights {
     for (std::size_t i = 0; i < order.size(); ++i)
       for (const std::uint32_t n : around_.of(order[i]))
         if (layer[n] == no_index) layer[n] = layer[order[i]] + 1, order.push_back(n);
-    const std::vector<float> data = weights_;
-    for (const std::uint32_t p : order) relax(p, data, 0, [&](std::uint32_t n) { return layer[n] < layer[p]; });
+    // On meshes finer than 1 cm D is smooth already at the length of an edge: one sweep, which finds D in place.
+    constexpr std::size_t sweeps = 4, coarse = 30000;
+    std::vector<float> data;
+    if (points_.size() < sweeps * coarse) data.assign(rows().begin(), rows().end());
+    const auto data_of = [&](std::uint32_t p) { return &(data.empty() ? weights_.get() : data.data())[p * stride_]; };
+    for (const std::uint32_t p : order) relax(p, data_of(p), 0, [&](std::uint32_t n) { return layer[n] < layer[p]; });
     std::vector<float> certainties;
     for (std::uint32_t p = 0; p < points_.size(); ++p) certainties.push_back(certain_[p] ? certainty(p) : 0.0F);
-    // On meshes finer than 1 cm D is smooth already at the length of an edge.
-    constexpr std::size_t sweeps = 4, coarse = 30000;
     for (std::size_t i = 0; i < sweeps && i * points_.size() < sweeps * coarse; ++i) {
-      for (const std::uint32_t p : order) relax(p, data, certainties[p], [](std::uint32_t) { return true; });
+      for (const std::uint32_t p : order) relax(p, data_of(p), certainties[p], [](std::uint32_t) { return true; });
       std::ranges::reverse(order);
     }
   }
@@ -207,16 +213,15 @@ class BasicBodyWeights {
     return static_cast<float>(mean / (4 * reach * reach));
   }
 
-  /// A point's weights from D and those neighbours that `use(n)` accepts.
+  /// A point's weights from its D and those neighbours that `use(n)` accepts.
   template <class Use>
-  void relax(std::uint32_t p, const std::vector<float>& data, float certainty, const Use& use) {
+  void relax(std::uint32_t p, const float* from, float certainty, const Use& use) {
     sum_.assign(stride_, 0.0F);
     float count = 0;
     for (const std::uint32_t n : around_.of(p))
       if (use(n)) add(&weights_[n * stride_], sum_.data()), ++count;
     if (count == 0) return;
     const float own = certainty / (1 + certainty), others = 1 / ((1 + certainty) * count);
-    const float* from = &data[p * stride_];
     float* to = &weights_[p * stride_];
     for (std::size_t j = 0; j < stride_; j += lanes)
       for (std::size_t lane = 0; lane < lanes; ++lane) to[j + lane] = own * from[j + lane] + others * sum_[j + lane];
@@ -228,7 +233,7 @@ class BasicBodyWeights {
     for (std::size_t side = 0; side < 2; ++side) {
       const HandJoints& joints = kind_.hands->joints[side];
       const HandSkin of_body({body_, &around, skin, joints_}, joints);
-      HandSkin hand({points_, &around_, weights_, stride_}, joints);
+      HandSkin hand({points_, &around_, rows(), stride_}, joints);
       fingers_[side] = hand.like(of_body);
       if (!fingers_[side])
         hand.stiffen();
@@ -248,11 +253,11 @@ class BasicBodyWeights {
   std::size_t joints_, stride_;
   std::vector<Edge> edges_;
   Neighbours around_;
-  std::vector<float> weights_;     ///< [P, stride], rows in whole registers
-  std::vector<float> sum_;         ///< [stride] of the neighbours that a point is relaxed to
-  std::vector<BodyPlace> places_;  ///< [P]
-  std::vector<double> distances_;  ///< [P] from the body
-  std::vector<bool> certain_;      ///< [P] whether a point's look-up is
+  std::unique_ptr<float[]> weights_;  ///< [P, stride], rows in whole registers
+  std::vector<float> sum_;            ///< [stride] of the neighbours that a point is relaxed to
+  std::vector<BodyPlace> places_;     ///< [P]
+  std::vector<double> distances_;     ///< [P] from the body
+  std::vector<bool> certain_;         ///< [P] whether a point's look-up is
 };
 
 }  // namespace skeleton::internal

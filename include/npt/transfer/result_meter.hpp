@@ -3,7 +3,6 @@
 
 #include <npt/base/as_span.hpp>
 #include <npt/base/vec3.hpp>
-#include <npt/base/weighted_choice.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/area_sampler.hpp>
 #include <npt/mesh/edge_stretch.hpp>
@@ -34,9 +33,7 @@ class BasicResultMeter {
         edges_(edges_of_triangles(identity.triangles)),
         tree_(as_span(points_of(identity.xyz)), identity.triangles) {
     const auto point = [&identity](std::size_t v) { return point_at(identity.xyz, v); };
-    WeightedChoice areas;
-    weigh_by_area(identity.triangles, point, areas);
-    samples_ = spread_points(areas, 2000, 0);
+    samples_ = spread_points(weigh_by_area(identity.triangles, point), 2000, 0);
     layers_ = layers(tree_, identity.xyz);
     double volume = 0;
     const Vec3d origin = point(triangles_[0][0]);

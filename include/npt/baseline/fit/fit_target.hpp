@@ -7,7 +7,6 @@
 #include <npt/base/as_span.hpp>
 #include <npt/base/error.hpp>
 #include <npt/base/vec3.hpp>
-#include <npt/base/weighted_choice.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/area_sampler.hpp>
 #include <npt/mesh/closest_point.hpp>
@@ -120,10 +119,8 @@ class FitTarget {
   }
 
   void spread(std::span<const Vec3d> points, std::size_t count) {
-    WeightedChoice areas;
-    weigh_by_area(
-        as_span(triangles_), [points](std::uint32_t v) { return points[v]; }, areas);
-    for (const TrianglePoint& p : spread_points(areas, count, 20200316)) {
+    const auto point = [points](std::uint32_t v) { return points[v]; };
+    for (const TrianglePoint& p : spread_points(weigh_by_area(as_span(triangles_), point), count, 20200316)) {
       const auto& [a, b, c] = triangles_[p.triangle];
       samples_.push_back(
           {points[a] * p.weights[0] + points[b] * p.weights[1] + points[c] * p.weights[2], normals_[p.triangle]});

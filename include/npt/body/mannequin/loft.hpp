@@ -104,9 +104,8 @@ class BasicLoft {
     const double h00 = (1.0 + 2.0 * x) * y * y, h10 = x * y * y * h, h01 = x * x * (3.0 - 2.0 * x),
                  h11 = -x * x * y * h;
     std::array<double, 7> result;
-    for (std::size_t k = 0; k < 7; ++k) {
+    for (std::size_t k = 0; k < 7; ++k)
       result[k] = h00 * a.value[k] + h10 * a.slope[k] + h01 * b.value[k] + h11 * b.slope[k];
-    }
     return result;
   }
 

@@ -28,9 +28,8 @@ struct Mark {
 
 NPT_INLINE double between_marks(std::span<const Mark> marks, double x) {
   double value = marks.front().value;
-  for (std::size_t i = 0; i + 1 < marks.size(); ++i) {
+  for (std::size_t i = 0; i + 1 < marks.size(); ++i)
     value += (marks[i + 1].value - marks[i].value) * ramp(x, marks[i].at, marks[i + 1].at);
-  }
   return value;
 }
 
@@ -121,9 +120,8 @@ NPT_INLINE std::vector<float> mannequin_shapedirs(const Surface& surface) {
       // Rounded like the positions, so that every compiler makes the same bits.
       const Vec3d move = rounded(moves[s]);
       const std::array<double, 3> xyz{p.x < 0.0 ? -move.x : move.x, move.y, move.z};
-      for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t k = 0; k < 3; ++k)
         dirs[(3 * v + k) * mannequin_shape_count + s] = static_cast<float>(p.x == 0.0 && k == 0 ? 0.0 : xyz[k]);
-      }
     }
   }
   return dirs;

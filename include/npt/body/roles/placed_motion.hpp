@@ -54,9 +54,8 @@ inline Motion placed_motion(Motion motion) {
   const Matrix3 turn = internal::to_y_up(internal::mean_up(motion, roles));
   const Vec3d up = normalised(internal::upwards(roles.joints, joint_positions(motion, std::nullopt)));
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const Vec3d p : joint_positions(motion, std::nullopt)) {
+  for (const Vec3d p : joint_positions(motion, std::nullopt))
     low = std::min(low, dot(p, up)), high = std::max(high, dot(p, up));
-  }
   const double height = high - low;
   if (!(height > 0)) return motion;
   const bool person = roles.kind() == SkeletonKind::person;

@@ -159,7 +159,8 @@ template <class T, class Exec>
 std::size_t Core<T, Exec>::batch_size(std::span<const NetworkCall<T>> calls) const {
   std::size_t count = 0;
   std::size_t vertices = 0;
-  while (count < calls.size() && (count == 0 || vertices + vertices_of(calls[count]) <= batch_vertices))
+  const std::size_t most = batch_vertices * static_cast<std::size_t>(executor_.slots());
+  while (count < calls.size() && (count == 0 || vertices + vertices_of(calls[count]) <= most))
     vertices += vertices_of(calls[count++]);
   return count;
 }

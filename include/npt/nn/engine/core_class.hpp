@@ -124,9 +124,9 @@ class Core {
               const Control& control = {}) const;
 
  private:
-  /// Vertices that a batch carries through its sweeps together. More would only grow the feature maps past the caches;
-  /// fewer leave threads idle at barriers.
-  static constexpr std::size_t batch_vertices = 16384;
+  /// Vertices that a batch carries through its sweeps together, for each thread. More only grow the feature maps, whose
+  /// fresh memory costs a first call more than barriers do; fewer leave threads idle at these.
+  static constexpr std::size_t batch_vertices = 2048;
 
   Forward<T> forward(WorkspaceStorage<T>& memory) const;
 
