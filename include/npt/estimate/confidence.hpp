@@ -56,9 +56,9 @@ struct LogisticModel {
 struct ConfidenceModel {
   /// Those of the shipped network, for weights that say nothing.
   LogisticModel<EstimateResiduals::feature_count> estimate{
-      {-5.8909, -2.0288, -4.7917, -2.8403, -13.5163}};  // learned by examples/fit_confidence
+      {-4.5576, -6.4263, -4.6335, -0.5794, -31.0527}};  // learned by examples/fit_confidence
   LogisticModel<EstimateResiduals::joint_feature_count + 1> joint{
-      {-1.7220, -1.4380, 0.1249, -8.7244}};  // learned by examples/fit_confidence
+      {-1.6529, -1.2504, 0.0224, -7.1347}};  // learned by examples/fit_confidence
 
   static ConfidenceModel of(const SafetensorsFile& file) {
     ConfidenceModel model;

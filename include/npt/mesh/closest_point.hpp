@@ -249,6 +249,7 @@ class BoxTree {
     std::iota(order_.begin(), order_.end(), 0U);
     for (const std::array<Vec3d, Corners>& corners : corners_)
       sums_.push_back(std::accumulate(corners.begin() + 1, corners.end(), corners[0]));
+    nodes_.reserve(2 * corners_.size() / 3 + 1);  // the most: of 32 triangles 16 pairs, 4 nodes above them, and one
     if (!order_.empty()) build(0, static_cast<std::uint32_t>(order_.size()));
     order_ = {};
     sums_ = {};

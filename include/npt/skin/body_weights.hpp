@@ -68,9 +68,11 @@ class BasicBodyWeights {
         options_(options),
         joints_(model_.joint_count()),
         stride_((joints_ + lanes - 1) / lanes * lanes) {
-    locate(executor);
-    edges_ = edges_of_triangles(as_span(triangles_));
-    around_ = neighbours(as_span(edges_), points_.size());
+    executor.for_each(2, [&](int i, int) {
+      if (i == 0) return locate(executor);
+      edges_ = edges_of_triangles(as_span(triangles_));
+      around_ = neighbours(as_span(edges_), points_.size());
+    });
     doubt_patches();
     doubt_far();
     solve();
