@@ -10,8 +10,8 @@
 
 namespace host {
 
-/// Before anything else: arguments and file names are UTF-8, also what is printed, and writing to a closed pipe is an
-/// error instead of the end. The arguments, that of the program's own name first.
+/// Before anything else: arguments and file names are UTF-8, also what is printed, writing to a closed pipe is an error
+/// instead of the end, and freed memory stays with the process. The arguments, that of the program's own name first.
 std::vector<std::string> begin(int argc, char** argv);
 
 /// Calls `handler` at the first Ctrl-C (SIGINT, SIGTERM), from a signal or another thread; the second ends the program.

@@ -20,7 +20,7 @@
 
 namespace npt::inline NPT_ABI {
 
-/// Triangles to choose from, each with twice its area for a weight. point(v): vertex v; areas: memory that is used again
+/// Triangles to choose from, each with twice its area for a weight. point(v): vertex v; areas: memory to use again
 template <class PointOf>
 WeightedChoice weigh_by_area(std::span<const Triangle> triangles, const PointOf& point, WeightedChoice areas = {}) {
   areas.clear();
