@@ -147,7 +147,7 @@ std::vector<SourceFile> public_headers() {
 const std::map<std::string, std::string>& standard_names() {
   static const std::map<std::string, std::vector<std::string>> by_header{
       {"vector", {"vector"}},
-      {"string", {"string", "to_string", "stoi"}},
+      {"string", {"string", "to_string", "stoi", "wstring"}},
       {"span", {"span"}},
       {"array", {"array"}},
       {"optional", {"optional", "nullopt"}},
@@ -156,7 +156,7 @@ const std::map<std::string, std::string>& standard_names() {
       {"set", {"set"}},
       {"unordered_map", {"unordered_map"}},
       {"unordered_set", {"unordered_set"}},
-      {"functional", {"function", "hash", "less", "greater", "plus"}},
+      {"functional", {"function", "hash", "less", "greater", "plus", "invoke", "identity"}},
       {"string_view", {"string_view"}},
       {"filesystem", {"filesystem"}},
       {"fstream", {"ifstream", "ofstream"}},
@@ -168,9 +168,12 @@ const std::map<std::string, std::string>& standard_names() {
       {"variant", {"variant", "visit"}},
       {"tuple", {"tuple", "tie"}},
       {"limits", {"numeric_limits"}},
-      {"utility", {"pair", "move", "forward", "exchange", "swap", "as_const"}},
-      {"cstdint", {"uint64_t", "int64_t", "uint32_t", "int32_t", "uint8_t", "uint16_t", "int8_t"}},
-      {"cstddef", {"size_t", "ptrdiff_t", "byte"}},
+      {"utility",
+       {"pair", "move", "forward", "exchange", "swap", "as_const", "index_sequence", "make_index_sequence",
+        "integer_sequence", "make_integer_sequence", "declval"}},
+      {"cstdint",
+       {"uint64_t", "int64_t", "uint32_t", "int32_t", "uint8_t", "uint16_t", "int8_t", "int16_t", "uintptr_t"}},
+      {"cstddef", {"size_t", "ptrdiff_t", "byte", "nullptr_t", "max_align_t"}},
       {"cmath",
        {"sqrt", "exp", "sin", "cos", "tan", "atan2", "floor", "pow", "isfinite", "log", "tanh", "fma", "hypot", "acos",
         "cbrt"}},
@@ -229,6 +232,25 @@ std::vector<std::string> missing_includes(const SourceFile& header) {
   std::vector<std::string> complaints;
   for (const auto& [wanted, name] : missing)
     complaints.push_back(header.path + ": " + name + " without its own <" + wanted + ">");
+  return complaints;
+}
+
+/// Standard headers that a header includes and doesn't use. Only those of which standard_names() has all that npt uses.
+std::vector<std::string> spare_includes(const SourceFile& header) {
+  static const std::set<std::string> whole{
+      "array",   "vector",  "span",  "optional",   "map",    "set",    "string_view", "limits",  "utility", "cstdint",
+      "cstddef", "numbers", "deque", "filesystem", "chrono", "string", "functional",  "variant", "mutex",   "atomic"};
+  const std::set<std::string> words = [&] {
+    static const std::regex line("(//|#include)[^\n]*"), word("\\w+");
+    const std::string code = std::regex_replace(header.text, line, "");
+    return std::set<std::string>(std::sregex_token_iterator(code.begin(), code.end(), word), {});
+  }();
+  std::vector<std::string> complaints;
+  for (const Include& include : includes_of(header.text))
+    if (whole.contains(include.name) && std::ranges::none_of(standard_names(), [&](const auto& name) {
+          return name.second == include.name && words.contains(name.first);
+        }))
+      complaints.push_back(header.path + ": <" + include.name + "> without a use");
   return complaints;
 }
 
@@ -373,6 +395,17 @@ TEST_CASE("every header includes what declares the standard names that it uses")
   CHECK(missing_includes({"a.hpp", "#include <vector>\nstd::vector<std::string> a;"}) ==
         std::vector<std::string>{"a.hpp: std::string without its own <string>"});
   CHECK(missing_includes({"a.hpp", "Eigen::MatrixXd a;"}).size() == 1);
+}
+
+TEST_CASE("no header includes a standard header that it doesn't use") {
+  std::vector<std::string> complaints;
+  for (const SourceFile& header : public_headers())
+    for (const std::string& complaint : spare_includes(header)) complaints.push_back(complaint);
+  CHECK_MESSAGE(complaints.empty(), structure::join(complaints));
+
+  CHECK(spare_includes({"a.hpp", "#include <vector>\nstd::vector<int> a;"}).empty());
+  CHECK(spare_includes({"a.hpp", "#include <map>\nint a;  // no map"}) ==
+        std::vector<std::string>{"a.hpp: <map> without a use"});
 }
 
 TEST_CASE("every include stays within the modules its own module may include") {

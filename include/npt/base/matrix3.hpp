@@ -7,7 +7,6 @@
 #include <npt/config.hpp>
 
 #include <array>
-#include <cstddef>
 
 namespace npt::inline NPT_ABI {
 

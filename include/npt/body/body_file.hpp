@@ -16,7 +16,6 @@
 #include <npt/io/safetensors.hpp>
 #include <npt/io/text.hpp>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>

@@ -22,7 +22,6 @@
 #include <npt/mesh/skinning.hpp>
 #include <npt/mesh/triangles.hpp>
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>

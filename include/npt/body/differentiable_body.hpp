@@ -21,7 +21,6 @@
 #include <npt/mesh/skinning.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -25,7 +25,6 @@
 #include <npt/io/words.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>

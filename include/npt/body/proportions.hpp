@@ -15,12 +15,10 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace npt::inline NPT_ABI {

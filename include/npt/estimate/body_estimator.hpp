@@ -141,13 +141,13 @@ class BasicBodyEstimator {
     constexpr double steps = 4;
     control.step(1 / steps);
     search.first_views();
-    const auto sure = [&] {
+    const auto confident = [&] {
       return search.found() && reader_.confidence()(search.best().residuals) >= high_confidence;
     };
     control.step(2 / steps);
-    if (!sure()) search.front_view();
+    if (!confident() || reader_.confidence().doubts_joint(search.best().residuals)) search.front_view();
     control.step(3 / steps);
-    if (!sure()) search.other_axes();
+    if (!confident()) search.other_axes();
     if (!search.found()) return search.best();
     search.repair_swaps();
     BodyEstimate best = search.best();

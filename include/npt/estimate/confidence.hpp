@@ -12,6 +12,7 @@
 #include <npt/io/safetensors.hpp>
 #include <npt/io/text.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -68,6 +69,10 @@ struct ConfidenceModel {
   }
 
   double operator()(const EstimateResiduals& residuals) const { return estimate(residuals.features()); }
+  /// Whether a joint is rather wrong than right.
+  bool doubts_joint(const EstimateResiduals& residuals) const {
+    return std::ranges::any_of(of_joints(residuals), [](double one) { return one < 0.5; });
+  }
   /// That of a joint: by its features, and by the odds of the whole.
   std::vector<double> of_joints(const EstimateResiduals& residuals) const {
     std::vector<double> all(residuals.joints.size());

@@ -1,7 +1,6 @@
 /// Writing BVH files; bvh.hpp says what is kept.
 #pragma once
 
-#include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
 #include <npt/io/bvh_file.hpp>
 #include <npt/io/text.hpp>

@@ -7,7 +7,6 @@
 #include <npt/base/error.hpp>
 #include <npt/config.hpp>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>

@@ -15,7 +15,6 @@
 #include <npt/mesh/normals.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -4,7 +4,6 @@
 #include <npt/base/random.hpp>
 #include <npt/config.hpp>
 
-#include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>

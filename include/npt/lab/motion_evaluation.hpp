@@ -18,7 +18,6 @@
 #include <npt/scene/scene.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>

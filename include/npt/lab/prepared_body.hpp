@@ -7,7 +7,6 @@
 #include <npt/config.hpp>
 #include <npt/mesh/topology.hpp>
 
-#include <cstddef>
 #include <memory>
 #include <string>
 #include <utility>

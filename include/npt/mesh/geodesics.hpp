@@ -6,7 +6,6 @@
 #include <npt/config.hpp>
 #include <npt/mesh/topology.hpp>
 
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>

@@ -10,9 +10,7 @@
 #include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {

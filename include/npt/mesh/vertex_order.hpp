@@ -9,7 +9,6 @@
 #include <npt/config.hpp>
 #include <npt/mesh/mesh.hpp>
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>

@@ -16,7 +16,6 @@
 #include <npt/nn/weights/weights_file.hpp>
 
 #include <cstddef>
-#include <cstdint>
 #include <map>
 #include <span>
 #include <string>

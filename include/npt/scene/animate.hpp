@@ -16,8 +16,6 @@
 #include <npt/scene/skinned_skeleton.hpp>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>

@@ -18,6 +18,7 @@
 #include <npt/mesh/skinning.hpp>
 #include <npt/mesh/validate.hpp>
 #include <npt/scene/clip.hpp>
+#include <npt/scene/motion.hpp>
 #include <npt/scene/scene.hpp>
 
 #include <algorithm>
@@ -145,16 +146,10 @@ class ScenePoser {
   }
 
   static void move(const ClipChannel& channel, double time, NodePlace& place, ScenePose& pose) {
-    if (channel.path == ChannelPath::weights) {
+    if (channel.path == ChannelPath::weights)
       channel.sample(time, pose.weights[channel.node]);
-      return;
-    }
-    double value[4] = {};
-    channel.sample(time, value);
-    if (channel.path == ChannelPath::rotation)
-      place.rotation = {value[0], value[1], value[2], value[3]};
     else
-      (channel.path == ChannelPath::scale ? place.scale : place.translation) = {value[0], value[1], value[2]};
+      set_from(channel, time, place);
   }
 
   void place(const VertexBlock& block, std::size_t node, const ScenePose& now, std::span<float> xyz,

@@ -7,7 +7,6 @@
 #include <npt/solve/normal_equations.hpp>
 
 #include <algorithm>
-#include <vector>
 
 namespace npt::inline NPT_ABI {
 

@@ -18,7 +18,6 @@
 ///           bends the target's by as much
 #pragma once
 
-#include <npt/base/affine.hpp>
 #include <npt/body/roles/joint_role.hpp>
 #include <npt/body/roles/joint_roles.hpp>
 #include <npt/config.hpp>
@@ -38,7 +37,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {

@@ -33,14 +33,12 @@
 #include <npt/mesh/union_find.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {

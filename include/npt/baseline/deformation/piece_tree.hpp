@@ -5,7 +5,6 @@
 /// Complexity  a query of the triangles for each point, as many times as the logarithm of the number of pieces
 #pragma once
 
-#include <npt/base/vec3.hpp>
 #include <npt/baseline/deformation/surface.hpp>
 #include <npt/config.hpp>
 #include <npt/mesh/closest_point.hpp>
@@ -13,11 +12,9 @@
 #include <npt/mesh/union_find.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI::deformation {

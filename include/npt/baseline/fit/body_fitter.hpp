@@ -37,9 +37,7 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
-#include <limits>
 #include <memory>
-#include <numbers>
 #include <span>
 #include <string>
 #include <utility>

@@ -9,7 +9,6 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 
-#include <array>
 #include <utility>
 #include <vector>
 

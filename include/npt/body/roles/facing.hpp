@@ -12,9 +12,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {

@@ -16,7 +16,6 @@
 #include <cstddef>
 #include <limits>
 #include <optional>
-#include <vector>
 
 namespace npt::inline NPT_ABI {
 

@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cstddef>
-#include <tuple>
 #include <utility>
 
 namespace npt::inline NPT_ABI::engine {

@@ -10,8 +10,6 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <span>
 #include <vector>
 
 namespace npt::inline NPT_ABI::engine {

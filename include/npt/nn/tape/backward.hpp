@@ -18,7 +18,6 @@
 #include <array>
 #include <cstddef>
 #include <span>
-#include <type_traits>
 
 namespace npt::inline NPT_ABI::tape {
 

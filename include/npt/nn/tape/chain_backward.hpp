@@ -18,7 +18,6 @@
 #include <npt/nn/simd/batch.hpp>
 
 #include <array>
-#include <concepts>
 #include <cstddef>
 #include <tuple>
 #include <type_traits>

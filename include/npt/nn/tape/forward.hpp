@@ -9,8 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <span>
-#include <type_traits>
 
 namespace npt::inline NPT_ABI::tape {
 

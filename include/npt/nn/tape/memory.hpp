@@ -10,11 +10,8 @@
 #include <npt/nn/tape/chain_loops.hpp>
 #include <npt/nn/tape/tape.hpp>
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
-#include <span>
-#include <type_traits>
 #include <vector>
 
 namespace npt::inline NPT_ABI::tape {

@@ -30,7 +30,6 @@
 #include <string_view>
 #include <system_error>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {

@@ -19,7 +19,6 @@
 #include <cmath>
 #include <cstddef>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace npt::inline NPT_ABI {

@@ -9,7 +9,6 @@
 #include <npt/scene/clip.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <utility>

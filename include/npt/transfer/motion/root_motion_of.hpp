@@ -1,7 +1,6 @@
 /// Which joint carries the way over the ground, and whether there is one: RetargetOptions' in_place and root_motion.
 #pragma once
 
-#include <npt/base/affine.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/roles/joint_role.hpp>
 #include <npt/config.hpp>

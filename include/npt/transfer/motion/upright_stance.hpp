@@ -8,7 +8,6 @@
 #pragma once
 
 #include <npt/base/affine.hpp>
-#include <npt/base/matrix3.hpp>
 #include <npt/base/quaternion.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/roles/feet_apart.hpp>
