@@ -21,7 +21,7 @@ run=heavy-run.ply seat=slim-sit.ply
 needed=("$run" heavy-sit.ply slim-run.ply "$seat" heavy-six.ply slim-six.ply rbox_male_06.fbx rbox_female_12.fbx
   qmen_king.glb qmen_swat.glb sf_base_male.glb sf_base_female.glb proxy741_m_heavy_tpose.obj parts_f_slim_tpose.ply
   qposed_male_sitting.fbx qposed_female_pickingup.fbx q2019_woman_dress.fbx
-  quac_wizard.glb quac_viking_male.glb person_on_floor.obj person_on_pedestal.obj not_a_body_cube.obj kenney_mini_female_a.glb
+  quac_wizard.glb quac_viking_male.glb person_on_floor.obj person_on_pedestal.obj not_a_body_cube.obj
   kk_skeleton_warrior.glb qmon_yeti.glb qspace_mech_finn.glb fair_dab.bvh cmu_02_01.bvh
   male1591_m_athletic_tpose.obj kenney_char_largemale.fbx qwomen_medieval.glb)
 for name in "${needed[@]}"; do
@@ -80,8 +80,8 @@ beside stylised kk_skeleton_warrior.glb qmon_mushroomking.glb
 beside beard quac_viking_male.glb
 beside wizard quac_wizard.glb
 pose cube not_a_body_cube.obj "$run" --method network
-pose mini kenney_mini_female_a.glb "$run" --method network
-draw objects blue,blue,blue,blue not_a_body_cube.obj "$work/cube.obj" kenney_mini_female_a.glb "$work/mini.glb"
+pose machine qspace_mech_finn.glb "$run" --method network
+draw objects blue,blue,blue,blue not_a_body_cube.obj "$work/cube.obj" qspace_mech_finn.glb "$work/machine.glb"
 
 pose sit heavy-six.ply "$seat"
 pose run slim-six.ply "$run"
