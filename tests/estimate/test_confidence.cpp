@@ -41,6 +41,10 @@ TEST_CASE("a joint's confidence falls with what speaks against it") {
   const auto all = model.of_joints(residuals);
   CHECK(all[4] < all[5]);
   CHECK(all[7] < all[5]);
+  CHECK(!model.doubts_joint(residuals));
+  residuals.joints[4] = {0.5, 0.2};
+  CHECK(model.of_joints(residuals)[4] < 0.5);
+  CHECK(model.doubts_joint(residuals));
   residuals.correspondences = 0.2, residuals.surface = 0.02;
   CHECK(model.of_joints(residuals)[5] < all[5]);
   CHECK(model(residuals) < before);
