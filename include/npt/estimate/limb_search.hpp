@@ -1,7 +1,7 @@
 /// Other poses of a fitted body's pairs of limbs that a surface allows: where limbs cross, lie close or were seen
 /// wrong, a fit ends in the wrong valley, and no small step leads out of it.
-/// 1. poses of each limb alone: the fit's, those that views show, and the kind's natural ones, each judged by how far
-///    its points are from the surface
+/// 1. poses of each limb alone: the fit's, those that views show, the kind's natural ones, and those that reach for
+///    what the rest of the body leaves alone; each judged by how far its points are from the surface
 /// 2. the best ones of the left limb with the best ones of the right, judged also by how much of the surface that the
 ///    rest of the body leaves alone lies near one of the two
 /// Shapes    fits: as BodyFit, with other axis angles of the limbs
@@ -14,6 +14,8 @@
 
 #include <npt/base/as_span.hpp>
 #include <npt/base/executor.hpp>
+#include <npt/base/matrix3.hpp>
+#include <npt/base/quaternion.hpp>
 #include <npt/base/random.hpp>
 #include <npt/base/rigid.hpp>
 #include <npt/base/sort.hpp>
@@ -27,15 +29,18 @@
 #include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>
+#include <npt/mesh/farthest_points.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/points.hpp>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
@@ -80,7 +85,7 @@ class BasicLimbSearch {
     executor.for_each(2, [&](int i, int) {
       const auto s = static_cast<std::size_t>(i);
       const Judge judge(*kind_, surface, limbs_[sides[s]], fit, motions, facing);
-      best[s] = hypotheses(judge, fit, seen);
+      best[s] = hypotheses(judge, fit, seen, left_alone, count);
       for (Hypothesis& h : best[s]) h.cover(left_alone);
     });
     return combined(fit, sides, best, left_alone.size(), count);
@@ -184,6 +189,33 @@ class BasicLimbSearch {
       return h;
     }
 
+    /// Angles of the whole body with which the limb's end begins at a place, or as near as bones allow. turn: of its
+    /// middle about the way there.
+    std::vector<float> reaching(std::span<const float> angles, Vec3d place, double turn) const {
+      std::vector<float> all(angles.begin(), angles.end());
+      Rigid motion = attached_;
+      std::size_t k = 0;
+      for (; k + 1 < limb_.middle; ++k)  // a girdle, as it is
+        motion = motion * Rigid::about(joints_[limb_.joints[k]], joint_rotation(all, limb_.joints[k]));
+      const auto bone = [&](std::size_t i) { return joints_[limb_.joints[i + 1]] - joints_[limb_.joints[i]]; };
+      const double upper = length(bone(k)), lower = length(bone(k + 1));
+      const Vec3d root = motion(joints_[limb_.joints[k]]), along = normalised(place - root);
+      const double reach = std::clamp(length(place - root), std::abs(upper - lower), upper + lower);
+      if (!(reach > 0)) return all;
+      const Vec3d side =
+          normalised(cross(along, std::abs(along.y) < std::abs(along.x) ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0}));
+      const double before = (upper * upper + reach * reach - lower * lower) / (2 * reach);
+      const double aside = std::sqrt(std::max(0.0, upper * upper - before * before));
+      const Vec3d bend = along * before + (side * std::cos(turn) + cross(along, side) * std::sin(turn)) * aside;
+      for (const Vec3d way : {bend, along * reach - bend}) {
+        const Matrix3 parent = motion.rotation;
+        const Matrix3 own = parent.transposed() * matrix_of(turn_between(parent * bone(k), way)) * parent;
+        set_joint_rotation(as_span(all), limb_.joints[k], own);
+        motion = motion * Rigid::about(joints_[limb_.joints[k++]], own);
+      }
+      return all;
+    }
+
    private:
     double distance(Vec3d point, Vec3d normal, std::uint32_t& hint) const {
       const ClosestPoint c = tree_.closest(
@@ -201,12 +233,17 @@ class BasicLimbSearch {
     double facing_;
   };
 
-  /// Poses of one limb: the fit's, those that were seen, and natural ones. The best ones that differ.
-  std::vector<Hypothesis> hypotheses(const Judge& judge, const BodyFit& fit,
-                                     std::span<const std::vector<float>> seen) const {
+  /// Poses of one limb: the fit's, those that were seen, natural ones, and those that reach for what nothing covers,
+  /// without which a raised arm ends elsewhere (321 mm in one of 1000 natural pairs). The best ones that differ.
+  std::vector<Hypothesis> hypotheses(const Judge& judge, const BodyFit& fit, std::span<const std::vector<float>> seen,
+                                     std::span<const Vec3d> left_alone, std::size_t count) const {
     std::vector<Hypothesis> all{judge(fit.axis_angles)};
     for (const std::vector<float>& angles : seen) all.push_back(judge(angles));
     for (const std::vector<float>& angles : kind_->poses) all.push_back(judge(angles));
+    if (!left_alone.empty())
+      for (const std::uint32_t place : farthest_points(left_alone, std::min(count, left_alone.size())))
+        for (int quarter = 0; quarter < 4; ++quarter)
+          all.push_back(judge(judge.reaching(fit.axis_angles, left_alone[place], quarter * std::numbers::pi / 2)));
     stable_sort_by(all, &Hypothesis::distance);
     std::vector<Hypothesis> kept;
     for (Hypothesis& h : all)
