@@ -78,6 +78,8 @@ rm -rf "$out/page"
 mkdir -p "$out/page/npt"
 cp "$here"/page/* "$root"/examples/npt/view/{base.css,stage.js,three/three.min.js,three/fbx.min.js} "$out/page/"
 cp "$out"/package/{index.js,npt-single.js,npt-single.wasm,npt-threads.js,npt-threads.worker.js,npt-threads.wasm,LICENSE,NOTICE.txt} "$out/page/npt/"
+# Its scripts without lines of comments and indentation: 3.6 KB of the 1.2 MB that a page may have, gzipped.
+sed -i -E '/^[[:space:]]*\/\//d; s/^[[:space:]]+//' "$out"/page/{page,stage,worker}.js "$out/page/npt/index.js"
 cp -r "$out/package/weights" "$out/page/weights"
 
 packed() { cat "$@" | gzip -9 | wc -c; }
