@@ -40,3 +40,24 @@ function(npt_joined_unit file)
   list(JOIN includes "\n" includes)
   file(CONFIGURE OUTPUT "${file}" CONTENT "${includes}\n${bodies}" @ONLY)
 endfunction()
+
+# npt_joined_programs(UNIT TARGETS target... SOURCES source...): a program of each source, all from one joined unit, whose object library is
+# UNIT. Half of a small program is what its headers make the compiler do.
+function(npt_joined_programs unit)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "TARGETS;SOURCES")
+  npt_joined_unit("${CMAKE_CURRENT_BINARY_DIR}/${unit}.cpp" ${arg_SOURCES})
+  add_library(${unit} OBJECT "${CMAKE_CURRENT_BINARY_DIR}/${unit}.cpp")
+  foreach(target source IN ZIP_LISTS arg_TARGETS arg_SOURCES)
+    cmake_path(GET source PARENT_PATH folder)
+    cmake_path(GET folder FILENAME module)
+    cmake_path(GET source STEM name)
+    set(space ${module}_${name})
+    set(main "${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp")
+    file(CONFIGURE OUTPUT "${main}" @ONLY CONTENT "namespace @space@ {
+int main(int argc, char** argv);
+}
+int main(int argc, char** argv) { return @space@::main(argc, argv); }
+")
+    add_executable(${target} "${main}" $<TARGET_OBJECTS:${unit}>)
+  endforeach()
+endfunction()

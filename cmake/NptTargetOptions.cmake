@@ -56,14 +56,3 @@ function(npt_optimise target level)
     endif()
   endif()
 endfunction()
-
-# npt_optimise_tool(TARGET): for a program that whoever changes weights builds by its target, and the long tests only to
-# see that it compiles: these do so at -O1, and have the headers of others precompiled; 35 s instead of 70.
-function(npt_optimise_tool target)
-  if(NPT_LONG_TESTS AND TARGET npt_precompiled_1)
-    npt_optimise(${target} 1)
-    target_precompile_headers(${target} REUSE_FROM npt_precompiled_1)
-  else()
-    npt_optimise(${target} 2)
-  endif()
-endfunction()
