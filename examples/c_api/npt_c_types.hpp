@@ -6,8 +6,8 @@
 #include <npt/base/control.hpp>
 #include <npt/base/default_executor.hpp>
 #include <npt/base/error.hpp>
+#include <npt/body/joint_pose.hpp>
 #include <npt/body/skeleton.hpp>
-#include <npt/estimate/joint_pose.hpp>
 #include <npt/estimate/warning_code.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/triangles.hpp>

@@ -112,7 +112,7 @@ void add_rig(const std::string& argument, const Arguments& arguments, std::vecto
 }
 
 /// Of samples of a surface in the body's coordinates, by the nearest corner of the triangle that each lies on.
-npt::Correspondences true_correspondences(const PosedRig& of, std::span<const npt::FitSurface::Sample> samples,
+npt::Correspondences true_correspondences(const PosedRig& of, std::span<const npt::SampledSurface::Sample> samples,
                                           std::span<const npt::Vec3d> points) {
   constexpr double spread = 0.01;  // in metres: the least that readings have
   const npt::BoxTree<3> surface(points, of.rig->body->triangles());

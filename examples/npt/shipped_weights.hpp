@@ -6,23 +6,27 @@
 
 #include <npt/base/error.hpp>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 namespace program {
 
-/// Folders in which shipped weights are looked for, in this order.
+/// Folders in which shipped weights are looked for, in this order, each once.
 inline std::vector<std::filesystem::path> weights_folders() {
   std::vector<std::filesystem::path> folders;
   if (const char* named = std::getenv("NPT_WEIGHTS"); named != nullptr && *named != '\0') folders.emplace_back(named);
   if (const std::optional<std::filesystem::path> program = host::program_file())
     for (const char* place :
          {"../share/npt/weights", "../../share/npt/weights", "../../../examples/weights", "../../examples/weights"})
-      folders.push_back((program->parent_path() / place).lexically_normal());
+      if (std::filesystem::path folder = (program->parent_path() / place).lexically_normal();
+          std::ranges::find(folders, folder) == folders.end())
+        folders.push_back(std::move(folder));
   return folders;
 }
 

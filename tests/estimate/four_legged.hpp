@@ -7,9 +7,9 @@
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_plan.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/io/file.hpp>
 #include <npt/mesh/closest_point.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 
 #include <estimate/simulated_correspondences.hpp>
 
@@ -148,7 +148,7 @@ inline const std::shared_ptr<const npt::BodyKind>& kind() {
 struct Posed {
   npt::BodyFit truth;
   std::vector<Vec3d> points;
-  npt::FitSurface surface;
+  npt::SampledSurface surface;
 };
 
 inline Posed draw(std::uint64_t seed) {
@@ -158,7 +158,7 @@ inline Posed draw(std::uint64_t seed) {
   truth.betas = {static_cast<float>(0.5 * random.normal())};
   simulated::turn(truth.axis_angles, random.uniform(-std::numbers::pi, std::numbers::pi));
   std::vector<Vec3d> points = npt::fitted_points(*kind()->body, truth);
-  npt::FitSurface surface(points, kind()->body->triangles());
+  npt::SampledSurface surface(points, kind()->body->triangles());
   return {std::move(truth), std::move(points), std::move(surface)};
 }
 
@@ -174,7 +174,7 @@ inline npt::Correspondences read(const Posed& posed, double noise, double wild, 
     return npt::Vec3f{p[0], p[1], p[2]}.as<double>();
   };
   npt::Correspondences reading;
-  for (const npt::FitSurface::Sample& s : posed.surface.samples().first(1000)) {
+  for (const npt::SampledSurface::Sample& s : posed.surface.samples().first(1000)) {
     const npt::ClosestPoint at = tree.closest(s.point);
     npt::PointCorrespondence& p = reading.emplace_back();
     p.point = s.point, p.normal = s.normal;

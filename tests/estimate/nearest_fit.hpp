@@ -2,7 +2,7 @@
 #pragma once
 
 #include <npt/estimate/correspondence_fit.hpp>
-#include <npt/estimate/fit_surface.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 
 #include <algorithm>
 #include <span>
@@ -14,7 +14,7 @@ inline npt::CorrespondenceFit nearest_of(std::vector<npt::CorrespondenceFit> fit
 }
 
 /// By the correspondences of one view.
-inline npt::CorrespondenceFit nearest_fit(const npt::CorrespondenceFitter& fitter, const npt::FitSurface& surface,
+inline npt::CorrespondenceFit nearest_fit(const npt::CorrespondenceFitter& fitter, const npt::SampledSurface& surface,
                                           const npt::Correspondences& seen) {
   const npt::BodyView view(fitter.correspondence_template(), seen);
   return nearest_of(fitter.fits(surface, std::span(&view, 1)));

@@ -8,9 +8,9 @@
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/part_motion.hpp>
 #include <npt/mesh/closest_point.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -72,7 +72,7 @@ struct Noise {
 };
 
 /// places: [V] where each vertex belongs on the resting mannequin.
-inline npt::Correspondences read(const npt::FitSurface& surface, std::span<const Vec3d> points,
+inline npt::Correspondences read(const npt::SampledSurface& surface, std::span<const Vec3d> points,
                                  std::span<const npt::Triangle> triangles, std::span<const Vec3d> places,
                                  const npt::SparseMatrix& weights, std::size_t count, const Noise& noise,
                                  npt::Random& random) {
@@ -85,7 +85,7 @@ inline npt::Correspondences read(const npt::FitSurface& surface, std::span<const
   const npt::BodyModel& body = npt::mannequin();
   npt::Correspondences reading;
   for (std::size_t k = 0; k < count; ++k) {
-    const npt::FitSurface::Sample& s = surface.samples()[k];
+    const npt::SampledSurface::Sample& s = surface.samples()[k];
     const npt::ClosestPoint c = tree.closest(s.point);
     npt::PointCorrespondence p;
     p.point = s.point;

@@ -6,9 +6,9 @@
 #include <npt/body/pose_sampler.hpp>
 #include <npt/estimate/canonical_frame.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/mesh/normals.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 #include <npt/nets/correspondence_net.hpp>
 #include <npt/nn/engine/engine.hpp>
 #include <npt/nn/engine/model.hpp>
@@ -25,7 +25,7 @@ namespace {
 
 const std::filesystem::path weights = std::filesystem::path(NPT_SOURCE_DIR) / "examples/weights/human.safetensors";
 
-npt::FitSurface surface_of(const npt::Mesh& mesh) {
+npt::SampledSurface surface_of(const npt::Mesh& mesh) {
   return {npt::points_of(mesh.coordinates()), npt::triangulate(mesh), 1500, "mesh"};
 }
 
@@ -39,7 +39,7 @@ TEST_CASE("the shipped reader says where points of unseen people belong, to 5 cm
     const auto betas = npt::sample_shape(random, npt::mannequin().shape_count());
     const npt::Mesh posed = npt::to_mesh(npt::mannequin(), betas, pose);
     const npt::Mesh rest = npt::to_mesh(npt::mannequin());
-    std::vector<npt::FitSurface::Sample> samples;
+    std::vector<npt::SampledSurface::Sample> samples;
     std::vector<npt::Vec3d> places;
     std::vector<npt::Vec3d> points;
     for (const npt::Vec3f p : posed.positions) points.push_back(p.as<double>());
@@ -59,7 +59,7 @@ TEST_CASE("the shipped reader says where points of unseen people belong, to 5 cm
 // Else the fit's decisions fall otherwise on another processor: with readings 3e-5 m apart a result moved by 2 mm.
 TEST_CASE("the shipped networks read to 2 micrometres in float, in each precision of its error") {
   const npt::Mesh mesh = npt::to_mesh(npt::mannequin());
-  const npt::FitSurface surface = surface_of(mesh);
+  const npt::SampledSurface surface = surface_of(mesh);
   const std::size_t n = 3 * surface.samples().size();
   std::vector<float> points, normals, places(n);
   const npt::NormalisingTransform frame =
@@ -97,12 +97,12 @@ TEST_CASE("there is a reading for each turn and their median, the same with any 
   npt::randomise(model, 2);
   const npt::CorrespondenceEstimator one(model, npt::DefaultExecutor(1));
   const npt::Mesh mesh = npt::to_mesh(npt::mannequin());
-  const npt::FitSurface surface = surface_of(mesh);
+  const npt::SampledSurface surface = surface_of(mesh);
   const auto samples = surface.samples().first(200);
   const std::vector<npt::Correspondences> readings = one.read(samples, {.turns = 3});
   REQUIRE(readings.size() == 4);
   REQUIRE(one.read(samples, {.turns = 1}).size() == 1);
-  std::vector<npt::FitSurface::Sample> moved(samples.begin(), samples.end());
+  std::vector<npt::SampledSurface::Sample> moved(samples.begin(), samples.end());
   for (auto& s : moved) s.point = s.point * 4.0 + npt::Vec3d{16, -8, 32};
   const std::vector<npt::Correspondences> others = one.read(moved, {.turns = 3});
   for (std::size_t i = 0; i < 200; ++i) {
@@ -120,8 +120,8 @@ TEST_CASE("no points, points in one place and no turn are errors") {
   npt::randomise(model, 2);
   const npt::CorrespondenceEstimator reader(model, npt::DefaultExecutor(1));
   CHECK_THROWS_AS(reader.read({}), npt::Error);
-  const std::vector<npt::FitSurface::Sample> same(30, {{1, 1, 1}, {0, 1, 0}});
+  const std::vector<npt::SampledSurface::Sample> same(30, {{1, 1, 1}, {0, 1, 0}});
   CHECK_THROWS_AS(reader.read(same), npt::Error);
-  const npt::FitSurface surface = surface_of(npt::to_mesh(npt::mannequin()));
+  const npt::SampledSurface surface = surface_of(npt::to_mesh(npt::mannequin()));
   CHECK_THROWS_AS(reader.read(surface.samples(), {.turns = 0}), npt::Error);
 }

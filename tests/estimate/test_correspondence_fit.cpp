@@ -26,14 +26,14 @@ const npt::CorrespondenceFitter& fitter() {
 
 struct ReadBody {
   simulated::Posed posed;
-  npt::FitSurface surface;
+  npt::SampledSurface surface;
   npt::Correspondences reading;
 };
 
 ReadBody read_body(std::uint64_t seed, const simulated::Noise& noise = {}) {
   npt::Random random(seed);
   const simulated::Posed posed = simulated::draw(npt::mannequin(), {}, random);
-  const npt::FitSurface surface(posed.points, npt::mannequin().triangles());
+  const npt::SampledSurface surface(posed.points, npt::mannequin().triangles());
   return {posed, surface,
           simulated::read(surface, posed.points, npt::mannequin().triangles(), simulated::mannequin_places(),
                           npt::mannequin().tables().weights, 1000, noise, random)};
@@ -78,7 +78,7 @@ TEST_CASE("triangles that turn inwards are told by the reading") {
   ReadBody c = read_body(8);
   std::vector<npt::Triangle> turned(npt::mannequin().triangles().begin(), npt::mannequin().triangles().end());
   for (npt::Triangle& t : turned) std::swap(t[0], t[1]);
-  const npt::FitSurface surface(c.posed.points, turned);
+  const npt::SampledSurface surface(c.posed.points, turned);
   for (npt::PointCorrespondence& p : c.reading) p.normal = -p.normal;
   const npt::CorrespondenceFit fit = nearest_fit(fitter(), surface, c.reading);
   CHECK(fit.facing == -1);
@@ -92,7 +92,7 @@ TEST_CASE("what isn't a body is trusted less") {
   for (Vec3d& p : points) p = {1.6 * p.x, 0.7 * p.y, 0.4 * p.z};
   for (npt::PointCorrespondence& p : c.reading) p.point = {1.6 * p.point.x, 0.7 * p.point.y, 0.4 * p.point.z};
   const npt::CorrespondenceFit fit =
-      nearest_fit(fitter(), npt::FitSurface(points, npt::mannequin().triangles()), c.reading);
+      nearest_fit(fitter(), npt::SampledSurface(points, npt::mannequin().triangles()), c.reading);
   CHECK(fit.mesh_explained < 0.97);
   CHECK(fit.relative_distance > 0.005);
 }
@@ -105,7 +105,7 @@ TEST_CASE("half and one and a half times the size fit as well, with proportions"
     for (Vec3d& p : c.posed.points) p *= scale;
     for (npt::PointCorrespondence& p : c.reading) p.point *= scale;
     const npt::CorrespondenceFit fit =
-        nearest_fit(wide, npt::FitSurface(c.posed.points, npt::mannequin().triangles()), c.reading);
+        nearest_fit(wide, npt::SampledSurface(c.posed.points, npt::mannequin().triangles()), c.reading);
     CAPTURE(scale);
     CHECK(simulated::error(model, fit.body, c.posed.points) < 0.015 * scale);
     CHECK(fit.mesh_explained > 0.98);
@@ -123,9 +123,22 @@ TEST_CASE("threads share a fitter and get the same bits") {
   CHECK(fits[0].body.distance == fits[1].body.distance);
 }
 
-TEST_CASE("no reading, no body and another unit are errors") {
+TEST_CASE("views that are fitted for themselves: the right one is nearest, and three poses are finished at most") {
+  const ReadBody c = read_body(14);
+  std::vector<npt::BodyView> views;
+  for (const double angle : {0.0, 1.0, 2.0, 3.0}) {  // the right places, and those of a body that is turned away
+    npt::Correspondences seen = c.reading;
+    for (npt::PointCorrespondence& p : seen) p.place = npt::rotation_matrix({angle, 0, 0}) * p.place;
+    views.emplace_back(fitter().correspondence_template(), std::move(seen));
+  }
+  const std::vector<npt::CorrespondenceFit> fits = fitter().fits_of_each(c.surface, views);
+  CHECK(fits.size() <= 3);
+  CHECK(simulated::error(npt::mannequin(), nearest_of(fits).body, c.posed.points) < 0.015);
+}
+
+TEST_CASE("no view and another unit have no fit; no reading and no body are errors") {
   const ReadBody c = read_body(12);
-  CHECK_THROWS_AS(fitter().fits(c.surface, std::span<const npt::BodyView>()), npt::Error);
+  CHECK(fitter().fits(c.surface, std::span<const npt::BodyView>()).empty());
   CHECK_THROWS_AS(nearest_fit(fitter(), c.surface, npt::Correspondences()), npt::Error);
   CHECK_THROWS_AS(npt::CorrespondenceFitter(nullptr), npt::Error);
   // Centimetres.
@@ -133,5 +146,6 @@ TEST_CASE("no reading, no body and another unit are errors") {
   npt::Correspondences reading = c.reading;
   for (Vec3d& p : points) p *= 100;
   for (npt::PointCorrespondence& p : reading) p.point *= 100;
-  CHECK_THROWS_AS(nearest_fit(fitter(), npt::FitSurface(points, npt::mannequin().triangles()), reading), npt::Error);
+  const npt::BodyView view(fitter().correspondence_template(), std::move(reading));
+  CHECK(fitter().fits(npt::SampledSurface(points, npt::mannequin().triangles()), std::span(&view, 1)).empty());
 }

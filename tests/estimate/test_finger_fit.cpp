@@ -8,8 +8,8 @@
 #include <npt/body/natural_poses.hpp>
 #include <npt/body/pose_sampler.hpp>
 #include <npt/estimate/finger_fit.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/mesh/points.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 
 #include <array>
 #include <cstddef>
@@ -27,7 +27,7 @@ const npt::FingerFitter& finger_fitter() {
 /// A mannequin in a natural pose, and the fit that only lacks the fingers.
 struct PersonWithHands {
   npt::CorrespondenceFit fit;
-  npt::FitSurface surface;
+  npt::SampledSurface surface;
 
   PersonWithHands(std::uint64_t seed, const std::array<npt::HandBend, 2>& hands)
       : fit(fit_in_natural_pose(seed)),

@@ -27,14 +27,14 @@ const npt::CorrespondenceFitter& limb_fitter() {
 /// A body that is fitted right, and the same with its legs (or arms) in the pose of another body.
 struct MislaidLimbs {
   simulated::Posed posed;
-  npt::FitSurface surface;
+  npt::SampledSurface surface;
   npt::CorrespondenceFit right, wrong;
 };
 
 MislaidLimbs mislay(std::uint64_t seed, std::size_t pair) {
   npt::Random random(seed);
   const simulated::Posed posed = simulated::draw(npt::mannequin(), {}, random);
-  const npt::FitSurface surface(posed.points, npt::mannequin().triangles());
+  const npt::SampledSurface surface(posed.points, npt::mannequin().triangles());
   const npt::Correspondences reading =
       simulated::read(surface, posed.points, npt::mannequin().triangles(), simulated::mannequin_places(),
                       npt::mannequin().tables().weights, 1000, {}, random);

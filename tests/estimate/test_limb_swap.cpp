@@ -61,7 +61,7 @@ TEST_CASE("crossed shins that were fitted as if they went apart are told, and fi
 
   const npt::CorrespondenceFitter fitter(people::mannequins());
   const npt::CorrespondenceFit fit =
-      nearest_fit(fitter, npt::FitSurface(points, npt::mannequin().triangles()), *mended);
+      nearest_fit(fitter, npt::SampledSurface(points, npt::mannequin().triangles()), *mended);
   const std::vector<npt::Vec3d> joints = npt::fitted_joints(npt::mannequin(), fit.body),
                                 truth = npt::fitted_joints(npt::mannequin(), right);
   for (const SmplJoint j : {SmplJoint::left_knee, SmplJoint::right_knee, SmplJoint::left_ankle, SmplJoint::right_ankle})

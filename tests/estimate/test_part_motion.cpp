@@ -30,7 +30,7 @@ struct Case {
 Case make(std::uint64_t seed, const simulated::Noise& noise) {
   npt::Random random(seed);
   Case c{simulated::draw(npt::mannequin(), {}, random), {}};
-  const npt::FitSurface surface(c.posed.points, npt::mannequin().triangles(), 1500);
+  const npt::SampledSurface surface(c.posed.points, npt::mannequin().triangles(), 1500);
   c.reading = simulated::read(surface, c.posed.points, npt::mannequin().triangles(), simulated::mannequin_places(),
                               npt::mannequin().tables().weights, 1000, noise, random);
   return c;

@@ -18,14 +18,14 @@ using npt::Vec3d;
 struct Followed {
   simulated::Posed posed;
   npt::BodyFit fit;
-  npt::FitSurface surface;
+  npt::SampledSurface surface;
   npt::SurfaceTrack track;
 
   /// clothes: metres by which the surface stands off
   explicit Followed(std::uint64_t seed, double clothes = 0) : Followed(drawn(seed), clothes) {}
 
   /// The next frame's surface.
-  npt::FitSurface moved(const simulated::Posed& next, double clothes = 0) const {
+  npt::SampledSurface moved(const simulated::Posed& next, double clothes = 0) const {
     return surface.moved(std::span<const Vec3d>(off(next.points, clothes)), npt::mannequin().triangles());
   }
 

@@ -13,12 +13,12 @@
 #include <npt/config.hpp>
 #include <npt/estimate/confidence.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/residuals.hpp>
 #include <npt/estimate/surface_track.hpp>
 #include <npt/estimate/warning_code.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 
 #include <algorithm>
 #include <array>
@@ -36,17 +36,17 @@ NPT_INLINE_CLASS(struct, BodyEstimate);
 /// A mesh as a body: p -> (p - centre) metres lies where the fitted body does.
 template <class>
 struct BasicBodyEstimate {
-  Vec3d centre;                               ///< of the surface, in the mesh's unit
-  double metres = 1;                          ///< in a unit of the mesh, for a body of usual size
-  CorrespondenceFit fit;                      ///< without angles where no body has the mesh's size
-  std::array<HandBend, 2> hands;              ///< left and right, beyond the fit's angles
-  std::shared_ptr<const FitSurface> surface;  ///< whose samples the next frame of a sequence moves
-  std::shared_ptr<const SurfaceTrack> track;  ///< that it was followed by; none: read for itself
-  std::vector<bool> figure{};                 ///< [T] the triangles that are the body's; empty: all
-  std::size_t followed = 0;                   ///< how many frames ago a mesh of the sequence was read for itself
-  EstimateResiduals residuals;                ///< what speaks against it
-  double confidence = 0;                      ///< ConfidenceModel of the residuals
-  std::vector<double> joint_confidence;       ///< [J] the same of each joint alone
+  Vec3d centre;                                   ///< of the surface, in the mesh's unit
+  double metres = 1;                              ///< in a unit of the mesh, for a body of usual size
+  CorrespondenceFit fit;                          ///< without angles where no body has the mesh's size
+  std::array<HandBend, 2> hands;                  ///< left and right, beyond the fit's angles
+  std::shared_ptr<const SampledSurface> surface;  ///< whose samples the next frame of a sequence moves
+  std::shared_ptr<const SurfaceTrack> track;      ///< that it was followed by; none: read for itself
+  std::vector<bool> figure{};                     ///< [T] the triangles that are the body's; empty: all
+  std::size_t followed = 0;                       ///< how many frames ago a mesh of the sequence was read for itself
+  EstimateResiduals residuals;                    ///< what speaks against it
+  double confidence = 0;                          ///< ConfidenceModel of the residuals
+  std::vector<double> joint_confidence;           ///< [J] the same of each joint alone
 
   /// Whether a limb of a pair is that much farther from the surface than the other parts that it may be in the wrong
   /// place. Of 300 mannequins estimated right 18 are in doubt; of 60 people of another model's shapes 4, one of them

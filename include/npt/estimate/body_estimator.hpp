@@ -22,11 +22,11 @@
 #include <npt/estimate/correspondence_views.hpp>
 #include <npt/estimate/estimate_search.hpp>
 #include <npt/estimate/finger_fit.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/limb_search.hpp>
 #include <npt/mesh/figure_pieces.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
@@ -101,7 +101,7 @@ class BasicBodyEstimator {
     BodyEstimate reading = last;
     reading.followed = frame;
     std::vector<Triangle> kept;
-    reading.surface = std::make_shared<const FitSurface>(
+    reading.surface = std::make_shared<const SampledSurface>(
         last.surface->moved(as_span(reading.points_of(mesh)), figure_triangles(mesh, last.figure, kept)));
     if (!reading.track) reading.track = fitter_->track(*last.surface, last.fit);
     SurfaceTrack::Step step = reading.track->follow(*reading.surface, last.fit.body);
@@ -166,7 +166,7 @@ class BasicBodyEstimator {
   static constexpr std::size_t fewest_vertices = 32;
 
   /// The surface at about a body's size, about its own centre.
-  std::shared_ptr<const FitSurface> surface_of(const MeshView& mesh, BodyEstimate& reading) const {
+  std::shared_ptr<const SampledSurface> surface_of(const MeshView& mesh, BodyEstimate& reading) const {
     double area = 0;
     Vec3d centre;
     for (const Triangle& t : mesh.triangles) {
@@ -182,8 +182,8 @@ class BasicBodyEstimator {
     reading.centre = centre / area;
     reading.metres = std::sqrt(fitter_->area() / area);
     const std::vector<Vec3d> points = reading.points_of(mesh);
-    return std::make_shared<const FitSurface>(std::span<const Vec3d>(points), mesh.triangles, FitSurface::default_count,
-                                              std::string(mesh.name));
+    return std::make_shared<const SampledSurface>(std::span<const Vec3d>(points), mesh.triangles,
+                                                  SampledSurface::default_count, std::string(mesh.name));
   }
 
   BasicCorrespondenceEstimator<Exec> reader_;

@@ -12,9 +12,10 @@
 #include <npt/body/fitted_body.hpp>
 #include <npt/body/sparse_matrix.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/fit_surface.hpp>
+#include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 /// how much they differ says how sure a point is.
 ///   const auto reader = npt::CorrespondenceEstimator::open("reader.safetensors");
 ///   std::vector<npt::Correspondences> readings = reader.read(samples);
-/// Shapes    samples: [n] points with normals, drawn by area (estimate/fit_surface.hpp), 1000 to 2000 of them; any place,
+/// Shapes    samples: [n] points with normals, drawn by area (mesh/sampled_surface.hpp), 1000 to 2000 of them; any place,
 ///           any unit
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Numerics  the same bits for any number of threads
@@ -21,9 +21,9 @@
 #include <npt/estimate/canonical_frame.hpp>
 #include <npt/estimate/confidence.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/io/safetensors.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 #include <npt/nets/correspondence_net.hpp>
 #include <npt/nets/network_list.hpp>
 #include <npt/nn/engine/core.hpp>
@@ -79,7 +79,7 @@ class BasicCorrespondenceEstimator {
       : engine_(Engine<CorrespondenceNet<Width>, float, Exec>(model, std::move(executor))) {}
 
   /// The median of all readings, and then each of them: turns + 1 readings, or one for a single turn.
-  std::vector<Correspondences> read(std::span<const FitSurface::Sample> samples,
+  std::vector<Correspondences> read(std::span<const SampledSurface::Sample> samples,
                                     const CorrespondenceEstimatorOptions& options = {}) const {
     const std::vector<std::vector<Vec3f>> places = places_of(samples, options);
     std::vector<Correspondences> readings;
@@ -100,7 +100,7 @@ class BasicCorrespondenceEstimator {
 
  private:
   /// [turns][n] in metres.
-  std::vector<std::vector<Vec3f>> places_of(std::span<const FitSurface::Sample> samples,
+  std::vector<std::vector<Vec3f>> places_of(std::span<const SampledSurface::Sample> samples,
                                             const CorrespondenceEstimatorOptions& options) const {
     if (samples.empty()) throw Error({.file = "reading", .found = "no points", .expected = "points of a surface"});
     if (options.turns < 1)
@@ -139,7 +139,7 @@ class BasicCorrespondenceEstimator {
 
   /// For each point the reading with the least sum of distances from the others, and half the median distance from it
   /// (at least 1 cm) for its spread.
-  static Correspondences median_of(std::span<const FitSurface::Sample> samples,
+  static Correspondences median_of(std::span<const SampledSurface::Sample> samples,
                                    const std::vector<std::vector<Vec3f>>& places) {
     Correspondences reading;
     std::vector<float> distances;

@@ -14,10 +14,10 @@
 #include <npt/body/pose_prior.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/fit_stages.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/part_motion.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 #include <npt/solve/damped_steps.hpp>
 #include <npt/solve/normal_equations.hpp>
 
@@ -50,7 +50,7 @@ class BasicCorrespondenceProblem {
   };
 
   /// facing: as CorrespondenceFit's. All but x must outlive it.
-  BasicCorrespondenceProblem(const PosePrior& prior, const FitSurface& surface, const BodyLevel& level,
+  BasicCorrespondenceProblem(const PosePrior& prior, const SampledSurface& surface, const BodyLevel& level,
                              std::vector<double> x, double facing)
       : prior_(prior),
         surface_(surface),
@@ -228,7 +228,7 @@ class BasicCorrespondenceProblem {
     const std::size_t count = std::min(stage_->points, surface_.samples().size());
     const double limit = 9 * stage_->scale * stage_->scale;
     for (std::size_t k = 0; k < count; ++k) {
-      const FitSurface::Sample& s = surface_.samples()[k];
+      const SampledSurface::Sample& s = surface_.samples()[k];
       const ClosestPoint c = tree_.closest(
           s.point, [&](std::uint32_t t) { return faces(normal_of(triangles[t]), s.normal); }, body_hint_[k], limit);
       body_hint_[k] = c.triangle;
@@ -262,7 +262,7 @@ class BasicCorrespondenceProblem {
   }
 
   const PosePrior& prior_;
-  const FitSurface& surface_;
+  const SampledSurface& surface_;
   const BodyLevel& level_;
   const FitStage* stage_ = nullptr;
   std::span<const PointCorrespondence> points_;

@@ -11,9 +11,9 @@
 #include <npt/config.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/part_motion.hpp>
 #include <npt/estimate/robust_distance.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 
 #include <algorithm>
 #include <array>
@@ -32,7 +32,7 @@ struct ViewOptions {
 template <class Exec>
 class CorrespondenceViews {
  public:
-  using Samples = std::span<const FitSurface::Sample>;
+  using Samples = std::span<const SampledSurface::Sample>;
 
   /// Both must outlive it.
   CorrespondenceViews(const BasicCorrespondenceEstimator<Exec>& estimator, const CorrespondenceTemplate& rest,

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <npt/base/as_span.hpp>
-#include <npt/base/error.hpp>
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/body_plan.hpp>
@@ -16,12 +15,12 @@
 #include <npt/estimate/body_look_up.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/correspondence_views.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/limb_search.hpp>
 #include <npt/estimate/limb_swap.hpp>
 #include <npt/estimate/part_motion.hpp>
 #include <npt/estimate/residuals.hpp>
 #include <npt/mesh/mesh_view.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/mesh/weld.hpp>
 
@@ -41,7 +40,7 @@ class EstimateSearch {
  public:
   /// nothing: with the mesh's surface and place, and no fit. All others must outlive it.
   EstimateSearch(const CorrespondenceViews<Exec>& views, const CorrespondenceFitter& fitter, const LimbSearch& limbs,
-                 const Exec& executor, const MeshView& mesh, std::span<const FitSurface::Sample> samples,
+                 const Exec& executor, const MeshView& mesh, std::span<const SampledSurface::Sample> samples,
                  BodyEstimate nothing)
       : views_(views),
         fitter_(fitter),
@@ -56,7 +55,7 @@ class EstimateSearch {
   bool found() const { return !best_.fit.body.axis_angles.empty(); }
 
   /// A fit of views; whether it is the best now.
-  bool propose(std::span<const BodyView> views) { return accept(fitted(views)); }
+  bool propose(std::span<const BodyView> views) { return accept(fitter_.fits(*nothing_.surface, views, executor_)); }
 
   /// About the vertical axis, where that shows anything like a body.
   void first_views() {
@@ -77,10 +76,9 @@ class EstimateSearch {
   /// itself, by few points: residuals of views don't tell which is right. Of somebody who kneels and bows the wrong one
   /// has 0.124, the right one 0.148.
   void other_axes() {
-    bool better = false;
-    for (const BodyView& view : views_.other_axes(samples_))
-      if (found() || view.motion.residual <= hopeless_residual) better |= propose(std::span(&view, 1));
-    if (better) own_axis();
+    std::vector<BodyView> views = views_.other_axes(samples_);
+    if (!found()) std::erase_if(views, [](const BodyView& view) { return view.motion.residual > hopeless_residual; });
+    if (accept(fitter_.fits_of_each(*nothing_.surface, as_span(views), executor_))) own_axis();
   }
 
   /// Limbs that touch or cross and were taken for each other, by correspondences that were repaired along the surface.
@@ -100,7 +98,8 @@ class EstimateSearch {
     std::optional<Correspondences> repaired = now.mended();
     if (!repaired) return;
     const BodyView view = view_of(*std::move(repaired));
-    accept(fitted(std::span(&view, 1)), [&](const CorrespondenceFit& fit) { return swap_of(fit).torn(); });
+    accept(fitter_.fits(*nothing_.surface, std::span(&view, 1), executor_),
+           [&](const CorrespondenceFit& fit) { return swap_of(fit).torn(); });
   }
 
  private:
@@ -129,14 +128,6 @@ class EstimateSearch {
   /// Beyond it views are no person's, in metres: people have 0.02 to 0.12 and some 0.17 before limbs are swapped, a
   /// tetrahedron or a cube 0.2 and more; without it a tetrahedron takes 3 s.
   static constexpr double hopeless_residual = 0.19;
-
-  std::vector<CorrespondenceFit> fitted(std::span<const BodyView> views) const {
-    try {
-      return fitter_.fits(*nothing_.surface, views, executor_);
-    } catch (const Error&) {  // no body has the mesh's size
-      return {};
-    }
-  }
 
   static double not_torn(const CorrespondenceFit&) { return 0; }
 
@@ -195,7 +186,7 @@ class EstimateSearch {
       for (std::size_t pair = 0; pair < limbs_.pairs().size(); ++pair) {
         if (!best_.doubtful(limbs_.pairs()[pair])) continue;
         if (seen.empty()) seen = angles_of(views);
-        const FitSurface& surface = *nothing_.surface;
+        const SampledSurface& surface = *nothing_.surface;
         better |= accept(fitter_.fits(surface, best_.fit,
                                       limbs_(surface, best_.fit.body, pair, best_.fit.facing, seen, starts, executor_),
                                       executor_));
@@ -224,7 +215,7 @@ class EstimateSearch {
   const LimbSearch& limbs_;
   const Exec& executor_;
   const MeshView& mesh_;
-  std::span<const FitSurface::Sample> samples_;
+  std::span<const SampledSurface::Sample> samples_;
   BodyEstimate nothing_, best_;
   double least_residual_ = std::numeric_limits<double>::infinity();  ///< of the views that were looked at last
 };

@@ -17,11 +17,11 @@
 #include <npt/body/skeleton.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/points.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 #include <npt/mesh/triangles.hpp>
 
 #include <algorithm>
@@ -50,7 +50,7 @@ template <class>
 class BasicFingerSearch {
  public:
   BasicFingerSearch(const BodyKind& kind, const HandPart& hand, std::size_t side, const CorrespondenceFit& fit,
-                    const FitSurface& surface)
+                    const SampledSurface& surface)
       : kind_(kind), model_(*kind.hands->fingered), hand_(hand), side_(side), fit_(fit.body), facing_(fit.facing) {
     choose_samples(surface);
     place({});
@@ -107,7 +107,7 @@ class BasicFingerSearch {
     return true;
   }
 
-  void choose_samples(const FitSurface& surface) {
+  void choose_samples(const SampledSurface& surface) {
     const HandJoints& joints = kind_.hands->joints[side_];
     const std::vector<Vec3d> at = fitted_joints(*kind_.body, fit_);
     const double reach = 2 * length(at[joints.hand] - at[joints.wrist]);
@@ -117,7 +117,7 @@ class BasicFingerSearch {
       for (const Vec3d q : points) least = std::min(least, dot(p - q, p - q));
       return least;
     };
-    for (const FitSurface::Sample& s : surface.samples())
+    for (const SampledSurface::Sample& s : surface.samples())
       if (length(s.point - at[joints.hand]) < reach && nearest_of(hand, s.point) <= nearest_of(others, s.point))
         samples_.push_back(s);
   }
@@ -171,7 +171,7 @@ class BasicFingerSearch {
   std::size_t side_;
   const BodyFit& fit_;
   double facing_;
-  std::vector<FitSurface::Sample> samples_;
+  std::vector<SampledSurface::Sample> samples_;
   std::vector<double> least_;  ///< [samples] squared distance from the palm
   std::vector<Vec3d> points_, normals_;
   HandBend best_;
@@ -212,7 +212,7 @@ class BasicFingerFitter {
   }
 
   /// Of both hands, left and right, for a fit of the plan's joints. `start`: of the last frame of a sequence.
-  std::array<HandBend, 2> operator()(const FitSurface& surface, const CorrespondenceFit& fit,
+  std::array<HandBend, 2> operator()(const SampledSurface& surface, const CorrespondenceFit& fit,
                                      const std::array<HandBend, 2>& start = {}) const {
     std::array<HandBend, 2> result;
     if (!kind_->hands) return result;

@@ -4,8 +4,8 @@
 #pragma once
 
 #include <npt/config.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/robust_distance.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 #include <npt/solve/damped_steps.hpp>
 
 #include <cstddef>

@@ -26,12 +26,12 @@
 #include <npt/body/fitted_body.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/closest_point.hpp>
 #include <npt/mesh/farthest_points.hpp>
 #include <npt/mesh/normals.hpp>
 #include <npt/mesh/points.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 
 #include <algorithm>
 #include <array>
@@ -74,18 +74,22 @@ class BasicLimbSearch {
   /// At most `count` fits with other poses of a pair of limbs, the best first; may hold the pose that the fit has.
   /// pair: its number; facing: as CorrespondenceFit's; seen: other angles of the whole body, as the motions of views.
   template <class Exec = SerialExecutor>
-  std::vector<BodyFit> operator()(const FitSurface& surface, const BodyFit& fit, std::size_t pair, double facing,
+  std::vector<BodyFit> operator()(const SampledSurface& surface, const BodyFit& fit, std::size_t pair, double facing,
                                   std::span<const std::vector<float>> seen, std::size_t count,
                                   const Exec& executor = Exec()) const {
     const std::array<std::size_t, 2> sides{2 * pair, 2 * pair + 1};
     std::vector<Rigid> motions = kind_->body->bone_motions(as_span(fit.betas), as_span(fit.axis_angles));
     for (Rigid& m : motions) m.shift += fit.translation;
     const std::vector<Vec3d> left_alone = uncovered(surface, fit, motions, sides);
+    std::vector<Vec3d> goals;
+    if (!left_alone.empty())
+      for (const std::uint32_t p : farthest_points(as_span(left_alone), std::min(count, left_alone.size())))
+        goals.push_back(left_alone[p]);
     std::array<std::vector<Hypothesis>, 2> best;
     executor.for_each(2, [&](int i, int) {
       const auto s = static_cast<std::size_t>(i);
       const Judge judge(*kind_, surface, limbs_[sides[s]], fit, motions, facing);
-      best[s] = hypotheses(judge, fit, seen, left_alone, count);
+      best[s] = hypotheses(judge, fit, seen, goals);
       for (Hypothesis& h : best[s]) h.cover(left_alone);
     });
     return combined(fit, sides, best, left_alone.size(), count);
@@ -142,14 +146,14 @@ class BasicLimbSearch {
   }
 
   /// Points of the surface that nothing but the two limbs can be near.
-  std::vector<Vec3d> uncovered(const FitSurface& surface, const BodyFit& fit, std::span<const Rigid> motions,
+  std::vector<Vec3d> uncovered(const SampledSurface& surface, const BodyFit& fit, std::span<const Rigid> motions,
                                const std::array<std::size_t, 2>& sides) const {
     const std::vector<Vec3d> rest = at_rest(*kind_->body, fit, others_);
     std::vector<Vec3d> body, result;
     for (std::size_t i = 0; i < others_.size(); ++i)
       if (!limbs_[sides[0]].has(others_[i].part) && !limbs_[sides[1]].has(others_[i].part))
         body.push_back(motions[others_[i].part](rest[i]));
-    for (const FitSurface::Sample& s : surface.samples().first(std::min(of_whole, surface.samples().size())))
+    for (const SampledSurface::Sample& s : surface.samples().first(std::min(of_whole, surface.samples().size())))
       if (std::ranges::none_of(body,
                                [&](Vec3d p) { return dot(p - s.point, p - s.point) < usual_error * usual_error; }))
         result.push_back(s.point);
@@ -159,7 +163,7 @@ class BasicLimbSearch {
   /// What a limb's poses are judged by.
   class Judge {
    public:
-    Judge(const BodyKind& kind, const FitSurface& surface, const Limb& limb, const BodyFit& fit,
+    Judge(const BodyKind& kind, const SampledSurface& surface, const Limb& limb, const BodyFit& fit,
           std::span<const Rigid> motions, double facing)
         : surface_(surface),
           tree_(surface.tree()),
@@ -225,7 +229,7 @@ class BasicLimbSearch {
       return c.triangle == no_index ? usual_error * usual_error : robust_squared(c.squared_distance, usual_error);
     }
 
-    const FitSurface& surface_;
+    const SampledSurface& surface_;
     const PointTree& tree_;
     const Limb& limb_;
     std::vector<Vec3d> joints_, rest_;  ///< [J], and the limb's points, of the shaped body at rest
@@ -236,14 +240,13 @@ class BasicLimbSearch {
   /// Poses of one limb: the fit's, those that were seen, natural ones, and those that reach for what nothing covers,
   /// without which a raised arm ends elsewhere (321 mm in one of 1000 natural pairs). The best ones that differ.
   std::vector<Hypothesis> hypotheses(const Judge& judge, const BodyFit& fit, std::span<const std::vector<float>> seen,
-                                     std::span<const Vec3d> left_alone, std::size_t count) const {
+                                     std::span<const Vec3d> goals) const {
     std::vector<Hypothesis> all{judge(fit.axis_angles)};
     for (const std::vector<float>& angles : seen) all.push_back(judge(angles));
     for (const std::vector<float>& angles : kind_->poses) all.push_back(judge(angles));
-    if (!left_alone.empty())
-      for (const std::uint32_t place : farthest_points(left_alone, std::min(count, left_alone.size())))
-        for (int quarter = 0; quarter < 4; ++quarter)
-          all.push_back(judge(judge.reaching(fit.axis_angles, left_alone[place], quarter * std::numbers::pi / 2)));
+    for (const Vec3d goal : goals)
+      for (int quarter = 0; quarter < 4; ++quarter)
+        all.push_back(judge(judge.reaching(fit.axis_angles, goal, quarter * std::numbers::pi / 2)));
     stable_sort_by(all, &Hypothesis::distance);
     std::vector<Hypothesis> kept;
     for (Hypothesis& h : all)

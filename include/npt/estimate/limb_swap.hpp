@@ -19,13 +19,13 @@
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/part_motion.hpp>
 #include <npt/estimate/place_patches.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/area_sampler.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/normals.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 #include <npt/mesh/topology.hpp>
 
 #include <algorithm>
@@ -82,7 +82,7 @@ class BasicLimbSwap {
     const WeightedChoice areas = weigh_by_area(triangles_, [this](std::uint32_t v) { return points_[v]; });
     Correspondences reading;
     bool any_mirrored = false;
-    for (const TrianglePoint& drawn : spread_points(areas, FitSurface::default_count, 20261125)) {
+    for (const TrianglePoint& drawn : spread_points(areas, SampledSurface::default_count, 20261125)) {
       const Triangle& t = triangles_[drawn.triangle];
       const State state = states[patches_.patch(t[0])];
       if (state == State::doubted || patches_.piece_share(t[0]) < small_share ||

@@ -40,8 +40,12 @@ struct EstimateResiduals {
   static constexpr double least_correspondence = 0.01, least_surface = 0.001, least_pose = 0.1, least_torn = 0.01;
 
   double energy() const {
-    return std::log(correspondences + least_correspondence) + 2 * std::log(surface + least_surface) +
-           std::log(pose + least_pose) + std::log(torn + least_torn);
+    return std::log(correspondences + least_correspondence) + energy_of_fit(surface, pose) +
+           std::log(torn + least_torn);
+  }
+  /// The two terms that a fit knows without reading the mesh again.
+  static double energy_of_fit(double surface, double pose) {
+    return 2 * std::log(surface + least_surface) + std::log(pose + least_pose);
   }
 
   static constexpr std::size_t feature_count = 4;

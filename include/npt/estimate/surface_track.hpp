@@ -23,9 +23,9 @@
 #include <npt/body/point_equations.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/body_look_up.hpp>
-#include <npt/estimate/fit_surface.hpp>
 #include <npt/estimate/robust_distance.hpp>
 #include <npt/mesh/mesh.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 #include <npt/mesh/skinning.hpp>
 #include <npt/solve/damped_steps.hpp>
 #include <npt/solve/normal_equations.hpp>
@@ -49,12 +49,12 @@ class BasicSurfaceTrack {
   };
 
   /// facing: as CorrespondenceFit's.
-  BasicSurfaceTrack(const BodyModel& model, const FitSurface& surface, const BodyFit& fit, double facing)
+  BasicSurfaceTrack(const BodyModel& model, const SampledSurface& surface, const BodyFit& fit, double facing)
       : body_(tied(model, surface.samples().first(std::min(most_samples, surface.samples().size())), fit, facing)) {}
 
   /// The angles and the place of the next frame, from those of the last one; its shape is the last one's.
   /// Requires  a surface moved from the one that the track began with
-  Step follow(const FitSurface& surface, const BodyFit& last) const {
+  Step follow(const SampledSurface& surface, const BodyFit& last) const {
     BodyFit body = last;
     body.betas.clear();
     const std::vector<double> x = parameters_of(body, body_.parameter_count());
@@ -71,7 +71,7 @@ class BasicSurfaceTrack {
 
   class Solver {
    public:
-    Solver(const BasicSurfaceTrack& track, const FitSurface& surface, const std::vector<double>& x)
+    Solver(const BasicSurfaceTrack& track, const SampledSurface& surface, const std::vector<double>& x)
         : track_(&track), surface_(&surface), anchor_(x), now_(placed(x)), equations_(x.size()) {}
 
     const std::vector<double>& x() const noexcept { return now_.x; }
@@ -138,7 +138,7 @@ class BasicSurfaceTrack {
     }
 
     const BasicSurfaceTrack* track_;
-    const FitSurface* surface_;
+    const SampledSurface* surface_;
     std::vector<double> anchor_;  ///< what the surface doesn't say stays where it begins
     double scale_ = usual_error;
     Place now_, trial_;
@@ -147,7 +147,7 @@ class BasicSurfaceTrack {
   };
 
   /// A body whose vertices are the surface's points as they lie on the resting body, and the joints.
-  static DifferentiableBody tied(const BodyModel& model, std::span<const FitSurface::Sample> samples,
+  static DifferentiableBody tied(const BodyModel& model, std::span<const SampledSurface::Sample> samples,
                                  const BodyFit& fit, double facing) {
     const std::vector<Rigid> motions = model.bone_motions(as_span(fit.betas), as_span(fit.axis_angles));
     const BodyLookUp look_up(model, fit, facing, model.joint_count());
@@ -160,7 +160,7 @@ class BasicSurfaceTrack {
     };
     std::vector<std::uint32_t> vertices;
     std::uint32_t hint = no_index;
-    for (const FitSurface::Sample& s : samples) {
+    for (const SampledSurface::Sample& s : samples) {
       std::map<std::uint32_t, double> weights;
       look_up.for_each_weight(look_up(s.point, s.normal, hint),
                               [&weights](std::uint32_t joint, double weight) { weights[joint] += weight; });

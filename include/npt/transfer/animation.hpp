@@ -9,8 +9,8 @@
 #include <npt/base/error.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/body/joint_names.hpp>
+#include <npt/body/joint_pose.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/joint_pose.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/mesh/mesh_view.hpp>
 #include <npt/mesh/points.hpp>

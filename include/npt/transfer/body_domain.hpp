@@ -4,9 +4,9 @@
 
 #include <npt/base/affine.hpp>
 #include <npt/base/control.hpp>
+#include <npt/body/joint_pose.hpp>
 #include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/joint_pose.hpp>
 #include <npt/estimate/warning_code.hpp>
 #include <npt/io/safetensors_class.hpp>
 #include <npt/mesh/mesh_view.hpp>

@@ -7,9 +7,9 @@
 
 #include <npt/base/affine.hpp>
 #include <npt/base/error.hpp>
+#include <npt/body/joint_pose.hpp>
 #include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/joint_pose.hpp>
 #include <npt/mesh/mesh.hpp>
 #include <npt/scene/skinned_skeleton.hpp>
 #include <npt/transfer/body_domain.hpp>

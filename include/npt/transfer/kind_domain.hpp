@@ -17,13 +17,13 @@
 #include <npt/body/body_kind.hpp>
 #include <npt/body/body_plan.hpp>
 #include <npt/body/fitted_body.hpp>
+#include <npt/body/joint_pose.hpp>
 #include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
 #include <npt/estimate/angle_correction.hpp>
 #include <npt/estimate/body_estimate.hpp>
 #include <npt/estimate/body_estimator.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
-#include <npt/estimate/joint_pose.hpp>
 #include <npt/estimate/posture.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_list.hpp>

@@ -6,9 +6,9 @@
 
 #include <npt/base/affine.hpp>
 #include <npt/base/control.hpp>
+#include <npt/body/joint_pose.hpp>
 #include <npt/body/kind_words.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/joint_pose.hpp>
 #include <npt/io/safetensors.hpp>
 #include <npt/io/tensor_list.hpp>
 #include <npt/mesh/mesh_view.hpp>

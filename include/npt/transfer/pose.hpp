@@ -3,8 +3,8 @@
 /// Threads   any number may use one at a time
 #pragma once
 
+#include <npt/body/joint_pose.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/joint_pose.hpp>
 #include <npt/mesh/triangles.hpp>
 #include <npt/transfer/character.hpp>
 #include <npt/transfer/network_state.hpp>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <npt/base/vec3.hpp>
+#include <npt/body/joint_pose.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/joint_pose.hpp>
 
 #include <algorithm>
 #include <cstddef>

@@ -8,8 +8,8 @@
 
 #include <npt/baseline/fit/body_fitter.hpp>
 #include <npt/body/body_model.hpp>
+#include <npt/body/joint_pose.hpp>
 #include <npt/config.hpp>
-#include <npt/estimate/joint_pose.hpp>
 
 namespace npt::inline NPT_ABI {
 

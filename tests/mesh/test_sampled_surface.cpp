@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <npt/base/error.hpp>
-#include <npt/estimate/fit_surface.hpp>
+#include <npt/mesh/sampled_surface.hpp>
 
 #include <cmath>
 #include <cstddef>
@@ -19,7 +19,7 @@ const std::vector<npt::Triangle> triangles{{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 
 }  // namespace
 
 TEST_CASE("samples lie on the surface, are spread by area, and have its triangles' normals") {
-  const npt::FitSurface surface(points, triangles, 1000);
+  const npt::SampledSurface surface(points, triangles, 1000);
   REQUIRE(surface.samples().size() == 1000);
   CHECK(surface.area() == doctest::Approx(10));
   std::size_t small = 0, small_of_first = 0;
@@ -38,7 +38,7 @@ TEST_CASE("samples lie on the surface, are spread by area, and have its triangle
 }
 
 TEST_CASE("the same mesh gives the same samples") {
-  const npt::FitSurface a(points, triangles, 500), b(points, triangles, 500);
+  const npt::SampledSurface a(points, triangles, 500), b(points, triangles, 500);
   for (std::size_t i = 0; i < 500; ++i) {
     CHECK(a.samples()[i].point == b.samples()[i].point);
     CHECK(a.samples()[i].normal == b.samples()[i].normal);
@@ -46,10 +46,10 @@ TEST_CASE("the same mesh gives the same samples") {
 }
 
 TEST_CASE("samples move with the surface") {
-  const npt::FitSurface before(points, triangles, 100);
+  const npt::SampledSurface before(points, triangles, 100);
   std::vector<Vec3d> turned;
   for (const Vec3d p : points) turned.push_back(Vec3d{-p.y, p.x, 2} * 3.0);
-  const npt::FitSurface after = before.moved(turned, triangles);
+  const npt::SampledSurface after = before.moved(turned, triangles);
   for (std::size_t i = 0; i < 100; ++i) {
     const Vec3d p = before.samples()[i].point;
     CHECK(length(after.samples()[i].point - Vec3d{-p.y, p.x, 2} * 3.0) < 1e-12);
@@ -60,7 +60,7 @@ TEST_CASE("samples move with the surface") {
 TEST_CASE("a mesh without area or with a coordinate that is no number is an error that names it") {
   const auto expect_error = [](const std::vector<Vec3d>& p, const std::vector<npt::Triangle>& t) {
     try {
-      npt::FitSurface(p, t, 10, "hat.ply");
+      npt::SampledSurface(p, t, 10, "hat.ply");
       FAIL("no error");
     } catch (const npt::Error& error) {
       CHECK(error.parts().file == "hat.ply");

@@ -1,7 +1,7 @@
 /// A surface as points spread evenly over its area, each with its triangle's normal: all that a fast fit needs to know
 /// of a mesh, whatever its size, pieces and triangulation. Drawing them takes one pass over the triangles.
 /// Meshes    triangles without area are left out; unused vertices don't count. Normals are those of the triangles as
-///           they turn: which way that is, correspondences tell (correspondence_fit.hpp)
+///           they turn, outwards or not
 /// Numerics  the same mesh gives the same points; 5000 points of a person stand 2 cm apart
 /// Errors    npt::Error for a mesh without any area, and for coordinates that are not finite
 #pragma once
@@ -27,19 +27,9 @@
 
 namespace npt::inline NPT_ABI {
 
-/// The least cosine between normals that face alike.
-inline constexpr double least_facing = 0.2;
-
-/// Whether a mesh's normal faces as a body's does, both unit. facing: 1: the mesh's triangles turn outwards; -1:
-/// inwards; 0: that is not known
-NPT_INLINE bool faces_alike(Vec3d body, Vec3d mesh, double facing, double least_cosine = least_facing) {
-  const double cosine = dot(body, mesh);
-  return (facing == 0 ? std::abs(cosine) : facing * cosine) > least_cosine;
-}
-
-NPT_INLINE_CLASS(class, FitSurface);
+NPT_INLINE_CLASS(class, SampledSurface);
 template <class>
-class BasicFitSurface {
+class BasicSampledSurface {
  public:
   struct Sample {
     Vec3d point;
@@ -50,8 +40,8 @@ class BasicFitSurface {
   static constexpr std::uint64_t draw = 16;  ///< the first that keeps all bounds of tests/accuracy: docs/results.md
 
   /// `name` stands in errors.
-  BasicFitSurface(std::span<const Vec3d> points, std::span<const Triangle> triangles, std::size_t count = default_count,
-                  const std::string& name = "mesh") {
+  BasicSampledSurface(std::span<const Vec3d> points, std::span<const Triangle> triangles,
+                      std::size_t count = default_count, const std::string& name = "mesh") {
     const WeightedChoice areas = weigh_by_area(triangles, [points](std::uint32_t v) { return points[v]; });
     area_ = 0.5 * areas.total();
     if (!(area_ > 0) || !std::isfinite(area_))
@@ -65,8 +55,8 @@ class BasicFitSurface {
   /// The next frame of a sequence: the same samples on the same triangles, wherever the vertices are now. Takes no pass
   /// over the mesh, and samples that move with the surface keep a fit from trembling.
   /// Requires  as many triangles as there were, of the same vertices
-  FitSurface moved(std::span<const Vec3d> points, std::span<const Triangle> triangles) const {
-    FitSurface next = *this;
+  SampledSurface moved(std::span<const Vec3d> points, std::span<const Triangle> triangles) const {
+    SampledSurface next = *this;
     next.pick(points, triangles);
     return next;
   }
