@@ -42,7 +42,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <limits>
 #include <memory>
 #include <span>
@@ -130,7 +129,7 @@ class BasicCorrespondenceFitter {
                                               const Exec& executor = Exec()) const {
     std::vector<Candidate> all;
     for (std::size_t i = 0; i < views.size(); ++i)
-      std::ranges::move(coarse(surface, views.subspan(i, 1), executor), std::back_inserter(all));
+      for (Candidate& c : coarse(surface, views.subspan(i, 1), executor)) all.push_back(std::move(c));
     return finished(surface, std::move(all), executor);
   }
 
