@@ -5,6 +5,7 @@
 #include <estimate/simulated_correspondences.hpp>
 
 #include <npt/base/error.hpp>
+#include <npt/base/executor.hpp>
 #include <npt/body/mannequin/mannequin.hpp>
 #include <npt/body/proportions.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
@@ -131,7 +132,7 @@ TEST_CASE("views that are fitted for themselves: the right one is nearest, and t
     for (npt::PointCorrespondence& p : seen) p.place = npt::rotation_matrix({angle, 0, 0}) * p.place;
     views.emplace_back(fitter().correspondence_template(), std::move(seen));
   }
-  const std::vector<npt::CorrespondenceFit> fits = fitter().fits_of_each(c.surface, views);
+  const std::vector<npt::CorrespondenceFit> fits = fitter().fits(c.surface, views, npt::SerialExecutor(), false);
   CHECK(fits.size() <= 3);
   CHECK(simulated::error(npt::mannequin(), nearest_of(fits).body, c.posed.points) < 0.015);
 }

@@ -116,20 +116,14 @@ class BasicCorrespondenceFitter {
   double area() const noexcept { return full_.area(); }
 
   /// By several views of one surface: the best that end in different poses. None where a body is a third as large as
-  /// what the views show, or three times.
+  /// what the views show, or three times. compared: whether views are, before each was fitted coarsely
   template <class Exec = SerialExecutor>
   std::vector<CorrespondenceFit> fits(const SampledSurface& surface, std::span<const BodyView> views,
-                                      const Exec& executor = Exec()) const {
-    return finished(surface, coarse(surface, views, executor), executor);
-  }
-
-  /// The same, where views aren't compared before each was fitted coarsely.
-  template <class Exec = SerialExecutor>
-  std::vector<CorrespondenceFit> fits_of_each(const SampledSurface& surface, std::span<const BodyView> views,
-                                              const Exec& executor = Exec()) const {
+                                      const Exec& executor = Exec(), bool compared = true) const {
+    const std::size_t together = compared ? views.size() : 1;
     std::vector<Candidate> all;
-    for (std::size_t i = 0; i < views.size(); ++i)
-      for (Candidate& c : coarse(surface, views.subspan(i, 1), executor)) all.push_back(std::move(c));
+    for (std::size_t i = 0; i < views.size(); i += together)
+      for (Candidate& c : coarse(surface, views.subspan(i, together), executor)) all.push_back(std::move(c));
     return finished(surface, std::move(all), executor);
   }
 
@@ -170,7 +164,7 @@ class BasicCorrespondenceFitter {
     SwappedLimbs swapped = 0;
     PartMotion motion{};
     std::vector<double> x{};
-    double value = std::numeric_limits<double>::infinity();
+    double value = std::numeric_limits<double>::infinity();  ///< by which it is ranked: a residual, distance or energy
     double facing = 1;
   };
 
@@ -212,7 +206,10 @@ class BasicCorrespondenceFitter {
   /// Views, and the best ones with limbs swapped: the least residuals first; of equal ones, the earlier.
   std::vector<Candidate> ranked(std::span<const BodyView> views) const {
     std::vector<Candidate> all;
-    const auto sort = [&] { stable_sort_by(all, [](const Candidate& c) { return c.motion.residual; }); };
+    const auto sort = [&] {
+      for (Candidate& c : all) c.value = c.motion.residual;
+      stable_sort_by(all, &Candidate::value);
+    };
     for (const BodyView& view : views) all.push_back({.view = &view, .motion = view.motion});
     std::erase_if(all, [](const Candidate& c) { return !has_body_size(c.motion); });
     sort();
@@ -274,9 +271,9 @@ class BasicCorrespondenceFitter {
     const std::size_t count = candidates.size();
     std::vector<Candidate> kept = one_a_pose(std::move(candidates), count,
                                              [&](const Candidate& c) { return fitted_joints(*model_, body_of(c)); });
-    stable_sort_by(kept, [&](const Candidate& c) {
-      return EstimateResiduals::energy_of_fit(metres_of(c.value) / size_of(surface), pose_deviation(body_of(c)));
-    });
+    for (Candidate& c : kept)
+      c.value = EstimateResiduals::energy_of_fit(metres_of(c.value) / size_of(surface), pose_deviation(body_of(c)));
+    stable_sort_by(kept, &Candidate::value);
     kept.resize(std::min(kept.size(), most_finished));
     std::vector<CorrespondenceFit> fits(kept.size());
     for_each_of(kept, executor,

@@ -78,7 +78,7 @@ class EstimateSearch {
   void other_axes() {
     std::vector<BodyView> views = views_.other_axes(samples_);
     if (!found()) std::erase_if(views, [](const BodyView& view) { return view.motion.residual > hopeless_residual; });
-    if (accept(fitter_.fits_of_each(*nothing_.surface, as_span(views), executor_))) own_axis();
+    if (accept(fitter_.fits(*nothing_.surface, as_span(views), executor_, false))) own_axis();
   }
 
   /// Limbs that touch or cross and were taken for each other, by correspondences that were repaired along the surface.
