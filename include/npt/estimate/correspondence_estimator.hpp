@@ -4,8 +4,8 @@
 /// how much they differ says how sure a point is.
 ///   const auto reader = npt::CorrespondenceEstimator::open("reader.safetensors");
 ///   std::vector<npt::Correspondences> readings = reader.read(samples);
-/// Shapes    samples: [n] points with normals, drawn by area (mesh/sampled_surface.hpp), 1000 to 2000 of them; any place,
-///           any unit
+/// Shapes    samples: [n] points with normals, drawn by area (mesh/sampled_surface.hpp), 1000 to 2000 of them; any
+///           place, any unit
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Numerics  the same bits for any number of threads
 /// Errors    npt::Error for weights of another network, no points, points in one place or not finite

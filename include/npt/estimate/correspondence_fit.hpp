@@ -154,9 +154,9 @@ class BasicCorrespondenceFitter {
 
   /// Vertices of the body that is fitted first.
   static constexpr std::size_t coarse_vertices = 1200;
-  /// Poses that are finished, at most, by their energies so far. Of 335 calls for 100 characters and 120 people one ends
-  /// with more energy (by 0.08) than where all are finished, which are 307 instead of 100 poses of characters' limbs;
-  /// with two 7 do (by 0.02 to 0.5), and by their distances 8 of three (by 0.02 to 0.5).
+  /// Poses that are finished, at most, by their energies so far. Of 335 calls for 100 characters and 120 people one
+  /// ends with more energy (by 0.08) than where all are finished, which are 307 instead of 100 poses of characters'
+  /// limbs; with two 7 do (by 0.02 to 0.5), and by their distances 8 of three (by 0.02 to 0.5).
   static constexpr std::size_t most_finished = 3;
 
   struct Candidate {
@@ -197,7 +197,6 @@ class BasicCorrespondenceFitter {
       problem.run(Stages::middle);
       judge(problem, c);
     });
-    keep_near(candidates);
     return candidates;
   }
 
@@ -261,8 +260,8 @@ class BasicCorrespondenceFitter {
   }
 
   /// Of each pose the nearest candidate: by their energies an orc ends at 120 mm instead of 93, and a skeleton at 36
-  /// instead of 14. Of the poses those of the least energy: coarse distances don't tell them apart (1.45 to 1.49 for 7.0
-  /// to 7.4 mm).
+  /// instead of 14. Of the poses those of the least energy: coarse distances don't tell them apart (1.45 to 1.49 for
+  /// 7.0 to 7.4 mm).
   template <class Exec>
   std::vector<CorrespondenceFit> finished(const SampledSurface& surface, std::vector<Candidate> candidates,
                                           const Exec& executor) const {
