@@ -3,7 +3,8 @@
 ///   E(x) = place weight * mean_k rho(|body(place_k) - point_k|^2) +
 ///          sum_i a_i rho(|v_i - surface|^2) + mean_k rho(|q_k - body|^2) + priors
 ///   1. motion    of every view, and of the best ones with limbs swapped (part_motion.hpp)
-///   2. coarse    a coarse body, first to the places of some of these, then, where it comes near, to the surface
+///   2. coarse    a coarse body, first to the places of some of these, then, where it comes near, one of each pose to the
+///                surface
 ///   3. finish    of the poses that these end in those of the least energy (residuals.hpp): all vertices, both ways,
 ///                with a kernel that narrows; where the body keeps a distance from it, as under clothes, the places
 ///                count too
@@ -191,6 +192,7 @@ class BasicCorrespondenceFitter {
       judge(problem, c);
     });
     keep_near(candidates);
+    candidates = one_a_pose(std::move(candidates));  // of people's views five end in one
     for_each_of(candidates, executor, [&](Candidate& c) {
       Problem problem = problem_of(surface, coarse_, c);
       problem.run(Stages::wide);
@@ -242,6 +244,14 @@ class BasicCorrespondenceFitter {
     return kept;
   }
 
+  /// By their fitted bodies.
+  std::vector<Candidate> one_a_pose(std::vector<Candidate> candidates) const {
+    const std::size_t count = candidates.size();
+    return one_a_pose(std::move(candidates), count,
+                      [this](const Candidate& c) { return fitted_joints(*model_, body_of(c)); });
+  }
+  BodyFit body_of(const Candidate& c) const { return fit_of(as_span(c.x), model_->joint_count()); }
+
   Problem problem_of(const SampledSurface& surface, const BodyLevel& level, const Candidate& c) const {
     Problem problem(prior_, surface, level, c.x, c.facing);
     if (c.view != nullptr) problem.set_places(c.view->points, c.motion);
@@ -266,10 +276,7 @@ class BasicCorrespondenceFitter {
   std::vector<CorrespondenceFit> finished(const SampledSurface& surface, std::vector<Candidate> candidates,
                                           const Exec& executor) const {
     keep_near(candidates);
-    const auto body_of = [this](const Candidate& c) { return fit_of(as_span(c.x), model_->joint_count()); };
-    const std::size_t count = candidates.size();
-    std::vector<Candidate> kept = one_a_pose(std::move(candidates), count,
-                                             [&](const Candidate& c) { return fitted_joints(*model_, body_of(c)); });
+    std::vector<Candidate> kept = one_a_pose(std::move(candidates));
     for (Candidate& c : kept)
       c.value = EstimateResiduals::energy_of_fit(metres_of(c.value) / size_of(surface), pose_deviation(body_of(c)));
     stable_sort_by(kept, &Candidate::value);

@@ -225,12 +225,14 @@ class BasicCorrespondenceProblem {
   void from_mesh(std::vector<Match>& matches) {
     const std::span<const Triangle> triangles = level_.triangles();
     tree_.move(as_span(points_of_body_), triangles);
+    normals_.resize(triangles.size());
+    for (std::size_t t = 0; t < triangles.size(); ++t) normals_[t] = normal_of(triangles[t]);
     const std::size_t count = std::min(stage_->points, surface_.samples().size());
     const double limit = 9 * stage_->scale * stage_->scale;
     for (std::size_t k = 0; k < count; ++k) {
       const SampledSurface::Sample& s = surface_.samples()[k];
       const ClosestPoint c = tree_.closest(
-          s.point, [&](std::uint32_t t) { return faces(normal_of(triangles[t]), s.normal); }, body_hint_[k], limit);
+          s.point, [&](std::uint32_t t) { return faces(normals_[t], s.normal); }, body_hint_[k], limit);
       body_hint_[k] = c.triangle;
       Match& m = matches.emplace_back();
       m.weight = per_square_metre / static_cast<double>(count);
@@ -273,7 +275,7 @@ class BasicCorrespondenceProblem {
   double facing_, prior_share_ = 1, place_share_ = 1, value_ = 0, trial_value_ = 0, data_value_ = 0;
   bool whole_step_ = true;
   std::vector<double> x_, trial_;
-  std::vector<Vec3d> points_of_body_;
+  std::vector<Vec3d> points_of_body_, normals_;
   std::vector<Match> matches_, trial_matches_;
   DifferentiableBody::State state_, trial_state_;
   NormalEquations equations_;

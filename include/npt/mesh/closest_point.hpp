@@ -1,7 +1,8 @@
 /// The point of a surface, or of many points, that is closest to a given one: a tree of boxes over triangles or points,
 /// built once, asked often.
 ///   closest(p)          over all triangles
-///   closest(p, accept)  over triangles t with accept(t): normals that face the right way, one component, ...
+///   closest(p, accept)  over triangles t with accept(t): normals that face the right way, one component, ... Asked
+///                       before the distance is taken
 /// Triangles without area count as the segment or point they are. Of a tree of points, a point is a triangle of weights
 /// {1, 0, 0}.
 /// Numerics  double; of triangles at the same distance the one with the least number, so that the answer depends on the
@@ -231,6 +232,7 @@ class BoxTree {
 
   template <class Accept>
   void visit(std::uint32_t triangle, Vec3d p, const Accept& accept, ClosestPoint& best) const {
+    if (!accept(triangle)) return;
     Vec3d point = corners_[triangle][0];
     std::array<double, 3> weights{1, 0, 0};
     if constexpr (Corners == 3) {
@@ -240,7 +242,7 @@ class BoxTree {
     }
     const double squared = dot(point - p, point - p);
     if (squared > best.squared_distance || (squared == best.squared_distance && triangle > best.triangle)) return;
-    if (accept(triangle)) best = {triangle, weights, point, squared};
+    best = {triangle, weights, point, squared};
   }
 
   void build() {
