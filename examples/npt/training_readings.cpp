@@ -104,6 +104,7 @@ ReadingSet people_readings(const TrainingArguments& a, const std::vector<NamedBo
   const bool with_rigs = set.clouds.size() > bodies.size();
   set.options = {.blocks = 0.07,
                  .patched = with_rigs ? 0.4 : 0.0,
+                 .warped = 0.4,
                  .mirror = with_rigs,
                  .strangers = others.empty() ? 0.12 : 0.2,  // of the latter three eighths are animals
                  .pieces = 0.12};
@@ -111,7 +112,7 @@ ReadingSet people_readings(const TrainingArguments& a, const std::vector<NamedBo
     return share > 0 && random.uniform() < share ? clips->sample(random) : npt::natural_poses().sample(random);
   };
   set.variation = std::make_shared<const npt::PeopleVariation>(
-      pose, npt::PeopleVariationOptions{.folded = 0.12, .standing = 0.06, .stylised = 0.15, .props = true});
+      pose, npt::PeopleVariationOptions{.folded = 0.12, .standing = 0.15, .stylised = 0.15, .props = true});
   set.trained_on += "; no people: pieces of them, made objects";
   add_strangers(set, std::move(others), 0.5);
   return set;

@@ -258,3 +258,19 @@ TEST_CASE("what people carry belongs to where they hold it") {
   CHECK(changed > 8);
   CHECK(changed < 32);
 }
+
+TEST_CASE("warped bodies are readings like any other, of other shapes") {
+  const npt::CorrespondenceSampler plain = reading_sampler({.seed = 3, .points = 400, .plain = 0}),
+                                   warped = reading_sampler({.seed = 3, .points = 400, .plain = 0, .warped = 1});
+  std::size_t other = 0;
+  for (std::uint64_t index = 0; index < 20; ++index) {
+    const npt::Sample s = warped.draw(1, index);
+    for (std::size_t i = 0; i < 400; ++i) {
+      const float n = norm(s.inputs[1], i);
+      CHECK((n == 0 || std::abs(n - 1) < 1e-4F));
+      CHECK(norm(s.truth, i) < 0.75F);
+    }
+    other += s.inputs[0] != plain.draw(1, index).inputs[0];
+  }
+  CHECK(other == 20);
+}

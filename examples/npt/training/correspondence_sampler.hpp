@@ -30,6 +30,7 @@
 #include <training/body_variation.hpp>
 #include <training/dress.hpp>
 #include <training/surface_cloud.hpp>
+#include <training/warp.hpp>
 
 #include <algorithm>
 #include <array>
@@ -58,6 +59,7 @@ struct CorrespondenceSampleOptions {
   double fallen = 0.2;   ///< share that points anywhere; half of the poses that may be in any direction
   double plain = 0.15;   ///< share of bare bodies without proportions or any of the below
   double patched = 0;    ///< share whose limbs come from bodies drawn for each
+  double warped = 0;     ///< share whose resting shape is changed smoothly (warp.hpp)
   bool mirror = false;   ///< half of the samples mirrored, left for right: for bodies that aren't symmetric
   double strangers = 0;  ///< share of surfaces that are no such body's
   double pieces = 0;     ///< share of them that is a piece of one
@@ -145,6 +147,7 @@ class CorrespondenceSampler final : public SampleSource {
   };
   struct Skin {
     std::vector<SkinnedCloud> clouds;
+    data::Warp warp;
     bool blocks = false;
   };
   struct Posed {
@@ -177,8 +180,14 @@ class CorrespondenceSampler final : public SampleSource {
     if (options_.patched > 0 && choice.uniform() < options_.patched) patch(choice, limbs);
     const bool mirrored = options_.mirror && choice.uniform() < 0.5;
     thread_local Skin skin;
-    scratch.anywhere = make_skin(limbs, shape, angles, plain, skin);
     skin.blocks = !plain && options_.blocks > 0 && choice.uniform() < options_.blocks;
+    skin.warp = {};
+    if (!plain && !skin.blocks && options_.warped > 0 && choice.uniform() < options_.warped)
+      skin.warp = data::Warp(shape, [&](Random& random) {
+        const auto& points = bodies_[first].cloud->points();
+        return points[random.below(static_cast<std::uint32_t>(points.size()))].rest;
+      });
+    scratch.anywhere = make_skin(limbs, shape, angles, plain, skin);
     data::Dress dress = plain ? data::Dress{} : variation_->draw_dress(more);
     if (piece) {
       const SkinnedCloud& trunk = skin.clouds.front();
@@ -229,7 +238,7 @@ class CorrespondenceSampler final : public SampleSource {
           Vec3f at, normal;
           part.draw(random, at, normal);
           const BasicAffine<float>& moved = carries->parts[prop.joint];
-          scratch.drawn.emplace_back(moved(fastened->rest + at), normalised(moved.linear * normal),
+          scratch.drawn.emplace_back(moved(skin.warp(fastened->rest) + at), normalised(moved.linear * normal),
                                      fastened->canonical);
         }
       }
@@ -293,6 +302,7 @@ class CorrespondenceSampler final : public SampleSource {
       own.betas = sample_shape(shape, own.cloud->body().shape_count());
       own.parts.resize(joint_count);
       rest.push_back(own.cloud->body().joints(own.betas));
+      for (Vec3d& joint : rest.back()) joint = skin.warp(joint.as<float>()).as<double>();
     }
     std::vector<double> proportions = variation_->draw_proportions(shape);
     if (plain) std::ranges::fill(proportions, 0.0);
@@ -362,7 +372,7 @@ class CorrespondenceSampler final : public SampleSource {
         if (!own.limbs[plan().joints[cloud.points()[p.point].joint[0]].limb]) continue;
         const double u = 1 - random.uniform();
         float area = 0;
-        if (!place(own, p.point, worn, skin.blocks, p, area)) continue;
+        if (!place(own, p.point, worn, skin, p, area)) continue;
         if (clouds > 1) area *= 1e5F * cloud.area_of_point();
         p.key = static_cast<float>(std::log(u)) / std::max(area, 1e-6F);
         scratch.posed.push_back(p);
@@ -376,26 +386,28 @@ class CorrespondenceSampler final : public SampleSource {
   }
 
   /// Whether the point is there at all.
-  bool place(const SkinnedCloud& skin, std::uint32_t k, const data::Dress& dress, bool blocks, Posed& out,
+  bool place(const SkinnedCloud& own, std::uint32_t k, const data::Dress& dress, const Skin& skin, Posed& out,
              float& area) const {
-    const SurfaceCloud& cloud = *skin.cloud;
+    const SurfaceCloud& cloud = *own.cloud;
     const SurfaceCloud::Point& p = cloud.points()[k];
     Vec3f at = p.rest;
     const std::span<const float> directions = cloud.directions(k);
-    for (std::size_t s = 0; s < skin.betas.size(); ++s) {
-      const float b = skin.betas[s];
+    for (std::size_t s = 0; s < own.betas.size(); ++s) {
+      const float b = own.betas[s];
       at += Vec3f{directions[3 * s], directions[3 * s + 1], directions[3 * s + 2]} * b;
     }
+    const Vec3f bare = at;
     float swollen = 1;
     if (dress.any && !variation_->clothe(cloud, p, dress, at, swollen)) return false;
-    Vec3f along = p.along, across = p.across;
-    if (blocks) {
+    Vec3f along = skin.warp.carried(bare, p.along), across = skin.warp.carried(bare, p.across);
+    at += skin.warp(bare) - bare;
+    if (skin.blocks) {
       Vec3f face;
       data::put_on_block(cloud.blocks()[p.joint[0]], at, face);
       along = {face.y, face.z, face.x}, across = cross(face, along);
     }
     // A box is moved by one joint.
-    const BasicAffine<float> moved = blocks ? skin.parts[p.joint[0]] : blended_motion(p.joint, p.weight, skin.parts);
+    const BasicAffine<float> moved = skin.blocks ? own.parts[p.joint[0]] : blended_motion(p.joint, p.weight, own.parts);
     out.at = moved(at);
     const Vec3f normal = cross(moved.linear * along, moved.linear * across);
     area = length(normal) * p.area * swollen;
