@@ -20,10 +20,10 @@ Vec3f point_in_box(Random& random) {
 }
 
 TEST_CASE("a warp of no region leaves points and edges as they are") {
-  const Warp none;
-  CHECK_FALSE(none.any());
-  CHECK(none({1, 2, 3}) == Vec3f{1, 2, 3});
-  CHECK(none.carried({1, 2, 3}, {0, 1, 0}) == Vec3f{0, 1, 0});
+  const Warp nothing;
+  CHECK_FALSE(nothing.any());
+  CHECK(nothing({1, 2, 3}) == Vec3f{1, 2, 3});
+  CHECK(nothing.carried({1, 2, 3}, {0, 1, 0}) == Vec3f{0, 1, 0});
 }
 
 TEST_CASE("edges go where the points at their ends go") {

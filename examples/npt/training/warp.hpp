@@ -23,8 +23,8 @@ class Warp {
   Warp() = default;
 
   /// Up to three regions about points that `point(random)` draws, each with its mirror image in nine of ten cases.
-  /// Numerics  a single region leaves a fifth of each length at least. Several may fold: about one of 10,000 points of a
-  ///           body lies where they do
+  /// Numerics  a single region leaves a fifth of each length at least. Several may fold: about one of 10,000 points of
+  ///           a body lies where they do
   template <class Point>
   Warp(Random& random, const Point& point) {
     const std::size_t count = 1 + random.below(3);

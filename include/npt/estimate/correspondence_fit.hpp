@@ -3,8 +3,8 @@
 ///   E(x) = place weight * mean_k rho(|body(place_k) - point_k|^2) +
 ///          sum_i a_i rho(|v_i - surface|^2) + mean_k rho(|q_k - body|^2) + priors
 ///   1. motion    of every view, and of the best ones with limbs swapped (part_motion.hpp)
-///   2. coarse    a coarse body, first to the places of some of these, then, where it comes near, one of each pose to the
-///                surface
+///   2. coarse    a coarse body, first to the places of some of these, then, where it comes near, one of each pose to
+///                the surface
 ///   3. finish    of the poses that these end in those of the least energy (residuals.hpp): all vertices, both ways,
 ///                with a kernel that narrows; where the body keeps a distance from it, as under clothes, the places
 ///                count too
