@@ -3,8 +3,7 @@
 ///   E(x) = place weight * mean_k rho(|body(place_k) - point_k|^2) +
 ///          sum_i a_i rho(|v_i - surface|^2) + mean_k rho(|q_k - body|^2) + priors
 ///   1. motion    of every view, and of the best ones with limbs swapped (part_motion.hpp)
-///   2. coarse    a coarse body, first to the places of some of these, then, where it comes near, one of each pose to
-///                the surface
+///   2. coarse    a coarse body, first to the places of some of these, then, where near, one a pose to the surface
 ///   3. finish    of the poses that these end in those of the least energy (residuals.hpp): all vertices, both ways,
 ///                with a kernel that narrows; where the body keeps a distance from it, as under clothes, the places
 ///                count too
@@ -245,13 +244,11 @@ class BasicCorrespondenceFitter {
   }
 
   /// By their fitted bodies.
-  std::vector<Candidate> one_a_pose(std::vector<Candidate> candidates) const {
-    const std::size_t count = candidates.size();
-    return one_a_pose(std::move(candidates), count,
-                      [this](const Candidate& c) { return fitted_joints(*model_, body_of(c)); });
+  std::vector<Candidate> one_a_pose(std::vector<Candidate> all) const {
+    const std::size_t count = all.size();
+    return one_a_pose(std::move(all), count, [this](const Candidate& c) { return fitted_joints(*model_, body_of(c)); });
   }
   BodyFit body_of(const Candidate& c) const { return fit_of(as_span(c.x), model_->joint_count()); }
-
   Problem problem_of(const SampledSurface& surface, const BodyLevel& level, const Candidate& c) const {
     Problem problem(prior_, surface, level, c.x, c.facing);
     if (c.view != nullptr) problem.set_places(c.view->points, c.motion);

@@ -1,8 +1,7 @@
 /// The point of a surface, or of many points, that is closest to a given one: a tree of boxes over triangles or points,
 /// built once, asked often.
 ///   closest(p)          over all triangles
-///   closest(p, accept)  over triangles t with accept(t): normals that face the right way, one component, ... Asked
-///                       before the distance is taken
+///   closest(p, accept)  over triangles t with accept(t), asked first: normals that face the right way, ...
 /// Triangles without area count as the segment or point they are. Of a tree of points, a point is a triangle of weights
 /// {1, 0, 0}.
 /// Numerics  double; of triangles at the same distance the one with the least number, so that the answer depends on the
