@@ -52,7 +52,7 @@ struct Samples {
 /// Of both sides.
 std::vector<double> angles_of(const npt::BodyEstimate& estimate, const npt::BodyPlan& plan) {
   std::vector<double> angles;
-  const std::vector<npt::Vec3d> own = estimate.angles_without_yaw();
+  const std::vector<npt::Vec3d> own = estimate.angles_without_direction();
   for (std::size_t j = 0; j < own.size(); ++j) {
     const npt::Vec3d even = (own[j] + npt::mirrored(own[plan.joints[j].mirrored])) / 2;
     angles.insert(angles.end(), {even.x, even.y, even.z});
@@ -141,7 +141,7 @@ npt::PostureModel learn(const std::vector<Samples>& rigs, std::size_t left_out, 
       for (std::size_t b = 0; b < shapes; ++b)
         model.shape_variances[b] +=
             std::pow(static_cast<double>(frame.fit.body.betas[b]) - shape[b], 2) / frames / count;
-      add_square(beyond(rigs[r].rest, frame.angles_without_yaw()), kind.plan, 1 / frames / count,
+      add_square(beyond(rigs[r].rest, frame.angles_without_direction()), kind.plan, 1 / frames / count,
                  model.motion_covariance);
     }
     std::vector<npt::Vec3d> rest;

@@ -44,7 +44,7 @@ TEST_CASE("of the axes that may point up, the right one shows a body") {
   CHECK(views[2].motion.residual < 0.1);
   CHECK(seen.views.least_residual(views) <= views[2].motion.residual);
   const npt::BodyView upright(seen.fitter.correspondence_template(),
-                              seen.views.one(surface.samples(), rotation_of_z_up));
+                              seen.views.seen(surface.samples(), rotation_of_z_up));
   CHECK(upright.motion.residual < 0.1);
 }
 

@@ -1,25 +1,17 @@
 /// What is known of a fit's angles beside the fit, taken out of a transfer: two corrections, zero for the mannequin.
-/// 1. Fit bias. Skin that bends in another way than the body's turns the fit's joints along: a thigh that is raised
-/// takes the pelvis with it, a trunk that turns does so in another part of the spine. And the posture of a build (a
-/// heavy person's lean, round shoulders) is taken for a pose. Both are nearly the same for all people, and grow with
-/// the pose and with the build:
+/// 1. Fit bias. Skin that bends in another way than the body's turns the fit's joints along, and the posture of a build
+/// (a heavy person's lean) is taken for a pose. Both are nearly the same for all people, and grow with pose and build:
 ///   R_true = R_fit exp(B x)      x = (theta, beta): the fitted angles of all joints but the root, and the fitted shape
-/// B was learned by least squares from bodies whose joints are known (examples/fit_bias). A transfer takes it from
-/// both meshes:
+/// B was learned by least squares from bodies whose joints are known (examples/fit_bias). Of both meshes, so that
+/// between equal poses of one build nothing changes:
 ///   R = R_pose exp(B x_pose) exp(B x_identity)^-1
-/// so that between equal poses of one build nothing changes. What is the same in all poses, c, is left out of that, but
-/// tells how the body fits people at rest, R_person, by R_true = R_fit exp(B x + c).
-/// 2. Own rest. A body that is fitted to a stylised figure in a T pose, as makers of games bind them, bends where its
-/// proportions don't follow: a head that is set back tilts it, arms that leave the shoulders lower raise them. That is
-/// no posture but the character's build, and its makers' skeleton calls it rest. The pose's angles begin there:
+/// What is the same in all poses, c, tells how the body fits people at rest: R_true = R_fit exp(B x + c) of R_person.
+/// 2. Own rest. A body that is fitted to a stylised figure in a T pose bends where its proportions don't follow: a head
+/// that is set back tilts it. That is no posture but the character's build, so the pose's angles begin there:
 ///   R = R_pose exp(w log(R_person^-1 R_identity))
-/// w is 1 for characters that keep a distance from the body and stand in a T pose, and 0 for people, whose bend in a T
-/// pose is as much in the fit of their other poses.
-/// Whose build a mesh has is inferred from the distance that its surface keeps from the fitted body: the mannequin's
-/// own meshes keep 0.001, other models' bodies and dressed people 0.006 to 0.008, a stylised man 0.011.
-/// Measured, PMD x 1e-4. Bias from angles alone and from the build, too: two people that no body model made, every pose
-/// in every other, 7.3 and 5.8; human_6890 in natural poses 4.9 and 4.4. Own rest: a stylised man in a T pose, Table
-/// 6's poses of two people: 52 without and 19 with it; with w = 1 a dressed man would have 21 instead of 6.6.
+/// w is 1 for characters that keep a distance from the body and stand in a T pose, and 0 for people. The mannequin's
+/// own meshes keep 0.001, other models' bodies and dressed people 0.006 to 0.008, a stylised man 0.011. What both
+/// bring: docs/notes/tuned-numbers.md.
 /// Shapes    B and c: [J, 3, 3 (J - 1) + S + 1], radians by radians and by units of shape: people's [24, 3, 95 + 1];
 ///           rotations by joint, in space; axis angles: [J, 3], or more with finger joints, which stay; radians
 /// Threads   all members are const and may be called by any number of threads at a time
@@ -95,8 +87,7 @@ class BasicAngleCorrection {
   std::span<const Vec3d> rest() const noexcept { return as_span(rest_); }
 
   /// [J, 3] The joint angles for the identity in the pose, without the bias. That counts where both meshes are
-  /// people's, and not the mannequin's: a stylised man, whose joints are his own, would have 24e-4 with it instead of
-  /// 19e-4.
+  /// people's, and not the mannequin's: a stylised man would have 24e-4 with it instead of 19e-4.
   std::vector<float> without_bias(const BodyEstimate& identity, const BodyEstimate& pose) const {
     const auto of_people = [](const BodyEstimate& e) { return unlike_mannequin(e) * (1 - unlike_people(e)); };
     std::vector<float> result = pose.fit.body.axis_angles;
@@ -166,7 +157,7 @@ class BasicAngleCorrection {
 
   /// [J] How the joints are bent beyond people's at rest, as axis angles; the root without its direction.
   std::vector<Vec3d> bend_beyond_rest(const BodyEstimate& estimate) const {
-    std::vector<Vec3d> bend = estimate.angles_without_yaw();
+    std::vector<Vec3d> bend = estimate.angles_without_direction();
     for (std::size_t j = 0; j < bend.size(); ++j)
       bend[j] = axis_angle(rotation_matrix(rest_[j]).transposed() * rotation_matrix(bend[j]));
     return bend;

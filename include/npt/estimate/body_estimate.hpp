@@ -11,6 +11,7 @@
 #include <npt/body/hands.hpp>
 #include <npt/body/kinematics.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/canonical_frame.hpp>
 #include <npt/estimate/confidence.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/residuals.hpp>
@@ -48,9 +49,8 @@ struct BasicBodyEstimate {
   double confidence = 0;                          ///< ConfidenceModel of the residuals
   std::vector<double> joint_confidence;           ///< [J] the same of each joint alone
 
-  /// Whether a limb of a pair is that much farther from the surface than the other parts that it may be in the wrong
-  /// place. Of 300 mannequins estimated right 18 are in doubt; of 60 people of another model's shapes 4, one of them
-  /// rightly.
+  /// Whether a limb of a pair is so much farther from the surface than the other parts that it may be in the wrong
+  /// place: of 300 mannequins estimated right 18, of 60 people of another model's shapes 4.
   bool doubtful(const LimbPair& pair) const {
     std::vector<double> all = fit.part_distances;
     double off = 0;
@@ -75,16 +75,17 @@ struct BasicBodyEstimate {
   Vec3d up() const { return fit.body.axis_angles.empty() ? Vec3d{0, 1, 0} : joint_rotation(0) * Vec3d{0, 1, 0}; }
   /// Of a mesh in which a body lies: the rotation of a joint in its parent's frame.
   Matrix3 joint_rotation(std::size_t j) const { return npt::joint_rotation(as_span(fit.body.axis_angles), j); }
-  /// The turn about the vertical axis after which the body faces +z.
-  Matrix3 facing_front() const {
-    const Vec3d front = joint_rotation(0) * Vec3d{0, 0, 1};
-    return rotation_matrix({0, -std::atan2(front.x, front.z), 0});
+  /// Turns the mesh's axis upwards that is nearest to the body's, and about it, so that the body faces +z.
+  Matrix3 upright_and_front() const {
+    const Matrix3 upright = turn_upright(up());
+    const Vec3d front = upright * joint_rotation(0) * Vec3d{0, 0, 1};
+    return rotation_matrix({0, -std::atan2(front.x, front.z), 0}) * upright;
   }
-  /// [J] The angles of the fit, the root's without the direction in which it looks.
-  std::vector<Vec3d> angles_without_yaw() const {
+  /// [J] The angles of the fit, the root's without the axis that is up and the direction in which it looks.
+  std::vector<Vec3d> angles_without_direction() const {
     std::vector<Vec3d> angles(fit.body.axis_angles.size() / 3);
     for (std::size_t j = 0; j < angles.size(); ++j)
-      angles[j] = axis_angle(j == 0 ? facing_front() * joint_rotation(0) : joint_rotation(j));
+      angles[j] = axis_angle(j == 0 ? upright_and_front() * joint_rotation(0) : joint_rotation(j));
     return angles;
   }
   static constexpr double odd_shape = 450;  ///< CorrespondenceFit::shape_deviation from which on a user is told

@@ -150,6 +150,7 @@ class BasicBodyEstimator {
     if (!confident()) search.other_axes();
     if (!search.found()) return search.best();
     search.repair_swaps();
+    search.polish();
     BodyEstimate best = search.best();
     best.confidence = reader_.confidence()(best.residuals);
     best.joint_confidence = reader_.confidence().of_joints(best.residuals);

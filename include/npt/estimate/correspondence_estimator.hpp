@@ -1,7 +1,6 @@
 /// Reads meshes: for points of a surface, where on the resting template body each belongs (canonical coordinates).
-/// What a network says of one direction of view errs between left and right, front and back; so it reads the points
-/// turned in several directions about the vertical axis. Each reading stands by itself; their median is one more, and
-/// how much they differ says how sure a point is.
+/// A network errs between left and right, front and back, so it reads the points turned in several directions about the
+/// vertical axis. Their median is one more reading, and how much they differ says how sure a point is.
 ///   const auto reader = npt::CorrespondenceEstimator::open("reader.safetensors");
 ///   std::vector<npt::Correspondences> readings = reader.read(samples);
 /// Shapes    samples: [n] points with normals, drawn by area (mesh/sampled_surface.hpp), 1000 to 2000 of them; any

@@ -5,16 +5,13 @@
 ///   1. motion    of every view, and of the best ones with limbs swapped (part_motion.hpp)
 ///   2. coarse    a coarse body, first to the places of some of these, then, where near, one a pose to the surface
 ///   3. finish    of the poses that these end in those of the least energy (residuals.hpp): all vertices, both ways,
-///                with a kernel that narrows; where the body keeps a distance from it, as under clothes, the places
-///                count too
-/// Distances are taken along normals: the step is that of "point to plane"; where a point has left the other surface's
-/// end, along the line to it.
+///                with a kernel that narrows; where the body keeps a distance, as under clothes, places count too
+///   4. polish    of the one that is chosen, by all samples
+/// Distances are taken along normals ("point to plane"); beyond the other surface's end, along the line to it.
 /// Shapes    x as DifferentiableBody's: [translation, axis angles J x 3, betas S]
 /// Units     those of the model, metres; E in square centimetres
-/// Numerics  double; some 20 steps, 75 to 100 ms on one core of an EPYC with AVX-512, whatever the mesh's size;
-///           how far results are off: docs/results.md
-/// Threads   a fitter may be used by several threads at a time; a fit runs its candidates side by side on the executor
-///           that it is given, with the same bits for any, and in its caller's thread without one
+/// Numerics  double; the same bits for any executor; how far results are off: docs/results.md
+/// Threads   a fitter may be used by several threads at a time; a fit runs its candidates side by side on its executor
 /// Errors    npt::Error for too few points
 /// Source    Chen and Medioni, "Object modelling by registration of multiple range images", 1992 (point to plane);
 ///           Nocedal and Wright, "Numerical Optimization", 2006, section 10.3 (Levenberg and Marquardt)
@@ -143,6 +140,15 @@ class BasicCorrespondenceFitter {
     return finished(surface, std::move(candidates), executor);
   }
 
+  /// The fit once more from where it is, by all samples and a view's places.
+  CorrespondenceFit polished(const SampledSurface& surface, const BodyView& view, const CorrespondenceFit& fit) const {
+    Candidate c{.view = &view, .motion = view.motion, .x = parameters_of(fit.body, full_.body().parameter_count())};
+    c.facing = fit.facing;
+    Problem problem = problem_of(surface, full_, c);
+    problem.run(Stages::polish);
+    return measured(surface, problem, c);
+  }
+
   /// What follows the surface from here on, frame by frame.
   std::shared_ptr<const SurfaceTrack> track(const SampledSurface& surface, const CorrespondenceFit& fit) const {
     return std::make_shared<const SurfaceTrack>(*model_, surface, fit.body, fit.facing);
@@ -155,8 +161,7 @@ class BasicCorrespondenceFitter {
   /// Vertices of the body that is fitted first.
   static constexpr std::size_t coarse_vertices = 1200;
   /// Poses that are finished, at most, by their energies so far. Of 335 calls for 100 characters and 120 people one
-  /// ends with more energy (by 0.08) than where all are finished, which are 307 instead of 100 poses of characters'
-  /// limbs; with two 7 do (by 0.02 to 0.5), and by their distances 8 of three (by 0.02 to 0.5).
+  /// ends with more energy (by 0.08) than where all are finished; with two 7 do (by 0.02 to 0.5).
   static constexpr std::size_t most_finished = 3;
 
   struct Candidate {
@@ -288,6 +293,10 @@ class BasicCorrespondenceFitter {
     Problem problem = problem_of(surface, full_, c);
     problem.run(Stages::fine);
     problem.run(Stages::finest);
+    return measured(surface, problem, c);
+  }
+
+  CorrespondenceFit measured(const SampledSurface& surface, Problem& problem, const Candidate& c) const {
     CorrespondenceFit result;
     result.body = fit_of(as_span(problem.x()), model_->joint_count());
     result.body.distance = metres_of(problem.distance(Stages::measured));

@@ -150,9 +150,7 @@ class BasicCorrespondenceProblem {
 
  private:
   /// In deviations: from here on a beta costs hardly more, so that the prior may be strong enough that the body is not
-  /// blown up to fill clothes and a stylised figure still keeps its proportions. With a third of the finest stage's
-  /// weight dressed people ended at 12.7e-4 instead of 8.8e-4, others of the same set at 9.1e-4 instead of 9.6e-4, a
-  /// knight at 6.3e-4 instead of 4.2e-4; with a fifteenth and no such limit the dressed ones at 18e-4.
+  /// blown up to fill clothes and a stylised figure still keeps its proportions (docs/notes/tuned-numbers.md).
   static constexpr double unusual_shape = 2;
 
   std::size_t first_beta() const { return 3 + 3 * level_.body().joint_count(); }

@@ -1,6 +1,5 @@
-/// The directions in which a mesh is looked at: the correspondence network knows bodies that stand and face anywhere,
-/// so points are turned about the vertical axis before they go through it, and another axis is turned upwards first
-/// where that shows more of a body.
+/// The directions in which a mesh is looked at: points are turned about the vertical axis before they go through the
+/// correspondence network, and another axis is turned upwards first where that shows more of a body.
 /// Threads   all members are const and may be called by any number of threads at a time
 /// Numerics  the same bits for any number of threads
 #pragma once
@@ -9,6 +8,7 @@
 #include <npt/base/matrix3.hpp>
 #include <npt/base/vec3.hpp>
 #include <npt/config.hpp>
+#include <npt/estimate/canonical_frame.hpp>
 #include <npt/estimate/correspondence_estimator.hpp>
 #include <npt/estimate/correspondence_fit.hpp>
 #include <npt/estimate/part_motion.hpp>
@@ -16,7 +16,6 @@
 #include <npt/mesh/sampled_surface.hpp>
 
 #include <algorithm>
-#include <array>
 #include <numbers>
 #include <span>
 #include <utility>
@@ -49,26 +48,20 @@ class CorrespondenceViews {
     return views;
   }
 
-  /// The mesh turned as it is said, and not looked at from elsewhere.
-  Correspondences one(Samples samples, const Matrix3& turned) const {
-    return std::move(estimator_.read(samples, {.turns = 1, .upright = turned}).front());
+  /// The mesh turned as it is said, from so many sides: the median.
+  Correspondences seen(Samples samples, const Matrix3& turned, int turns = 1) const {
+    return std::move(estimator_.read(samples, {.turns = turns, .upright = turned}).front());
   }
 
   /// For each other axis that may point up, the view of few points that a body explains best.
   std::vector<BodyView> other_axes(Samples samples) const {
     constexpr int turns = 4;
     std::vector<BodyView> best;
-    for (const Vec3d turn : std::span(axes).subspan(1)) {
+    for (const Vec3d turn : std::span(upright_turns).subspan(1)) {
       std::vector<BodyView> views = views_of(few(samples), turns, rotation_matrix(turn));
       best.push_back(std::move(*std::ranges::min_element(views, {}, residual_of)));
     }
     return best;
-  }
-
-  /// Turns the axis upwards that is nearest to a direction.
-  static Matrix3 upright(Vec3d up) {
-    return rotation_matrix(
-        *std::ranges::max_element(axes, {}, [up](Vec3d turn) { return (rotation_matrix(turn) * up).y; }));
   }
 
   /// PartMotion::residual of the best view.
@@ -80,15 +73,6 @@ class CorrespondenceViews {
   static Samples few(Samples samples) { return samples.first(std::min(samples.size(), BodyView::few)); }
 
  private:
-  static constexpr double right_angle = std::numbers::pi / 2;
-  /// Turns that bring each of the six axes up, as axis angles; y first.
-  static constexpr std::array<Vec3d, 6> axes{{{0, 0, 0},
-                                              {2 * right_angle, 0, 0},
-                                              {right_angle, 0, 0},
-                                              {-right_angle, 0, 0},
-                                              {0, 0, right_angle},
-                                              {0, 0, -right_angle}}};
-
   static double residual_of(const BodyView& view) { return view.motion.residual; }
 
   std::vector<BodyView> views_of(Samples samples, int turns, const Matrix3& upright) const {

@@ -66,6 +66,13 @@ struct FitStages {
                                    .points = fine.points,
                                    .steps = {.slack = fine.steps.slack, .enough = -1},
                                    .usual_distance = fine.usual_distance / 2};
+  /// Of the best fit: two steps more of the finest stage, by all samples.
+  static constexpr FitStage polish = [] {
+    FitStage stage = finest;
+    stage.points = SampledSurface::default_count;
+    stage.steps.steps = 2;
+    return stage;
+  }();
   /// How near the body is in the end.
   static constexpr FitStage measured{.scale = fine.scale, .points = fine.points, .facing = 0};
 };

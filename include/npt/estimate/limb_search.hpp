@@ -7,8 +7,7 @@
 /// Shapes    fits: as BodyFit, with other axis angles of the limbs
 /// Units     metres
 /// Numerics  double; the same answer for the same input. Less than 100 ms for a pair of limbs on one core of a Xeon
-/// Threads   a search may be used by several threads at a time; it runs both limbs of a pair side by side on the
-///           executor that it is given
+/// Threads   a search may be used by several threads at a time; it runs both limbs of a pair side by side
 /// Source    the idea of hypotheses that are tested: Fischler and Bolles, "Random sample consensus", 1981
 #pragma once
 

@@ -3,8 +3,6 @@
 /// But the mesh's knee then leads into the other shin. Patches that are cut off (place_patches.hpp) and whose places'
 /// mirror images would go on from what is around them belong to the other side; from the places so mended a body is
 /// fitted anew.
-/// Measured, `npt evaluate --pairs 40 --poses natural --clothes` with human_6890, seeds 0 to 2, each mean and worst PMD
-/// x 1e-4: 5.9 (15), 5.8 (14), 5.5 (20) instead of 7.4 (74), 7.7 (91), 29.8 (982). Some 10 ms a mesh whose limbs touch.
 /// Units     metres
 /// Source    ours
 #pragma once

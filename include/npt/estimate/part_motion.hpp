@@ -1,6 +1,5 @@
 /// How the parts of a body moved, in closed form, from points of a mesh and where on the resting body each was seen to
-/// belong: a start for a fit that no local optimum hides behind, and a residual that tells right correspondences from
-/// wrong ones.
+/// belong: a start for a fit, and a residual that tells right correspondences from wrong ones.
 ///   p = size_j R_j q + t_j   for the points p of part j with the places q
 /// The trunk's similarity, then each part's along the kinematic tree, weighted by skin weight and certainty, wild
 /// points counted out by iterated weights. A part begins where its parent puts the joint between them; the fewer and

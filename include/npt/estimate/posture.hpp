@@ -7,14 +7,12 @@
 ///   rest     within 0.03 rad of the rig's (0.1 where it stands), or N(the rigs' mean, C_rest) of another animal; both
 ///            sides alike
 ///   pose     beyond the rest, ~ N(0, s^2 C_motion), s one of four: from standing still to lying down
-/// Where a mesh stands still its rest is what it shows, and what it shows is a walk where left and right differ as in
-/// walks. A mesh that gives the pose is expected to move: a deer that stands with its head low lowers it. The root's
-/// turn is no evidence, so that nothing depends on where the animal looks or lies.
+/// A mesh that stands still shows its rest. One that gives the pose is expected to move: a deer that stands with its
+/// head low lowers it. The root's turn is no evidence, so that nothing depends on where the animal looks or lies.
 /// Tensors   posture/shapes [R, S], shape_variances [S], angles [R, 3 J], other_odds [1]; rest_covariance,
 ///           motion_covariance [3 J, 3 J]
 /// Learned   by examples/fit_posture, from rigs as they are bound and in their clips
-/// Measured  on 15 rigs: a rest is off by 0.20 rad a joint where the animal is left out of them, by 0.03 where it
-///           isn't. As a linear function of the shape, which this was before, by 0.31 rad where it is left out
+/// Measured  on 15 rigs: a rest is off by 0.20 rad a joint where the animal is left out of them, else by 0.03
 /// Errors    npt::Error that names the file, for a tensor of another shape and covariances that are none
 #pragma once
 
@@ -119,11 +117,10 @@ class BasicPosture {
  private:
   /// Of the mean motion in clips. Eight in place of four change little: 0.114 in place of 0.117 rad on seven animals.
   static constexpr std::array scales{0.1, 0.3, 1.0, 3.0};
-  /// The first scale of a mesh that moves. With the smaller ones, too, PMD beside the makers' clips is 11.5 in place of
-  /// 8.0 x 1e-4 (median of 14 pairs of known species in clips that were left out).
+  /// The first scale of a mesh that moves: 8.0 in place of 11.5 (PMD x 1e-4) of known species in unseen clips.
   static constexpr std::size_t moving = 2;
   /// Of a rig's rest in another mesh of it; where that moves, of any estimated angle. Wider where it stands: what it
-  /// shows is its rest, errors of the estimate with it, and the skin is bound in these angles.
+  /// shows is its rest, with errors of the estimate.
   static constexpr double known_variance(std::size_t scale) {
     const double deviation = scale < moving ? 0.1 : 0.03;
     return deviation * deviation;

@@ -5,9 +5,7 @@
 ///   SurfaceTrack track(model, surface, fit, facing);
 ///   SurfaceTrack::Step step = track.follow(surface.moved(points, triangles), fit);     with the last frame's fit
 /// Units     metres, radians
-/// Numerics  double. A further frame of a transfer, fingers and skinning included, takes 3.6 ms on one core of an EPYC
-///           with AVX-512; with the body fitted anew to each frame it took 17 to 24. Eight characters of a shooter that
-///           run: 6 to 17e-4 for five of them instead of 11 to 28e-4
+/// Numerics  double
 /// Threads   a track may be followed by several threads at a time
 #pragma once
 

@@ -10,9 +10,7 @@
 /// Meshes    any number of pieces, open borders, edges of many faces, triangles without area and unused vertices.
 ///           Vertices in one place, as along seams, count as one
 /// Shapes    points: [V]; weights: [V, J], not negative, each row sums to 1; those below 1e-3 are left out
-/// Numerics  one look-up a vertex, some 1 us, and sweeps over the edges: 30 ms for 6890 vertices, 0.8 s for 440,834.
-///           Doubt is worth most where limbs touch: without doubted patches, another body model in natural poses has
-///           19.1 instead of 17.0 mm; without that along tears, rigged characters' edges stretch by 0.059, not 0.050
+/// Numerics  one look-up a vertex, and sweeps over the edges. What doubt is worth: docs/notes/tuned-numbers.md
 #pragma once
 
 #include <npt/base/as_span.hpp>

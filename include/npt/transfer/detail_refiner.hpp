@@ -6,8 +6,7 @@
 /// t are the positions, p the unmodified mesh, R_i a rotation for each point and w cotangents. x and R are found in
 /// turn; for x this is a linear system that depends on the mesh only and is factored once. The first rotations are
 /// those of neighbourhoods of about `radius`, since single points of rough positions know none.
-/// The one weight is `radius`: what is smaller than it is taken from the mesh, what is larger from the positions. It
-/// means the same on coarse and on fine meshes.
+/// The one weight is `radius`: what is smaller than it is taken from the mesh, what is larger from the positions.
 /// Shapes    mesh, positions, result: [V, 3] floats, row major, the same vertex order
 /// Meshes    Several pieces, open borders, edges of more than two faces, faces without area, vertices in no face (which
 ///           keep the positions they are given). Vertices at one point of the mesh, as along seams, are one point here

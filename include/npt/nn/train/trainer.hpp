@@ -1,12 +1,10 @@
 /// The training loop's body: one call is one step of a training. It knows the network only through its gradients and
 /// the list of its parameters, so that it compiles once, however many networks a program trains.
-///
 ///   npt::Model<Net> model;
 ///   npt::initialise<float>(model.parameters(), model.buffer(), npt::Initialisation::small, seed);
 ///   npt::Gradients<Net> gradients;
 ///   npt::Trainer trainer(gradients, model.parameters(), model.buffer(), options);
 ///   while (!trainer.finished()) trainer.step();
-///
 /// A step: samples, forward, losses, backward, clipping, Adam (and Muon) with the schedule's rate, moving average.
 /// Numerics  The batch's loss is the mean over its meshes, in the network's units. Samples depend on (seed, step,
 ///           index) only and every sum has a fixed order: the weights are the same bits for any number of threads. With
