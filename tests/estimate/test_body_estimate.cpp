@@ -1,9 +1,14 @@
 #include <doctest/doctest.h>
 
+#include <npt/base/as_span.hpp>
+#include <npt/base/rotation.hpp>
+#include <npt/body/kinematics.hpp>
 #include <npt/body/people_plan.hpp>
 #include <npt/body/skeleton.hpp>
 #include <npt/estimate/body_estimate.hpp>
 
+#include <cstddef>
+#include <numbers>
 #include <vector>
 
 namespace {
@@ -54,4 +59,23 @@ TEST_CASE("vertices in the body's coordinates: about the centre, in metres; a me
   CHECK(length(points[0]) < 1e-12);
   CHECK(length(points[1] - npt::Vec3d{1, 0, 0}) < 1e-12);
   CHECK_THROWS_WITH_AS(npt::expect_body(reading, "cube"), doctest::Contains("no body can lie"), npt::Error);
+}
+
+TEST_CASE("the angles without direction are the same however the mesh is turned by right angles") {
+  const npt::Matrix3 leaning = npt::rotation_matrix({0.2, 0.7, -0.3});
+  const auto angles_of = [](const npt::Matrix3& root) {
+    npt::BodyEstimate estimate = usual_estimate();
+    npt::set_joint_rotation(npt::as_span(estimate.fit.body.axis_angles), 0, root);
+    npt::set_joint_rotation(npt::as_span(estimate.fit.body.axis_angles), 5, npt::rotation_matrix({0.1, 0.2, 0.3}));
+    return estimate.angles_without_direction();
+  };
+  const std::vector<npt::Vec3d> plain = angles_of(leaning);
+  CHECK(length(plain[0]) > 0.2);
+  CHECK(length(plain[5] - npt::Vec3d{0.1, 0.2, 0.3}) < 1e-6);
+  constexpr double right_angle = std::numbers::pi / 2;
+  for (const npt::Vec3d axis : {npt::Vec3d{1, 0, 0}, {0, 1, 0}, {0, 0, 1}})
+    for (const double turn : {right_angle, 2 * right_angle}) {
+      const std::vector<npt::Vec3d> turned = angles_of(npt::rotation_matrix(axis * turn) * leaning);
+      for (std::size_t j = 0; j < plain.size(); ++j) CHECK(length(turned[j] - plain[j]) < 1e-5);
+    }
 }

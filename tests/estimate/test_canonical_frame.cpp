@@ -25,3 +25,11 @@ TEST_CASE("a reading frame takes out place, size and nothing else") {
 TEST_CASE("points in one place have no frame") {
   CHECK_FALSE(std::isfinite(npt::canonical_frame(3, [](std::size_t) { return npt::Vec3d{1, 1, 1}; }).scale));
 }
+
+TEST_CASE("the nearest axis is turned upwards; one that points up stays") {
+  CHECK(npt::turn_upright({0.3, 0.8, -0.5}) == npt::Matrix3::identity());
+  for (const npt::Vec3d axis : {npt::Vec3d{1, 0, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}) {
+    const npt::Vec3d direction = axis + npt::Vec3d{0.2, -0.3, 0.1};
+    CHECK(length(npt::turn_upright(direction) * axis - npt::Vec3d{0, 1, 0}) < 1e-12);
+  }
+}

@@ -150,3 +150,17 @@ TEST_CASE("no view and another unit have no fit; no reading and no body are erro
   const npt::BodyView view(fitter().correspondence_template(), std::move(reading));
   CHECK(fitter().fits(npt::SampledSurface(points, npt::mannequin().triangles()), std::span(&view, 1)).empty());
 }
+
+TEST_CASE("a fit that is polished by all samples lies nearer to the truth in the mean") {
+  double before = 0, after = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const ReadBody c = read_body(seed);
+    const npt::CorrespondenceFit fit = nearest_fit(fitter(), c.surface, c.reading);
+    const npt::BodyView view(fitter().correspondence_template(), c.reading);
+    const npt::CorrespondenceFit polished = fitter().polished(c.surface, view, fit);
+    before += simulated::error(npt::mannequin(), fit.body, c.posed.points);
+    after += simulated::error(npt::mannequin(), polished.body, c.posed.points);
+    CHECK(polished.facing == fit.facing);
+  }
+  CHECK(after < before);
+}
