@@ -1,15 +1,24 @@
 // Sculpts npt's own bodies: the header that holds the mannequin's surface, and the file of the four-legged template.
 // usage: npt_sculpt [--check] include/npt/body/mannequin/surface_data.hpp
-//        npt_sculpt --quadruped examples/sculpt/quadruped FILE
+//        npt_sculpt --quadruped examples/sculpt/quadruped FILE [PROPORTION=FACTOR ...]
+#include <npt/base/error.hpp>
 #include <npt/body/body_file.hpp>
+#include <npt/body/body_model.hpp>
+#include <npt/body/body_plan.hpp>
 #include <npt/io/file.hpp>
+#include <npt/io/text.hpp>
 
+#include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <cstdio>
 #include <exception>
+#include <map>
 #include <sculpt/header_text.hpp>
+#include <sculpt/quadruped/grown.hpp>
 #include <sculpt/quadruped/quadruped.hpp>
 #include <sculpt/sculpture.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -18,17 +27,32 @@ namespace {
 constexpr const char* usage =
     "usage: npt_sculpt [--check] FILE\n"
     "Writes the header that holds the mannequin's surface, or compares.\n"
-    "       npt_sculpt --quadruped TABLES FILE\n"
-    "Writes the four-legged template with the joints of TABLES.plan and the poses of TABLES.poses as a body file.";
+    "       npt_sculpt --quadruped TABLES FILE [PROPORTION=FACTOR ...]\n"
+    "Writes the four-legged template with the joints of TABLES.plan and the poses of TABLES.poses as a body file,\n"
+    "grown by factors of the plan's proportions.";
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-int make_quadruped(const std::string& tables, const std::string& path) {
+std::map<std::string, double> read_factors(std::span<char* const> texts) {
+  std::map<std::string, double> factors;
+  for (const std::string_view text : texts) {
+    const std::size_t equals = text.find('=');
+    const auto factor = npt::parse_number<double>(text.substr(std::min(equals, text.size() - 1) + 1));
+    if (equals == std::string_view::npos || !factor)
+      throw npt::Error({.file = "arguments", .found = std::string(text), .expected = "PROPORTION=FACTOR"});
+    factors[std::string(text.substr(0, equals))] = *factor;
+  }
+  return factors;
+}
+
+int make_quadruped(const std::string& tables, const std::string& path, std::span<char* const> factors) {
   const auto start = std::chrono::steady_clock::now();
-  const npt::BodyModel body =
-      sculpt::quadruped::make_body(npt::read_file(tables + ".plan"), npt::read_file(tables + ".poses"));
+  const std::string plan = npt::read_file(tables + ".plan");
+  npt::BodyModel body = sculpt::quadruped::make_body(plan, npt::read_file(tables + ".poses"));
+  if (!factors.empty())
+    body = sculpt::quadruped::grown(body, npt::read_body_plan(plan, tables + ".plan"), read_factors(factors));
   npt::save_body(body, path);
   std::printf("%s: %zu vertices, %zu joints, %zu shapes, sculpted in %.2f s\n", path.c_str(), body.vertex_count(),
               body.joint_count(), body.shape_count(), seconds_since(start));
@@ -52,7 +76,9 @@ int make_header(const std::string& path, bool check) {
 
 int main(int count, char** arguments) try {
   const std::string_view first = count > 1 ? arguments[1] : "";
-  if (count == 4 && first == "--quadruped") return make_quadruped(arguments[2], arguments[3]);
+  if (count >= 4 && first == "--quadruped")
+    return make_quadruped(arguments[2], arguments[3],
+                          std::span<char* const>(arguments, static_cast<std::size_t>(count)).subspan(4));
   const bool check = count == 3 && first == "--check";
   if (count != 2 && !check) {
     std::puts(usage);

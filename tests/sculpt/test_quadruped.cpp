@@ -1,5 +1,6 @@
 // The four-legged template: a closed symmetric surface with a skeleton inside, weights, shapes and poses.
 #include <doctest/doctest.h>
+#include <npt/base/error.hpp>
 #include <npt/body/body_file.hpp>
 #include <npt/body/body_model.hpp>
 #include <npt/body/body_plan.hpp>
@@ -15,6 +16,7 @@
 #include <map>
 #include <numbers>
 #include <sculpt/quadruped/anatomy.hpp>
+#include <sculpt/quadruped/grown.hpp>
 #include <sculpt/quadruped/quadruped.hpp>
 #include <sculpt/quadruped/shape.hpp>
 #include <sculpt/quadruped/skin.hpp>
@@ -194,4 +196,36 @@ TEST_CASE("the file is the body, and sculpting it again gives the same") {
   }
   CHECK(read.tables().joint_names == body().tables().joint_names);
   CHECK(npt::read_body_plan(read.tables().metadata.at("plan"), "file").joint_count() == 35);
+}
+
+TEST_CASE("the same surface with other proportions is another template, which stands on its feet") {
+  const npt::BodyModel grown = sculpt::quadruped::grown(body(), plan(), {{"leg_length", 1.5}, {"ear_size", 0.5}});
+  const auto span_of = [](const npt::BodyModel& model, const char* from, const char* to) {
+    const std::vector<Vec3d> joints = model.joints({});
+    return length(joints[plan().joint(from)] - joints[plan().joint(to)]);
+  };
+  CHECK(span_of(grown, "l_hip", "l_knee") == doctest::Approx(1.5 * span_of(body(), "l_hip", "l_knee")).epsilon(0.02));
+  CHECK(span_of(grown, "spine1", "chest") == doctest::Approx(span_of(body(), "spine1", "chest")).epsilon(0.02));
+  float lowest = 1;
+  for (std::size_t v = 0; v < grown.vertex_count(); ++v)
+    lowest = std::min(lowest, grown.tables().v_template[3 * v + 1]);
+  CHECK(lowest == 0);
+  CHECK_THROWS_WITH_AS(
+      sculpt::quadruped::grown(body(), plan(), {{"wings", 2}}),
+      "plan four-legged animal: found proportion 'wings' with the factor 2.000000, expected one of the "
+      "plan, and a factor above 0",
+      npt::Error);
+}
+
+TEST_CASE("the dinosaur's tables make a template whose forelegs end above the floor") {
+  const std::string path = std::string(NPT_SOURCE_DIR) + "/examples/sculpt/theropod",
+                    text = npt::read_file(path + ".plan");
+  const npt::BodyPlan own = npt::read_body_plan(text, path);
+  const npt::BodyModel grown =
+      sculpt::quadruped::grown(sculpt::quadruped::make_body(text, npt::read_file(path + ".poses")), own,
+                               {{"foreleg_length", 0.42}, {"hindleg_length", 1.15}});
+  const std::vector<Vec3d> joints = grown.joints({});
+  CHECK(joints[own.joint("l_forefoot")].y > 0.25);
+  CHECK(joints[own.joint("l_hindfoot")].y < 0.1);
+  CHECK(grown.tables().metadata.at("plan") == text);
 }

@@ -13,12 +13,14 @@
 #include <npt/scene/from_mesh.hpp>
 #include <training/joint_regression.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -102,20 +104,23 @@ inline void add_tube(npt::BodyTables& t, std::size_t j, npt::Vec3d from, npt::Ve
 
 }  // namespace internal
 
-inline std::vector<npt::Vec3d> joints() {
+/// forelegs: how long they are; from 0.5 downwards they are the arms of an animal that walks on two legs
+inline std::vector<npt::Vec3d> joints(double forelegs = 1) {
   std::vector<npt::Vec3d> result(plan().joint_count());
+  const npt::Vec3d shoulder = std::ranges::find(places, std::string_view("l_shoulder"), &Place::joint)->at;
   for (const Place& place : places) {
     const std::size_t j = plan().joint(place.joint);
-    const npt::Vec3d p = place.at;
+    npt::Vec3d p = place.at;
+    if (plan().limbs[plan().joints[j].limb] == "left_foreleg") p = shoulder + (p - shoulder) * forelegs;
     result[plan().joints[j].mirrored] = {-p.x, p.y, p.z};
     result[j] = p;
   }
   return result;
 }
 
-inline npt::BodyModel body() {
+inline npt::BodyModel body(double forelegs = 1) {
   npt::BodyTables t;
-  const std::vector<npt::Vec3d> at = joints();
+  const std::vector<npt::Vec3d> at = joints(forelegs);
   t.weights.columns = at.size();
   for (std::size_t j = 0; j < at.size(); ++j) {
     const npt::JointPlan& joint = plan().joints[j];
@@ -157,6 +162,7 @@ inline std::string pack_name(const std::string& joint) {
 
 struct SceneOptions {
   bool names = true;
+  double forelegs = 1;                 ///< as joints()
   bool loose_feet = false;             ///< forefeet are roots, as inverse kinematics has them
   std::vector<std::string> without{};  ///< joints whose weights their parents have
   npt::Matrix3 turn = npt::Matrix3::identity();
@@ -165,7 +171,7 @@ struct SceneOptions {
 };
 
 inline npt::Scene scene(const SceneOptions& options = {}) {
-  const npt::BodyModel model = body();
+  const npt::BodyModel model = body(options.forelegs);
   const auto turned = [&](npt::Vec3d p) { return options.turn * p * options.scale; };
   npt::Mesh mesh = npt::to_mesh(model);
   for (npt::Vec3f& p : mesh.positions) p = turned(p.as<double>()).as<float>();

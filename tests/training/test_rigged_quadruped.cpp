@@ -155,6 +155,23 @@ TEST_CASE("a rig that is no four-legged animal's says why") {
       "plan: found 1 joints, expected 35, as the body has", npt::Error);
 }
 
+TEST_CASE("a template whose forelegs end above the floor is of animals that walk on two legs") {
+  const npt::BodyModel two_legged = quadruped::body(0.4);
+  const auto made_from = [&](double forelegs, const npt::BodyModel& model) {
+    return npt::rigged_quadruped(rig_of({.forelegs = forelegs}), model, quadruped::plan());
+  };
+  const std::vector<npt::Vec3d> own = made_from(0.4, two_legged).body->joints({}), model = two_legged.joints({});
+  for (std::size_t j = 0; j < own.size(); ++j) {
+    INFO(quadruped::plan().joints[j].name);
+    CHECK(length(own[j] - model[j]) < 0.01);
+  }
+  CHECK_THROWS_WITH_AS(made_from(1, two_legged),
+                       "animal.glb: found a left foreleg that ends 0 % of the height above the ground, expected arms "
+                       "that end above it, of an animal that walks on two legs",
+                       npt::Error);
+  CHECK_THROWS_AS(made_from(0.4, quadruped::body()), npt::Error);
+}
+
 TEST_CASE("the rigged animals at hand follow their own clips" * support::needs_shared("data/glb")) {
   for (const char* name : {"Horse.glb", "Fox.glb", "Cow.glb"}) {
     INFO(name);

@@ -1,6 +1,7 @@
 /// Which parts of a four-legged animal a rig's joints are: legs, neck, head, ears, tail, trunk. Names tell them
 /// (quadruped_names.hpp); where they don't, the shape does: legs reach the ground, the head is the greater end.
 ///   const QuadrupedJoints found = quadruped_joints(make_rig(read_scene("horse.glb"), "horse.glb"));
+/// Of animals that walk on two legs the forelegs are the arms; these are found by their names alone.
 /// Sides are the body's own, whatever names say.
 /// Errors    npt::Error for rigs without four legs or without a head
 #pragma once
@@ -76,7 +77,7 @@ inline QuadrupedPart quadruped_part(std::string_view name) {
 
 class QuadrupedFinder {
  public:
-  explicit QuadrupedFinder(const Rig& rig) : rig_(rig) {
+  QuadrupedFinder(const Rig& rig, bool forelegs_stand) : rig_(rig), forelegs_stand_(forelegs_stand) {
     const Matrix3 axes = rig_axes(rig).turn;
     found_.turn = axes;
     for (const Vec3f p : rig.positions) points_.push_back(axes * p.as<double>());
@@ -217,7 +218,7 @@ class QuadrupedFinder {
     const Matrix3 yaw{{{cross(up, forwards), up, forwards}}};
     found_.facing = yaw;
     turn_by(yaw);
-    stand_level();
+    if (forelegs_stand_) stand_level();
   }
   void turn_by(const Matrix3& turn) {
     found_.turn = turn * found_.turn;
@@ -293,10 +294,11 @@ class QuadrupedFinder {
     for (std::size_t v = 0; v < points_.size(); ++v)
       if (std::ranges::find(found_.legs[leg], most_[v]) != found_.legs[leg].end()) low = std::min(low, points_[v].y);
     const double share = (low - floor_) / (top_ - floor_);
-    if (share > 0.15)
+    const bool stands = leg >= 2 || forelegs_stand_;
+    if ((share > 0.15) == stands)
       fail("a " + leg_name(leg) + " that ends " + std::to_string(std::lround(100 * share)) +
                " % of the height above the ground",
-           "four legs that stand");
+           stands ? "legs that stand" : "arms that end above it, of an animal that walks on two legs");
   }
 
   double leg_z(std::size_t leg) const {
@@ -351,6 +353,7 @@ class QuadrupedFinder {
   }
 
   const Rig& rig_;
+  bool forelegs_stand_;
   QuadrupedJoints found_;
   std::vector<Vec3d> points_, places_;  ///< in the scene's axes, then looking to +z
   std::vector<QuadrupedPart> parts_;
@@ -361,6 +364,9 @@ class QuadrupedFinder {
 
 }  // namespace rig::internal
 
-inline QuadrupedJoints quadruped_joints(const Rig& rig) { return rig::internal::QuadrupedFinder(rig).take(); }
+/// forelegs_stand: whether animals are looked for that walk on four legs, or on two
+inline QuadrupedJoints quadruped_joints(const Rig& rig, bool forelegs_stand = true) {
+  return rig::internal::QuadrupedFinder(rig, forelegs_stand).take();
+}
 
 }  // namespace npt::inline NPT_ABI

@@ -6,6 +6,7 @@
 /// Joints    by their part and place (quadruped_joints.hpp). Of a leg each joint goes to the one of the plan at about
 ///           its height that bends its way; what a leg lacks lies as on the template, between those it has. Neck and
 ///           tail of another number of joints than the plan's are divided by length, the trunk by the joints along it
+///           A template whose forelegs end above the floor is of animals that walk on two legs: theirs may end anywhere
 /// Weights   of other joints (horns, mane, saddle) go to the nearest of the plan's above them
 /// Shapes    canonical: [V, 3]; clips: [J, 3] a frame, the root looking to +z where the scene's animal does so at rest
 /// Errors    npt::Error that names file and joint: rigs without four legs or a head, bones without a length, legs that
@@ -82,13 +83,16 @@ inline QuadrupedChains quadruped_chains(const PlanParts& parts) {
 class RiggedQuadrupedMaker : private BodyFromRig {
  public:
   RiggedQuadrupedMaker(const Rig& rig, const BodyModel& model, const BodyPlan& plan, const RiggedBodyOptions& options)
-      : BodyFromRig(rig, options, model, plan), joints_(quadruped_joints(rig)), chains_(quadruped_chains(parts_)) {
+      : BodyFromRig(rig, options, model, plan),
+        chains_(quadruped_chains(parts_)),
+        joints_(quadruped_joints(rig, forelegs_stand())) {
     upright_ = joints_.turn;
     facing_ = joints_.facing;
     faces_aside_ = true;
     for (Vec3d& p : positions_) p = upright_ * p;
     for (std::size_t r = 0; r < rig.joint_count(); ++r) places_.push_back(upright_ * rig.joint_place(r));
     floor_ = std::ranges::min(positions_, {}, [](Vec3d p) { return p.y; }).y;
+    for (std::size_t leg = 0; leg < 4; ++leg) low_[leg] = lowest_of(leg), model_low_[leg] = model_lowest_of(leg);
     match_joints();
     own_joints();
     sum_weights(owner_, std::vector<bool>(rig.joint_count(), false));
@@ -100,7 +104,7 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     std::vector<std::size_t> bones;
     for (const auto& leg : chains_.legs) bones.insert(bones.end(), leg.begin(), leg.end() - 1);
     check_bones(bones);
-    check_forelegs();
+    if (forelegs_stand()) check_forelegs();
     divide_weights();
     halve_long_edges();
     take_rest_pose();
@@ -133,8 +137,8 @@ class RiggedQuadrupedMaker : private BodyFromRig {
         std::vector<Vec3d> places;
         for (std::size_t i = first; i < joints_.legs[leg].size(); ++i) places.push_back(places_[joints_.legs[leg][i]]);
         // A leg whose last joint is the shank's ends on the floor.
-        const bool has_foot = places.back().y - floor_ < 0.3 * (places.front().y - floor_);
-        return LegMatch(places, has_foot ? places.back() : foot_of(leg), floor_, models, lowest(model_));
+        const bool has_foot = places.back().y - low_[leg] < 0.3 * (places.front().y - low_[leg]);
+        return LegMatch(places, has_foot ? places.back() : foot_of(leg), low_[leg], models, model_low_[leg]);
       };
       std::size_t& girdle = joints_.girdles[leg];
       LegMatch best = match(girdle);
@@ -204,18 +208,42 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     return bind_[a] +
            shortest_turn(normalised(goal), normalised(way)) * (model - model_.joints[a]) * (length(way) / length(goal));
   }
-  /// Where a leg stands: the middle of the lowest of what it moves.
-  Vec3d foot_of(std::size_t leg) const {
+  /// Whether the template's forelegs reach its floor, to a seventh of its height.
+  bool forelegs_stand() const {
+    const double high = std::ranges::max(model_.points, {}, [](Vec3d p) { return p.y; }).y, low = lowest(model_);
+    return model_lowest_of_joint(chains_.legs[0].back()) - low < 0.15 * (high - low);
+  }
+  double model_lowest_of_joint(std::size_t j) const {
+    double low = std::numeric_limits<double>::infinity();
+    for (std::size_t v = 0; v < model_.points.size(); ++v)
+      if (model_.weights[v][j] > 0.5) low = std::min(low, model_.points[v].y);
+    return low;
+  }
+  bool is_arm(std::size_t leg) const { return leg < 2 && !forelegs_stand(); }
+  double model_lowest_of(std::size_t leg) const {
+    return is_arm(leg) ? model_lowest_of_joint(chains_.legs[leg].back()) : lowest(model_);
+  }
+  /// The floor where a leg stands, else the lowest point of an arm.
+  double lowest_of(std::size_t leg) const {
+    if (!is_arm(leg)) return floor_;
+    double low = std::numeric_limits<double>::infinity();
+    for (std::size_t v = 0; v < positions_.size(); ++v)
+      if (moves_with(leg, v)) low = std::min(low, positions_[v].y);
+    return low;
+  }
+  bool moves_with(std::size_t leg, std::size_t v) const {
     const Joints& own = joints_.legs[leg];
-    const double high = floor_ + 0.1 * (places_[own[joints_.girdles[leg]]].y - floor_);
+    const auto values = rig_.weights.values_of(v);
+    const auto most = static_cast<std::size_t>(std::ranges::max_element(values) - values.begin());
+    return std::ranges::find(own, rig_.weights.columns_of(v)[most]) != own.end();
+  }
+  /// Where a leg stands, or an arm ends: the middle of the lowest of what it moves.
+  Vec3d foot_of(std::size_t leg) const {
+    const double high = low_[leg] + 0.1 * (places_[joints_.legs[leg][joints_.girdles[leg]]].y - low_[leg]);
     Vec3d sum;
     double count = 0;
-    for (std::size_t v = 0; v < rig_.positions.size(); ++v) {
-      if (positions_[v].y > high) continue;
-      const auto values = rig_.weights.values_of(v);
-      const auto most = static_cast<std::size_t>(std::ranges::max_element(values) - values.begin());
-      if (std::ranges::find(own, rig_.weights.columns_of(v)[most]) != own.end()) sum += positions_[v], ++count;
-    }
+    for (std::size_t v = 0; v < rig_.positions.size(); ++v)
+      if (positions_[v].y <= high && moves_with(leg, v)) sum += positions_[v], ++count;
     if (!(count > 0))
       fail(chains_.legs[leg].back(), "no vertex of the leg near the ground", "legs that stand in the bind pose");
     return sum / count;
@@ -223,9 +251,9 @@ class RiggedQuadrupedMaker : private BodyFromRig {
   /// A foot without a joint: above that, as high as the template's.
   Vec3d end_of(std::size_t leg) const {
     const Joints& own = chains_.legs[leg];
-    const double top = bind_[own.front()].y - floor_, low = lowest(model_);
+    const double top = bind_[own.front()].y - low_[leg], low = model_low_[leg];
     Vec3d p = foot_of(leg);
-    p.y = floor_ + top * (model_.joints[own.back()].y - low) / (model_.joints[own.front()].y - low);
+    p.y = low_[leg] + top * (model_.joints[own.back()].y - low) / (model_.joints[own.front()].y - low);
     return p;
   }
 
@@ -350,6 +378,7 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     for (Vec3d& p : positions_) p = moved(p);
     for (Vec3d& p : bind_) p = moved(p);
     tail_end_ = moved(tail_end_);
+    for (double& low : low_) low = moved({0, low, 0}).y;
   }
   /// Legs that were turned may be off the floor.
   void stand_on_floor() {
@@ -374,7 +403,8 @@ class RiggedQuadrupedMaker : private BodyFromRig {
   /// What one joint of the rig moves and several of the plan do: by the place along these.
   void divide_weights() {
     std::vector<ChainShares> chains;
-    for (const Joints& leg : chains_.legs)
+    for (std::size_t l = 0; l < 4; ++l) {
+      const Joints& leg = chains_.legs[l];
       for (std::size_t i = 0; i < leg.size(); ++i) {
         std::size_t next = i + 1;
         while (next < leg.size() && found_[leg[next]] == no_item) ++next;
@@ -382,9 +412,11 @@ class RiggedQuadrupedMaker : private BodyFromRig {
         Joints own(leg.begin() + static_cast<std::ptrdiff_t>(i), leg.begin() + static_cast<std::ptrdiff_t>(next));
         std::vector<Vec3d> points;
         for (const std::size_t j : own) points.push_back(bind_[j]);
-        points.push_back(next < leg.size() ? bind_[leg[next]] : Vec3d{bind_[own.back()].x, 0, bind_[own.back()].z});
+        points.push_back(next < leg.size() ? bind_[leg[next]]
+                                           : Vec3d{bind_[own.back()].x, low_[l], bind_[own.back()].z});
         chains.emplace_back(std::move(own), std::move(points));
       }
+    }
     if (joints_.neck.size() != chains_.neck.size() && !joints_.neck.empty())
       add_chain(chains, chains_.neck, bind_[chains_.head]);
     if (joints_.tail.size() != chains_.tail.size() && !joints_.tail.empty()) add_chain(chains, chains_.tail, tail_end_);
@@ -448,11 +480,12 @@ class RiggedQuadrupedMaker : private BodyFromRig {
         for (JointWeights& row : model_.weights) row[chains_.head] += std::exchange(row[j], 0.0);
   }
 
-  QuadrupedJoints joints_;
   QuadrupedChains chains_;
+  QuadrupedJoints joints_;
   std::vector<Vec3d> places_;  ///< of the rig's joints in the bind pose, upright
   std::vector<std::size_t> owner_;
   Vec3d tail_end_;
+  std::array<double, 4> low_{}, model_low_{};  ///< lowest_of each leg, and of the template's
   double floor_ = 0, metres_ = 1;
 };
 
