@@ -21,9 +21,12 @@
 #include <training/rigged_quadruped.hpp>
 
 #include <algorithm>
+#include <cstddef>
 #include <filesystem>
 #include <iostream>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace program {
 
@@ -56,6 +59,35 @@ void add_stranger(std::vector<npt::WeightedRig>& others, const NamedRig& named, 
   others.push_back({std::make_shared<const npt::RigCharacter>(named.rig), named.weight});
 }
 
+/// The clips of rigs without those of --held-out, each of which has to be one of them.
+class TrainingClips {
+ public:
+  explicit TrainingClips(std::vector<std::string> held_out)
+      : held_out_(std::move(held_out)), found_(held_out_.size()) {}
+
+  template <class Angles>
+  void add(npt::ClipPoses<Angles>& all, const std::vector<std::string>& names,
+           const std::vector<std::vector<Angles>>& clips) {
+    for (std::size_t c = 0; c < clips.size(); ++c)
+      if (!holds_out(names[c])) all.add({clips[c]});
+  }
+  void check() const {
+    for (std::size_t h = 0; h < held_out_.size(); ++h)
+      if (!found_[h]) throw npt::Error({"--held-out", {}, "'" + held_out_[h] + "'", "a clip of a rig of the kind"});
+  }
+
+ private:
+  bool holds_out(const std::string& clip) {
+    bool out = false;
+    for (std::size_t h = 0; h < held_out_.size(); ++h)
+      if (clip == held_out_[h] || npt::rig::internal::own_clip_name(clip) == held_out_[h]) out = found_[h] = true;
+    return out;
+  }
+
+  std::vector<std::string> held_out_;
+  std::vector<bool> found_;
+};
+
 /// Made objects in `objects` of the cases, else one of the others: rigs, and bodies as `bodies` draws them.
 void add_strangers(ReadingSet& set, std::vector<npt::WeightedRig> rigs, double objects,
                    const std::shared_ptr<const npt::CorrespondenceSampler>& bodies = nullptr) {
@@ -80,6 +112,7 @@ ReadingSet people_readings(const TrainingArguments& a, const std::vector<NamedBo
                            const std::vector<NamedRig>& rigs) {
   ReadingSet set;
   const auto clips = std::make_shared<npt::ClipPoses<npt::PoseParameters>>();
+  TrainingClips own(a.held_out);
   for (const NamedBody& named : bodies) {
     set.clouds.push_back(
         {std::make_shared<const npt::SurfaceCloud>(named.body.body, refining::canonical_coordinates(*named.body.body)),
@@ -96,9 +129,10 @@ ReadingSet people_readings(const TrainingArguments& a, const std::vector<NamedBo
     }
     const npt::RiggedBody rig = npt::rigged_body(named.rig, {.longest_edge = 0.04, .frame_rate = 15});
     set.clouds.push_back({std::make_shared<const npt::SurfaceCloud>(rig.body, rig.canonical), named.weight});
-    clips->add(rig.clips);
+    own.add(*clips, rig.clip_names, rig.clips);
     name_source(set, named.name);
   }
+  own.check();
   if (set.clouds.empty())
     throw npt::Error({"--rig", {}, "no person", "people's rigs, or --body: the others are what isn't to be read"});
   const bool with_rigs = set.clouds.size() > bodies.size();
@@ -138,6 +172,7 @@ ReadingSet animal_readings(const TrainingArguments& a, const std::vector<NamedBo
                         bodies.front().body.weight});
   name_source(set, bodies.front().name);
   const auto clips = std::make_shared<npt::ClipPoses<std::vector<float>>>();
+  TrainingClips own(a.held_out);
   std::vector<npt::WeightedRig> others;
   for (const NamedRig& named : rigs) {
     npt::PlannedBody rig;
@@ -148,13 +183,10 @@ ReadingSet animal_readings(const TrainingArguments& a, const std::vector<NamedBo
       continue;
     }
     set.clouds.push_back({std::make_shared<const npt::SurfaceCloud>(rig.body, rig.canonical, plan), named.weight});
-    for (std::size_t c = 0; c < rig.clips.size(); ++c)
-      if (std::ranges::none_of(a.held_out, [&](const std::string& name) {
-            return rig.clip_names[c] == name || npt::rig::internal::own_clip_name(rig.clip_names[c]) == name;
-          }))
-        clips->add({rig.clips[c]});
+    own.add(*clips, rig.clip_names, rig.clips);
     name_source(set, named.name);
   }
+  own.check();
   set.options = {.blocks = 0.05,
                  .fallen = 0.15,
                  .patched = set.clouds.size() > 1 ? 0.3 : 0.0,

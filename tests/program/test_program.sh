@@ -850,6 +850,7 @@ test_rigs() {
   expect 0 --out "mannequin, own" --out "--rig own.glb=2" -- info whole.safetensors
   resumes_after_kill $course
   expect 0 --out "net correspondence, width 256, 3 steps" -- train --net correspondence --rig own.glb --body mannequin --steps 3 --batch 2 --vertices 60 --validation-pairs 1 --out reads.safetensors
+  expect 1 --err "--held-out: found 'nap', expected a clip of a rig of the kind" -- train --net correspondence --rig own.glb --held-out nap --body mannequin --steps 3 --batch 2 --vertices 60 --validation-pairs 1 --out none.safetensors
   expect 0 --out "1 mesh" -- generate --body "$project/examples/weights/quadruped.safetensors" --shape zero --pose rest --out beast.obj
   expect 0 --out "2 meshes" -- generate --body "$project/examples/weights/quadruped.safetensors" --same-shape --count 2 --pose natural --out gait
   expect 0 --out "beast.glb" -- rig --mesh beast.obj --pose gait --out beast.glb

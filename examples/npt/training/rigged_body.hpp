@@ -41,6 +41,7 @@ namespace npt::inline NPT_ABI {
 struct RiggedBody {
   std::shared_ptr<const BodyModel> body;
   std::vector<float> canonical;
+  std::vector<std::string> clip_names;
   std::vector<std::vector<std::array<float, 3 * smpl_joint_count>>> clips;  ///< axis angles of each clip's frames
 };
 
@@ -69,7 +70,7 @@ class RiggedBodyMaker : private BodyFromRig {
     needed.push_back({joint_index(SmplJoint::head), joint_index(SmplJoint::neck)});
     check_surfaces(needed);
     PlannedBody made = make_body({{"unit", "metre"}, {"up", "y"}, {"front", "z"}, {"rest_pose", "T"}});
-    RiggedBody result{std::move(made.body), std::move(made.canonical), {}};
+    RiggedBody result{std::move(made.body), std::move(made.canonical), std::move(made.clip_names), {}};
     for (const auto& clip : made.clips) {
       auto& frames = result.clips.emplace_back();
       for (const std::vector<float>& frame : clip) std::ranges::copy(frame, frames.emplace_back().begin());
