@@ -54,8 +54,8 @@ build() {
     running+=($!)
   done
   for one in "${running[@]}"; do wait "$one"; done
-  # -Os is for the linker's own passes: 19 KB gzipped less than -O3; code was compiled above.
-  emcc -Os -fwasm-exceptions -msimd128 "$@" $linking "${objects[@]}" -o "$folder/npt-$name.js" --no-entry -Wno-pthreads-mem-growth \
+  # -Oz is for the linker's own passes: 25 KB gzipped less than -O3; code was compiled above.
+  emcc -Oz -fwasm-exceptions -msimd128 "$@" $linking "${objects[@]}" -o "$folder/npt-$name.js" --no-entry -Wno-pthreads-mem-growth \
     -sMODULARIZE -sEXPORT_ES6 -sEXPORT_NAME=createNpt -sENVIRONMENT=web,worker -sFORCE_FILESYSTEM \
     -sALLOW_MEMORY_GROWTH -sABORTING_MALLOC=0 -sINITIAL_MEMORY=33554432 -sMAXIMUM_MEMORY=2147483648 \
     -sEXPORTED_FUNCTIONS=_malloc,_free -sEXPORTED_RUNTIME_METHODS=FS,UTF8ToString,stringToUTF8,lengthBytesUTF8
