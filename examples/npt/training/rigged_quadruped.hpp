@@ -85,7 +85,8 @@ class RiggedQuadrupedMaker : private BodyFromRig {
   RiggedQuadrupedMaker(const Rig& rig, const BodyModel& model, const BodyPlan& plan, const RiggedBodyOptions& options)
       : BodyFromRig(rig, options, model, plan),
         chains_(quadruped_chains(parts_)),
-        joints_(quadruped_joints(rig, forelegs_stand())) {
+        forelegs_stand_(template_stands_on_forelegs()),
+        joints_(quadruped_joints(rig, forelegs_stand_)) {
     upright_ = joints_.turn;
     facing_ = joints_.facing;
     faces_aside_ = true;
@@ -104,7 +105,7 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     std::vector<std::size_t> bones;
     for (const auto& leg : chains_.legs) bones.insert(bones.end(), leg.begin(), leg.end() - 1);
     check_bones(bones);
-    if (forelegs_stand()) check_forelegs();
+    if (forelegs_stand_) check_forelegs();
     divide_weights();
     halve_long_edges();
     take_rest_pose();
@@ -208,8 +209,8 @@ class RiggedQuadrupedMaker : private BodyFromRig {
     return bind_[a] +
            shortest_turn(normalised(goal), normalised(way)) * (model - model_.joints[a]) * (length(way) / length(goal));
   }
-  /// Whether the template's forelegs reach its floor, to a seventh of its height.
-  bool forelegs_stand() const {
+  /// Whether its forelegs reach its floor, to a seventh of its height.
+  bool template_stands_on_forelegs() const {
     const double high = std::ranges::max(model_.points, {}, [](Vec3d p) { return p.y; }).y, low = lowest(model_);
     return model_lowest_of_joint(chains_.legs[0].back()) - low < 0.15 * (high - low);
   }
@@ -219,7 +220,7 @@ class RiggedQuadrupedMaker : private BodyFromRig {
       if (model_.weights[v][j] > 0.5) low = std::min(low, model_.points[v].y);
     return low;
   }
-  bool is_arm(std::size_t leg) const { return leg < 2 && !forelegs_stand(); }
+  bool is_arm(std::size_t leg) const { return leg < 2 && !forelegs_stand_; }
   double model_lowest_of(std::size_t leg) const {
     return is_arm(leg) ? model_lowest_of_joint(chains_.legs[leg].back()) : lowest(model_);
   }
@@ -481,6 +482,7 @@ class RiggedQuadrupedMaker : private BodyFromRig {
   }
 
   QuadrupedChains chains_;
+  bool forelegs_stand_;
   QuadrupedJoints joints_;
   std::vector<Vec3d> places_;  ///< of the rig's joints in the bind pose, upright
   std::vector<std::size_t> owner_;

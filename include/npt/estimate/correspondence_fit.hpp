@@ -272,8 +272,8 @@ class BasicCorrespondenceFitter {
     while (candidates.size() > 1 && candidates.back().value > 1.3 * candidates.front().value) candidates.pop_back();
   }
 
-  /// Of each pose the nearest candidate: by their energies a skeleton ends at 36 mm instead of 14. Of the poses those of
-  /// the least energy: coarse distances don't tell them apart (1.45 to 1.49 for 7.0 to 7.4 mm).
+  /// Of each pose the nearest candidate: by their energies a skeleton ends at 36 mm instead of 14. Of the poses those
+  /// of the least energy: coarse distances don't tell them apart (1.45 to 1.49 for 7.0 to 7.4 mm).
   template <class Exec>
   std::vector<CorrespondenceFit> finished(const SampledSurface& surface, std::vector<Candidate> candidates,
                                           const Exec& executor) const {
